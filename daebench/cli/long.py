@@ -115,7 +115,7 @@ def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
     from daebench.studies.grid.estimate import duration
 
     left = round((1 - ensemble.done()) * ensemble.members * ensemble.steps)
-    rate, failure = ensemble.spec.trial(ensemble.steps)
+    rate, failure = ensemble.trial()
     lasts = f"a trial stopped early: {failure}" if failure else f"in about {duration(left / rate / workers)}."
     print(f"{ensemble.spec.method}: {ensemble.members} x {ensemble.steps} steps, {left} of them to do; {lasts}")
 

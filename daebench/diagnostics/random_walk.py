@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from daebench.diagnostics.energy import NAN, SHORTEST, energy_drift, law_of
 from daebench.diagnostics.ensemble_trend import ensemble_trend
-from daebench.diagnostics.order import straight_line
+from daebench.diagnostics.spread import Spread, spread_exponent
 from daebench.diagnostics.trend import Trend
 from daebench.errors import BadInput
 from daebench.runs.trajectory import Array
@@ -17,13 +17,16 @@ MEMBERS = 16
 """Fewest members from which a random walk is told."""
 
 OCTAVES = 8
-"""The spread is followed over the last so many octaves of the time."""
+"""The spread is followed over the last so many octaves of the time, where errors are given at equally spaced times alone."""
 
-WINDOWS = 6
-"""Fewest windows from which an exponent is read."""
+WINDOW_OCTAVES = 14
+"""The same where means over windows are given, which go back further: 4.2 decades."""
 
 CONFIDENCE = 2.0
 """An exponent is known to within so many of its standard errors: 94 in 100 intervals hold it."""
+
+ROUNDED = 8 * float(np.finfo(float).eps)
+"""Part of the largest error below which an error counts as none."""
 
 WALK = (0.25, 0.75)
 """Exponents of a random walk are between these: halfway to those of what is bounded, 0, and of what is linear, 1."""
@@ -52,6 +55,8 @@ class Walk:
         Mean over the members of their least-squares slopes, in the error's unit per unit of time, and its standard error.
     exponent, exponent_error : float
         Exponent alpha of the members' spread ~ t^alpha, and its standard error; NaN where there is no spread.
+    decades : float
+        Decades of time over which the exponent is read.
     spreads : bool
         Whether members spread beyond the resolution.
     """
@@ -67,6 +72,7 @@ class Walk:
     slope_error: float = NAN
     exponent: float = NAN
     exponent_error: float = NAN
+    decades: float = NAN
     spreads: bool = False
 
     @property
@@ -75,7 +81,7 @@ class Walk:
         return self.law or self.verdict
 
 
-def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> Walk:
+def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, windows: tuple[ArrayLike, ArrayLike] | None = None) -> Walk:
     """Return how the errors e_i(t) of the members i of an ensemble grow, of the energy or any other conserved quantity.
 
     Truncation is common to members that follow the same motion; what rounding does is their own. Unbiased rounding makes each error a
@@ -85,16 +91,16 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
     - the mean over members, by the rule of :func:`daebench.diagnostics.energy.energy_drift`. Its change is a drift where the changes of the
       members, fitted with the same shape, have a mean beyond 4 of its standard errors; the scatter of its window means has to be beaten
       besides, unless independent members explain it;
-    - the spread, the standard deviation s_w over members of their means over windows w of half an octave. The exponent alpha of
-      s ~ t^alpha is the least-squares slope of log s_w against log t_w over the last eight octaves. Windows of one member are not
-      independent, members are: the standard error is the jackknife's, leaving out one member at a time, but not less than that of the
-      straight line, for where members hardly differ it is the same motion that makes the windows of all of them scatter.
+    - the spread, the standard deviation s_w over members of their means over windows w of half an octave, or over those given. The
+      exponent alpha of s ~ t^alpha is fitted over the last eight octaves, of windows that are given over the last fourteen, with a
+      jackknife's standard error, see :func:`daebench.diagnostics.spread.spread_exponent`.
 
     The verdict is decided by this rule, in this order:
 
     - "undetermined", all numbers NaN: fewer than 64 times, or an error that is not finite.
     - "kept": no error is beyond the resolution.
     - "drifts": the mean drifts, or its oscillation grows fourfold by more than independent members explain.
+    - "undetermined": the spread follows no single power of t over the last eight octaves.
     - "random walk": alpha with 2 standard errors on both sides is between 1/4 and 3/4.
     - "drifts", law "apart": alpha - 2 standard errors is at least 3/4.
     - "bounded": members do not spread beyond the resolution, or alpha + 2 standard errors is at most 1/4; and the bound on the change of
@@ -110,6 +116,8 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
     resolution : float
         Round-off of one value of the error, such as eps |H|, where it is known, or what starts that differ make of truncation where that
         is more; a spread below it counts as none.
+    windows : (array_like, array_like), shape(w,) and shape(N, w), optional
+        Centres of windows that are equally long in log t, and the mean of each member over each: the spread is followed over these.
 
     Raises
     ------
@@ -127,31 +135,34 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0) -> W
         return Walk("undetermined", members, f"too short: {len(t)} samples" if len(t) < 2 * SHORTEST else "an error is not finite")
     _require_distinct(error, resolution)
     size = float(np.max(np.abs(error))) or 1.0
-    walk = _judged(t, error / size, resolution / size)
+    spread_windows = _means(t, error) if windows is None else _given(windows)
+    octaves = OCTAVES if windows is None else WINDOW_OCTAVES
+    spread = spread_exponent(spread_windows[0], spread_windows[1] / size, max(resolution / size, ROUNDED), octaves)
+    walk = _judged(t, error / size, max(resolution / size, ROUNDED), spread)
     scaled = ("change", "change_bound", "level", "slope", "slope_error")
     return replace(walk, **{name: size * getattr(walk, name) for name in scaled})
 
 
-def _judged(t: Array, error: Array, resolution: float) -> Walk:
+def _judged(t: Array, error: Array, noise: float, spread: Spread) -> Walk:
     """Return the verdict on errors of modulus at most 1."""
-    noise = max(resolution, 8 * float(np.finfo(float).eps))
     of_mean = ensemble_trend(t, error, noise)
     slopes = _slopes(t, error)
     slope_error = max(float(np.std(slopes, ddof=1)) / np.sqrt(len(slopes)), energy_drift(t, np.mean(error, axis=0)).slope_error)
-    exponent, exponent_error, spreads = _exponent(t, error, resolution)
-    verdict, reason, law = _verdict(of_mean, error, (exponent, exponent_error), spreads, noise)
+    verdict, reason, law = _verdict(of_mean, error, spread, noise)
     last = float(np.mean(error[:, -(len(t) // 8) :]))
-    numbers = (of_mean.secular.change, of_mean.bound, last, float(np.mean(slopes)), slope_error, exponent, exponent_error)
-    return Walk(verdict, len(error), reason, law, *numbers, spreads)
+    numbers = (of_mean.secular.change, of_mean.bound, last, float(np.mean(slopes)), slope_error)
+    return Walk(verdict, len(error), reason, law, *numbers, spread.exponent, spread.exponent_error, spread.decades, spread.seen)
 
 
-def _verdict(of_mean: Trend, error: Array, exponent: tuple[float, float], spreads: bool, noise: float) -> tuple[str, str, str]:
+def _verdict(of_mean: Trend, error: Array, spread: Spread, noise: float) -> tuple[str, str, str]:
     """Return verdict, reason and law."""
     if np.max(np.abs(error)) <= noise:
         return "kept", "", ""
     if of_mean.drifts:
         return "drifts", "", law_of(of_mean)
-    verdict = _spreading(*exponent) if spreads else "bounded"
+    verdict = _spreading(spread.exponent, spread.exponent_error) if spread.seen else "bounded"
+    if spread.bent and verdict in ("growing", "random walk"):
+        return "undetermined", "the spread follows no single power of t", ""
     if verdict == "growing":
         return "drifts", "", "apart"
     if verdict == "bounded" and of_mean.reason:
@@ -182,19 +193,9 @@ def _spreading(exponent: float, exponent_error: float) -> str:
     return "growing" if low >= WALK[1] else "undetermined"
 
 
-def _exponent(t: Array, error: Array, resolution: float) -> tuple[float, float, bool]:
-    """Return the exponent of the spread and its jackknife error, NaN where too few windows have a spread, and whether any has."""
-    centres, means = _means(t, error)
-    seen = np.std(means, axis=1, ddof=1) > max(resolution, 8 * float(np.finfo(float).eps))
-    first = int(np.argmax(seen))
-    if not seen.any() or len(centres) - first < WINDOWS:
-        return float("nan"), float("nan"), bool(seen.any())
-    x, values = np.log(centres[first:]), means[first:]
-    N = values.shape[1]
-    left = np.array([_log_slope(x, np.delete(values, i, axis=1))[0] for i in range(N)])
-    jackknife = float(np.sqrt((N - 1) / N * np.sum((left - np.mean(left)) ** 2)))
-    exponent, of_line = _log_slope(x, values)
-    return exponent, max(jackknife, of_line), True
+def _given(windows: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
+    """Return centres of windows that are given, and the members' means over them, shape(windows, N)."""
+    return np.asarray(windows[0], dtype=float), np.asarray(windows[1], dtype=float).T
 
 
 def _means(t: Array, error: Array) -> tuple[Array, Array]:
@@ -203,8 +204,3 @@ def _means(t: Array, error: Array) -> tuple[Array, Array]:
     edges[-1] = len(t)
     windows = [slice(a, b) for a, b in pairwise(edges) if b > a]
     return np.array([np.mean(t[window]) for window in windows]), np.array([np.mean(error[:, window], axis=1) for window in windows])
-
-
-def _log_slope(x: Array, values: Array) -> tuple[float, float]:
-    """Return the least-squares slope of the logarithm of the standard deviation over members, and the standard error of the line."""
-    return straight_line(x, np.log(np.std(values, axis=1, ddof=1) + np.finfo(float).tiny))

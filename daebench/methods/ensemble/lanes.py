@@ -159,7 +159,11 @@ class LaneRun:
         """Take steps of the members in some columns, of which so many are done."""
         every = self.grid.every
         left, row = (every - done % every, done // every) if every else (-1, 0)
-        arrays = self.numbers, self.rows, self.counts, self.states[row:], self.places
+        self.take(steps, left, every, self.states[row:], begin, end)
+
+    def take(self, steps: int, left: int, every: int, states: Array, begin: int, end: int) -> None:
+        """Take steps of the members in some columns, and store in ``states`` after ``left`` steps, and then after every so many."""
+        arrays = self.numbers, self.rows, self.counts, states, self.places
         self.kernel.integrate_lanes(self.carried.forms, self.h, self.linked.weights, steps, left, every, self.par, *arrays, begin, end)
 
     def march(self, threads: int, progress: Callable[[float], None] | None = None) -> None:
@@ -198,6 +202,12 @@ class LaneRun:
         return seconds
 
     # ---- what comes out --------------------------------------------------------------------------------------------------
+
+    def carried_by(self, i: int, memory: Any) -> tuple[Any, ...]:
+        """Return what one member carries as :attr:`daebench.methods.fixed_step.stepping.Run.carried` has it, with memory of this form."""
+        column = self.column(i)
+        remembered = nested(form_of(memory), iter(self.numbers[self.places[MEMORY] :, i].tolist()))
+        return column["x"], remembered, column["conserved"], column["maxima"], column["pivots"]
 
     def column(self, i: int) -> dict[str, Any]:
         """Return what one member carries, as nested tuples of numbers: state, memory, conserved quantities, maxima and pivots."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.lanes.entries import DONE, MEMORY, RESIDUAL, STATUS, TRIED
+from daebench.compiler.lanes.entries import DONE, RESIDUAL, STATUS, TRIED
 from daebench.diagnostics.rank import AFTER_FAILURE, may_lose_rank, upcoming_losses
 from daebench.errors import BadInput
 from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, flat, form_of, nested
@@ -59,10 +59,39 @@ def run_members(
     return ensemble.one_by_one() if width == 1 else ensemble.in_lanes(width, threads or cores())
 
 
+def sampled_members(method: FixedStepMethod[Any, Any], members: Members, request: Request, rows: int) -> tuple[LaneRun, Array] | None:
+    """Return runs of members in lanes at their start, and where H is stored in place of states, shape(rows, 1, columns).
+
+    None is returned where members are not run in lanes.
+
+    Parameters
+    ----------
+    method, members, request
+        As for :func:`run_members`; ``every`` is 0, for rows are used again and again.
+    rows : int
+        Samples that there is room for.
+
+    Raises
+    ------
+    BadInput
+        If the method refuses the problem, or the request cannot be met.
+    """
+    ensemble = _Ensemble(method, members, request, ("samples",))
+    if (width := ensemble.width(None)) == 1:
+        return None
+    samples = np.empty((rows, 1, padded(len(members), width)))
+    return ensemble.begun(width, samples), samples
+
+
+def padded(members: int, lanes: int) -> int:
+    """Return the number of columns of so many members in whole blocks."""
+    return -(-members // lanes) * lanes
+
+
 class _Ensemble:
     """One method, the members, and what is asked of each."""
 
-    def __init__(self, method: FixedStepMethod[Any, Any], members: Members, request: Request) -> None:
+    def __init__(self, method: FixedStepMethod[Any, Any], members: Members, request: Request, watch: tuple[str, ...] | None = None) -> None:
         self.began = time.perf_counter()
         self.method, self.members, self.ivp = method, members, members.ivp
         self.request = replace(request, value=float(np.max(members.h)), every=request.every or 0)
@@ -71,7 +100,7 @@ class _Ensemble:
         self.grid: Grid = method.grid(self.ivp, self.request)
         require_memory(self.grid, self.ivp.size * len(members))
         constrained = isinstance(self.ivp, ConstrainedIvp)
-        self.watch = self.request.watched(CONSTRAINED if constrained else POISSON)
+        self.watch = self.request.watched(CONSTRAINED if constrained else POISSON) if watch is None else watch
         self.names = monitored_names(self.watch, self.ivp)
         self._losses: Any = None
         self.mode: str = method.on_singular(self.ivp, self.request) if constrained else ""  # type: ignore[attr-defined]
@@ -113,20 +142,25 @@ class _Ensemble:
 
     # ---- in lanes --------------------------------------------------------------------------------------------------------
 
-    def in_lanes(self, lanes: int, threads: int) -> EnsembleRun:
-        """Run all members in lanes; those at which G loses rank go on by themselves from there."""
+    def begun(self, lanes: int, rows: Array) -> LaneRun:
+        """Return the runs of all members at their start, in lanes, with rows for what is stored."""
         kernel = self.method.kernel(self.ivp, f"lanes{lanes}", self.watch, count=self.request.count, singular=self.mode)
         linked = self.method.linked(self.ivp, kernel, self.members.step_size(0))
-        table = self._table(-(-len(self.members) // lanes) * lanes)
         states, scales = self._entered(kernel)
-        conserved = len(self.names) - 2 * ("manifold" in self.watch)
+        conserved = len(self.names) - 2 * ("manifold" in self.watch) + ("samples" in self.watch)
         carried = Carried(form_of(linked.enter(self.ivp.start)), (0.0, 0.0, 0.0) if self.mode else 0.0, conserved, len(self.names))
-        run = LaneRun(linked, self.members, scales, states, carried, self.grid, table.rows, lanes=lanes)
+        run = LaneRun(linked, self.members, scales, states, carried, self.grid, rows, lanes=lanes)
         run.counts[STATUS, self._near_rank_loss()] = REFUSED
         run.begin()
+        return run
+
+    def in_lanes(self, lanes: int, threads: int) -> EnsembleRun:
+        """Run all members in lanes; those at which G loses rank go on by themselves from there."""
+        table = self._table(padded(len(self.members), lanes))
+        run = self.begun(lanes, table.rows)
         compiled = time.perf_counter() - self.began
         run.march(threads, self.request.progress)
-        table.fill(run, self._left(linked, run))
+        table.fill(run, self._left(run.linked, run))
         self._require_energy(table)
         for i in np.flatnonzero(table.status == RANK_LOST):
             table.fill_one(int(i), self._continued(int(i), run, table))
@@ -182,9 +216,8 @@ class _Ensemble:
 
     def _at_end(self, i: int, run: LaneRun, table: Table) -> Run:
         """Return the run of one member by itself, where its lane has stopped."""
-        alone, column = self._alone(i), run.column(i)
-        memory = nested(form_of(alone.memory), iter(run.numbers[run.places[MEMORY] :, i].tolist()))
-        alone.carried = (column["x"], memory, column["conserved"], column["maxima"], column["pivots"])
+        alone = self._alone(i)
+        alone.carried = run.carried_by(i, alone.memory)
         alone.done = int(table.steps[i])
         alone.row = alone.done // self.grid.every if self.grid.every else 0
         alone.left = self.grid.every - alone.done % self.grid.every if self.grid.every else -1

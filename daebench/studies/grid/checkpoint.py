@@ -1,9 +1,10 @@
-"""Checkpoints of long runs: one file for each, replaced as a whole, from which a run goes on to the same bits."""
+"""Checkpoints of long runs, alone and in lanes: one file for each, replaced as a whole, from which a run goes on to the same bits."""
 
 import hashlib
 import io
 import json
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,11 @@ from daebench.runs.files import atomic
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.run_specification import code_version, defined_by, digest
 from daebench.studies.long.blocks import Blocks
+from daebench.studies.long.lanes import LaneStream
 from daebench.studies.long.run import LongRun, Stream
 from daebench.studies.long.windows import Windows
 
-LAYOUT = 3
+LAYOUT = 4
 """Version of the layout of the file: an archive of NumPy, and a digest of it."""
 
 SEAL = hashlib.sha256().digest_size
@@ -71,38 +73,148 @@ class Checkpoint:
         return np.asarray(self.waiting - self.waiting.dtype.type(self.first), dtype=float)
 
 
+@dataclass(frozen=True)
+class GroupCheckpoint:
+    """Members of an ensemble in lanes as they were left, all after as many steps; those that left their lanes have files of their own.
+
+    Parameters
+    ----------
+    members : tuple of int
+        Their numbers.
+    done : int
+        Steps done.
+    seconds : float
+        CPU time of the loop.
+    windows, blocks : Windows, Blocks
+        Statistics of what is reduced, a row for each member.
+    numbers : ndarray, shape(k, n)
+        All that the loop carries.
+    waiting : ndarray, shape(r, n)
+        Energies H(x) that are sampled and not yet reduced.
+    first : ndarray, shape(n,)
+        H(x0).
+    """
+
+    members: tuple[int, ...]
+    done: int
+    seconds: float
+    windows: Windows
+    blocks: Blocks
+    numbers: Array
+    waiting: Array
+    first: Array
+
+    def each(self, stride: int) -> dict[int, Checkpoint]:
+        """Return the members by number, as they would be left alone but for what the loop carries."""
+        left, seconds = stride - self.done % stride, self.seconds / max(1, len(self.members))
+        return {
+            number: Checkpoint(
+                done=self.done,
+                left=left,
+                passages=0,
+                seconds=seconds,
+                failure="",
+                windows=self.windows.some(k),
+                blocks=self.blocks.some(k),
+                numbers=np.empty(0),
+                waiting=self.waiting[:, k],
+                first=float(self.first[k]),
+            )
+            for k, number in enumerate(self.members)
+        }
+
+
 def identity(spec: LongRun) -> dict[str, Any]:
     """Return all that decides the numbers of a run: its fields, its definition with its numbers, its code, and all versions."""
     code = {"code": spec.code} if spec.code else {}
     return {**spec.plain(), **code, "definition": digest(*defined_by(spec.ivp)), "versions": code_version()}
 
 
+def group_identity(spec: LongRun) -> dict[str, Any]:
+    """Return the same of the members of an ensemble in lanes, whichever these are."""
+    return {name: value for name, value in identity(spec.member_of(0)).items() if name != "member"} | {"in": "lanes"}
+
+
 def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
     """Write a run as it is, whole or not at all."""
     run, blocks = stream.run, stream.blocks
     about = {
-        "layout": LAYOUT,
         "who": who,
         "counts": [run.done, run.left, stream.passages, blocks.length, blocks.pieces],
         "rank_pending": bool(run.rank_pending),
         "failure": run.failure or "",
     }
-    content = io.BytesIO()
-    np.savez(
-        content,
-        about=np.array(json.dumps(about)),
-        reals=np.array([run.seconds, blocks.total, float(run.conserved[0])]),
-        windows=stream.windows.table,
-        means=blocks.means,
-        numbers=stream.numbers(),
-        waiting=run.state_rows[: run.row, 0],
-    )
-    with atomic(path) as scratch:
-        scratch.write_bytes(content.getvalue() + _seal(content.getvalue()))
+    arrays = {
+        "reals": np.array([run.seconds, blocks.total, float(run.conserved[0])]),
+        "windows": stream.windows.table,
+        "means": blocks.means,
+        "numbers": stream.numbers(),
+        "waiting": run.state_rows[: run.row, 0],
+    }
+    _write(path, about, arrays)
 
 
 def load(path: Path, who: dict[str, Any]) -> Checkpoint:
     """Return a run as it was left; raise BadInput if the file is damaged, or is of another run, another definition, or other versions."""
+    about, arrays = _read(path, ("reals", "windows", "means", "numbers", "waiting"))
+    _require_same(path, about, who)
+    done, left, passages, length, pieces = about["counts"]
+    seconds, total, first = map(float, arrays["reals"])
+    blocks = Blocks(length, arrays["means"], total, pieces)
+    failure, pending, windows = about["failure"], about["rank_pending"], Windows(arrays["windows"])
+    return Checkpoint(done, left, passages, seconds, failure, windows, blocks, arrays["numbers"], arrays["waiting"], first, pending)
+
+
+def save_group(path: Path, who: dict[str, Any], stream: LaneStream) -> None:
+    """Write the members that are in lanes as they are, whole or not at all."""
+    blocks = stream.blocks
+    about = {"who": who, "members": list(stream.members), "counts": [stream.done, 0, 0, blocks.length, blocks.pieces], "failure": ""}
+    arrays = {
+        "seconds": np.array(stream.seconds),
+        "first": stream.first,
+        "windows": stream.windows.table,
+        "means": blocks.means,
+        "total": np.asarray(blocks.total),
+        "numbers": stream.numbers(),
+        "waiting": stream.waiting,
+    }
+    _write(path, about, arrays)
+
+
+def load_group(path: Path, who: dict[str, Any]) -> GroupCheckpoint:
+    """Return members in lanes as they were left; raise BadInput as :func:`load` does."""
+    about, arrays = _read(path, ("seconds", "first", "windows", "means", "total", "numbers", "waiting"))
+    _require_same(path, about, who)
+    done, _, _, length, pieces = about["counts"]
+    blocks = Blocks(length, arrays["means"], arrays["total"], pieces)
+    kept = Windows(arrays["windows"]), blocks, arrays["numbers"], arrays["waiting"], arrays["first"]
+    return GroupCheckpoint(tuple(about["members"]), done, float(arrays["seconds"]), *kept)
+
+
+def progress_of(path: Path) -> tuple[int, int, bool]:
+    """Return of how many members a checkpoint is, how many steps each has done, and whether it stopped early; (0, 0, False) if unread."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            about = json.loads(str(arrays["about"]))
+        return len(about.get("members", [0])), about["counts"][0], bool(about["failure"])
+    except UNREADABLE:
+        return 0, 0, False  # load says what is wrong with it
+
+
+UNREADABLE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile)
+"""What reading a damaged archive raises."""
+
+
+def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
+    content = io.BytesIO()
+    named: dict[str, Any] = {"about": np.array(json.dumps({"layout": LAYOUT, **about})), **arrays}
+    np.savez(content, **named)
+    with atomic(path) as scratch:
+        scratch.write_bytes(content.getvalue() + _seal(content.getvalue()))
+
+
+def _read(path: Path, names: tuple[str, ...]) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return what is written in a file of this layout, and its arrays; of another layout there are none."""
     try:
         whole = path.read_bytes()
         content, seal = whole[:-SEAL], whole[-SEAL:]
@@ -110,15 +222,10 @@ def load(path: Path, who: dict[str, Any]) -> Checkpoint:
             raise ValueError("it is not what was written")
         with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
             about = json.loads(str(arrays["about"]))
-            reals, windows, means, numbers, waiting = (arrays[name] for name in ("reals", "windows", "means", "numbers", "waiting"))
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as error:
+            _require_layout(path, about)
+            return about, {name: arrays[name] for name in names}
+    except UNREADABLE as error:
         raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {error}; remove it to begin anew.") from error
-    _require_same(path, about, who)
-    done, left, passages, length, pieces = about["counts"]
-    blocks = Blocks(length, means, float(reals[1]), pieces)
-    seconds, _, first = map(float, reals)
-    failure, pending = about["failure"], about["rank_pending"]
-    return Checkpoint(done, left, passages, seconds, failure, Windows(windows), blocks, numbers, waiting, first, pending)
 
 
 def _seal(content: bytes) -> bytes:
@@ -126,11 +233,16 @@ def _seal(content: bytes) -> bytes:
     return hashlib.sha256(content).digest()
 
 
+OTHER = "name another folder by --out, or remove it to begin anew"
+
+
+def _require_layout(path: Path, about: dict[str, Any]) -> None:
+    if about.get("layout") != LAYOUT:
+        raise BadInput(f"{path} is of another version of daebench (layout {about.get('layout')}, here {LAYOUT}); {OTHER}.")
+
+
 def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> None:
     """Refuse what another run left, or this one as other versions compute it."""
-    other = "name another folder by --out, or remove it to begin anew"
-    if about.get("layout") != LAYOUT:
-        raise BadInput(f"{path} is of another version of daebench (layout {about.get('layout')}, here {LAYOUT}); {other}.")
     theirs = about["who"]
     differ = [name for name in who if theirs.get(name) != who[name]]
     if "definition" not in differ:
@@ -138,13 +250,13 @@ def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> Non
     named = [name for name in differ if name not in ("definition", "code", "versions")]
     if named:
         what = ", ".join(f"{name} = {theirs.get(name)}, not {who[name]}" for name in named)
-        raise BadInput(f"{path} is of a run with {what}; {other}.")
+        raise BadInput(f"{path} is of a run with {what}; {OTHER}.")
     if "definition" in differ:
-        raise BadInput(f"{path} is of another definition of {who['problem']}, whose file has changed since; {other}.")
+        raise BadInput(f"{path} is of another definition of {who['problem']}, whose file has changed since; {OTHER}.")
     if "code" in differ:
-        raise BadInput(f"{path} is of another text of {who['method']}, which has changed since; {other}.")
+        raise BadInput(f"{path} is of another text of {who['method']}, which has changed since; {OTHER}.")
     if "versions" in differ:
-        raise BadInput(f"{path} was made by another version of daebench or of its libraries, which may round differently; {other}.")
+        raise BadInput(f"{path} was made by another version of daebench or of its libraries, which may round differently; {OTHER}.")
 
 
 def resumed(stream: Stream, checkpoint: Checkpoint) -> None:

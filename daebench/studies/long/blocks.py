@@ -1,6 +1,7 @@
 """Means of a long series over blocks of equal length, a bounded number of them: when there are many, they are joined in pairs."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -15,34 +16,34 @@ MANY = 1024
 
 @dataclass
 class Blocks:
-    """Means of a series over blocks of equal length.
+    """Means of a series, or of several of the same length, over blocks of equal length.
 
     Parameters
     ----------
     length : int
         Samples of a block, a power of two.
-    means : ndarray, shape(blocks,)
+    means : ndarray, shape(blocks,) or shape(n, blocks)
         Means of the blocks so far.
-    total, pieces : float and int
+    total, pieces : float or ndarray, shape(n,), and int
         Sum of the means of the pieces of BLOCK samples that a longer block has so far, and their number.
     """
 
     length: int = 1
     means: Array = field(default_factory=lambda: np.empty(0))
-    total: float = 0.0
+    total: Any = 0.0
     pieces: int = 0
 
     def add(self, values: Array) -> None:
-        """Add the next samples, shape(BLOCK,)."""
+        """Add the next samples, shape(BLOCK,) or shape(n, BLOCK)."""
         if self.length <= BLOCK:
-            block_means = np.mean(values.reshape(-1, self.length), axis=1)
+            block_means = np.mean(values.reshape(*values.shape[:-1], -1, self.length), axis=-1)
         else:
-            self.total, self.pieces = self.total + float(np.mean(values)), self.pieces + 1
+            self.total, self.pieces = self.total + np.mean(values, axis=-1), self.pieces + 1
             if self.pieces * BLOCK < self.length:
                 return
-            block_means, self.total, self.pieces = np.array([self.total / self.pieces]), 0.0, 0
-        self.means = np.concatenate([self.means, block_means])
-        while len(self.means) >= MANY:
+            block_means, self.total, self.pieces = np.asarray(self.total / self.pieces)[..., None], 0.0 * self.total, 0
+        self.means = np.concatenate([self.means, block_means], axis=-1)
+        while self.means.shape[-1] >= MANY:
             self.means, self.length = joined(self.means), 2 * self.length
 
     def with_(self, values: Array) -> "Blocks":
@@ -58,10 +59,15 @@ class Blocks:
             means = joined(means)
         return means
 
+    def some(self, rows: Any) -> "Blocks":
+        """Return those of some of the series, or of one, by their numbers."""
+        return Blocks(self.length, self.means[rows].copy(), self.total[rows], self.pieces)
+
 
 def joined(means: Array) -> Array:
     """Return the means of neighbours, two and two; the last one of an odd number is left out."""
-    return np.asarray(np.mean(means[: len(means) // 2 * 2].reshape(-1, 2), axis=1))
+    pairs = means[..., : means.shape[-1] // 2 * 2].reshape(*means.shape[:-1], -1, 2)
+    return np.asarray(np.mean(pairs, axis=-1))
 
 
 def middles(blocks: int, length: int) -> Array:

@@ -12,6 +12,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+MANY = 16
+"""Members from which on quantiles are drawn in place of each member."""
+
+BANDS = ((0.05, 0.95), (0.25, 0.75))
+"""Quantiles over members between which there is a band."""
+
 BELOW = 30.0
 """Factor below the least value over all members that is drawn: where a member's error changes sign it is as small as can be."""
 
@@ -20,8 +26,8 @@ def draw(out: Path, stem: str, title: str, member_windows: "pd.DataFrame", table
     """Write ``STEM.svg``, PNG and CSV of the windows over all members, and ``STEM-members.csv``; return the path of the SVG.
 
     Left is the rms error of each member and of all; right, where there are several, how far each member's mean is from the mean of all,
-    and the spread. Thin lines have the slopes 1/2 of a random walk and 1 of a linear drift. The tables are those of
-    :mod:`daebench.studies.long.table`, the title is written above.
+    and the spread. Of sixteen members or more there are bands that hold the middle 50 and 90 of 100. Thin lines have the slopes 1/2 of a
+    random walk and 1 of a linear drift. The tables are those of :mod:`daebench.studies.long.table`, the title is written above.
     """
     several = int(table["members"].max()) > 1
     with drawing():
@@ -40,8 +46,11 @@ def draw(out: Path, stem: str, title: str, member_windows: "pd.DataFrame", table
 def _panel(
     axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", t: "pd.Series[float]", all_: Any, color: str, label: str
 ) -> None:
-    for _, rows in values.where(values > 0).groupby(member_windows["member"]):
-        axis.plot(member_windows["t"][rows.index], rows, color=QUIET, linewidth=0.5, alpha=0.6)
+    if member_windows["member"].nunique() >= MANY:
+        _bands(axis, member_windows, values, color)
+    else:
+        for _, rows in values.where(values > 0).groupby(member_windows["member"]):
+            axis.plot(member_windows["t"][rows.index], rows, color=QUIET, linewidth=0.5, alpha=0.6)
     axis.plot(t, all_.where(all_ > 0), color=color, marker="o", markersize=2.5, linewidth=1.6, label=label)
     _guides(axis, np.asarray(t, dtype=float), np.asarray(all_, dtype=float))
     axis.set(xscale="log", yscale="log", xlabel="time t [s]")
@@ -49,6 +58,16 @@ def _panel(
     if len(positive):
         axis.set_ylim(bottom=positive.min() / BELOW)
     axis.legend(loc="best")
+
+
+def _bands(axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", color: str) -> None:
+    """Fill what is between quantiles over members in each window that has as many samples of one as of any."""
+    full = member_windows["samples"] == member_windows.groupby("window")["samples"].transform("max")
+    groups = values[full].groupby(member_windows["window"][full])
+    t = member_windows[full].groupby("window")["t"].first()
+    for low, high in BANDS:
+        label = f"{100 * (high - low):.0f} of 100 members"
+        axis.fill_between(t, groups.quantile(low), groups.quantile(high), color=color, alpha=0.18, linewidth=0, label=label)
 
 
 def _guides(axis: Any, t: Array, all_: Array) -> None:

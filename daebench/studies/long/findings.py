@@ -12,7 +12,7 @@ from daebench.studies.grid.checkpoint import Checkpoint
 from daebench.studies.long.ensemble import Ensemble
 from daebench.studies.long.figure import draw
 from daebench.studies.long.table import Share, growth, members_table, share, windows_table
-from daebench.studies.long.verdict import sentence
+from daebench.studies.long.verdict import headline, sentence
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,7 +71,8 @@ class Findings:
 
     def write(self, out: Path) -> Path | None:
         """Write picture and tables to a folder, and return the path of the SVG; None where no member came to its first sample."""
-        return draw(out, self.ensemble.stem, self.name, self.each, self.table) if len(self.each) else None
+        title = f"{headline(self.growth)}\n{self.name}"
+        return draw(out, self.ensemble.stem, title, self.each, self.table) if len(self.each) else None
 
     def plain(self) -> dict[str, Any]:
         """Return everything as JSON has it."""
@@ -84,6 +85,8 @@ class Findings:
             "failures": self.failures,
             "growth": None if self.growth is None else asdict(self.growth),
             "told_from": asdict(self.share) | {"until": None if math.isnan(self.share.until) else self.share.until},
+            "exponent": getattr(self.growth, "exponent", None),
+            "standard_error": getattr(self.growth, "exponent_error", None),
             "verdict": self.verdict,
             "windows": self.table.to_dict("records"),
         }

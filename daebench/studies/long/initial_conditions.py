@@ -1,9 +1,14 @@
 """The starts of an ensemble: states of the same motion that round differently."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from daebench.runs.ivp import Ivp
-from daebench.studies.initial_conditions import neighbour
+from daebench.diagnostics.projected_members import project_members, require_projected
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.members import Members, members
+from daebench.studies.initial_conditions import beside, neighbour
 
 ROUNDINGS = 1024.0
 """Size of the perturbations in roundings of the number type, relative to the largest coordinate: 2.3e-13 in double precision."""
@@ -24,3 +29,16 @@ def start_of(ivp: Ivp, member: int, precision: str) -> Ivp:
     BadInput is raised if the start cannot be projected, as where vectors are arrays.
     """
     return ivp if member == 0 else neighbour(ivp, ROUNDINGS * float(np.finfo(precision).eps), member)
+
+
+def starts_of(ivp: Ivp, numbers: Sequence[int], h: float) -> Members:
+    """Return members of an ensemble by their numbers, each to the bit where :func:`start_of` has it begin in double precision.
+
+    BadInput is raised if a start cannot be projected, as where vectors are arrays.
+    """
+    size = ROUNDINGS * float(np.finfo(float).eps)
+    xi = np.array([np.random.default_rng(number).uniform(-1, 1, ivp.size) for number in numbers])
+    moved = members(ivp, beside(ivp, size, xi), h, {})
+    some = moved if isinstance(ivp, PoissonIvp) else require_projected(project_members(moved), f"a neighbourhood of size {size:.2g}")
+    own = np.equal(numbers, 0)[:, None]
+    return replace(some, start=tuple(np.where(own, x, vectors) for x, vectors in zip(ivp.start, some.start, strict=True)))

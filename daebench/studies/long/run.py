@@ -96,13 +96,6 @@ class LongRun(RunSpecification):
         """Return what the method is asked to do."""
         return Request(value=self.h, steps=steps, every=0, watch=(), count=False, precision=self.precision)
 
-    def trial(self, steps: int, seconds: float = 0.3) -> tuple[float, str]:
-        """Return the steps a second of CPU time in a trial of about so many seconds, and why that stopped early; "" if it did not."""
-        stream = Stream(self, steps)
-        while stream.going and stream.run.seconds < seconds:
-            stream.advance()
-        return float(stream.run.done / max(stream.run.seconds, 1e-9)), stream.run.failure or ""
-
     def begun(self, steps: int) -> Any:
         """Return a run of so many steps at its start, linked and compiled."""
         solver, ivp = self.solver, self.ivp
@@ -150,6 +143,26 @@ class Stream:
         return self.run.failure is None and self.run.done < self.run.grid.steps
 
     @property
+    def done(self) -> int:
+        """Steps done."""
+        return int(self.run.done)
+
+    @property
+    def steps(self) -> int:
+        """Steps at its end."""
+        return int(self.run.grid.steps)
+
+    @property
+    def seconds(self) -> float:
+        """CPU time of the loop."""
+        return float(self.run.seconds)
+
+    @property
+    def failure(self) -> str:
+        """Why it stopped early; "" if it did not."""
+        return self.run.failure or ""
+
+    @property
     def waiting(self) -> Array:
         """Errors of the energy that are sampled and not yet reduced, shape(k,): H(x) - H(x0) in the run's number type."""
         energies = self.run.state_rows[: self.run.row, 0]
@@ -165,9 +178,10 @@ class Stream:
         run.passages.clear()
         self._require_finite(first)
         if run.row >= BLOCK:
-            self._reduce()
+            self.reduce()
 
-    def _reduce(self) -> None:
+    def reduce(self) -> None:
+        """Take the samples that fill the buffer into windows and blocks."""
         run = self.run
         values = self.waiting[:BLOCK]
         self.windows.add(values)
@@ -182,9 +196,7 @@ class Stream:
         wrong = np.flatnonzero(~(np.abs(run.state_rows[first : run.row, 0].astype(float)) < LARGEST))
         if len(wrong):
             run.row = first + int(wrong[0])
-            t = (self.windows.samples + run.row + 1) * run.grid.every * run.grid.h
-            where = f"{self.spec.method} on {self.spec.problem}, case {self.spec.case}"
-            run.failure = f"{where}: the energy is beyond {LARGEST:g} at t = {t:.9g}; use a smaller h."
+            run.failure = beyond(self.spec, self.windows.samples + run.row + 1)
 
     def numbers(self) -> Array:
         """Return all numbers that the loop carries, on one line; float32 is exact in float64."""
@@ -193,6 +205,12 @@ class Stream:
     def restore(self, numbers: Array) -> None:
         """Put back what :meth:`numbers` returned."""
         self.run.carried = _shaped(self.run.carried, iter(numbers))
+
+
+def beyond(spec: LongRun, sample: int) -> str:
+    """Return why a run was given up whose energy is beyond all bounds at a sample, counted from 1."""
+    where = f"{spec.method} on {spec.problem}, case {spec.case}"
+    return f"{where}: the energy is beyond {LARGEST:g} at t = {sample * spec.stride * spec.h:.9g}; use a smaller h."
 
 
 def _flat(x: Any) -> Iterator[float]:

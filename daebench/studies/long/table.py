@@ -1,6 +1,6 @@
 """What long runs tell: statistics of windows, over the members of an ensemble, and a verdict."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -8,11 +8,12 @@ import numpy as np
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
+from daebench.runs.trajectory import Array
 from daebench.studies.grid.checkpoint import Checkpoint
 from daebench.studies.long.blocks import middles
 from daebench.studies.long.initial_conditions import ROUNDINGS
 from daebench.studies.long.run import LongRun
-from daebench.studies.long.windows import COUNT, LEAST, MEAN, MOST, centres, mean_square
+from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, centres, mean_square
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -107,6 +108,17 @@ def windows_table(member_windows: "pd.DataFrame") -> "pd.DataFrame":
     return table.assign(spread=groups["mean"].std(ddof=1), largest=groups["largest"].max()).reset_index(drop=True)
 
 
+def common_windows(spec: LongRun, members: Iterable[Checkpoint]) -> tuple[Array, Array]:
+    """Return the centres t in seconds of the windows that all members have filled alike, shape(w,), and their means, shape(N, w)."""
+    tables = [checkpoint.windows.with_(checkpoint.errors).table for checkpoint in members]
+    fewest = min(map(len, tables))
+    counts = np.array([table[:fewest, COUNT] for table in tables])
+    alike = np.all(counts == np.diff(EDGES)[:fewest], axis=0)
+    alike[-1] |= np.all(counts[:, -1] == counts[0, -1])
+    means = np.array([table[:fewest, MEAN] for table in tables])[:, alike]
+    return centres(tables[0][:fewest])[alike] * spec.stride * spec.h, means
+
+
 def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | None:
     """Return how the energy error grows: of an ensemble of 16 or more a :class:`Walk`, of fewer the :class:`Drift` of their mean.
 
@@ -123,5 +135,5 @@ def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | N
     first = abs(next(iter(members.values())).first)
     resolution = float(np.finfo(spec.precision).eps) * max(first, ROUNDINGS * float(np.max(np.abs(error))))
     if len(error) >= MEMBERS:
-        return random_walk(t, error, resolution=resolution)
+        return random_walk(t, error, resolution=resolution, windows=common_windows(spec, counted_members(members).values()))
     return energy_drift(t, np.mean(error, axis=0), resolution=resolution)

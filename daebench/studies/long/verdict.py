@@ -54,6 +54,17 @@ def _of_ensemble(walk: Walk) -> str:
     return sentences[walk.verdict]
 
 
+def headline(growth: Walk | Drift | None) -> str:
+    """Return the answer in a few words, with the exponent of the spread and one standard error where there is one."""
+    if growth is None:
+        return "undetermined"
+    brief = growth.verdict if growth.verdict != "drifts" else f"drifts, {growth.law}"
+    if isinstance(growth, Walk) and not math.isnan(growth.exponent):
+        spread = f"{growth.exponent:.4f} $\\pm$ {growth.exponent_error:.4f}"
+        return f"{brief}: spread ~ t^({spread}) over {growth.decades:.1f} decades, {growth.members} members"
+    return brief
+
+
 def _law(growth: Walk | Drift) -> str:
     """Return the law of a drift of the mean, and how much it is."""
     of = f"the mean of {growth.members} members" if isinstance(growth, Walk) else "the energy"

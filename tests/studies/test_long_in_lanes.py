@@ -1,0 +1,222 @@
+"""Ensembles of long runs in lanes: the bits of single runs, members that leave their lanes, checkpoints, and what the command says."""
+
+import json
+import signal
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from daebench.errors import BadInput
+from daebench.studies.grid.checkpoint import group_identity, load_group, save_group
+from daebench.studies.grid.interrupts import terminated_as_interrupted
+from daebench.studies.long import blocks, initial_conditions, lanes
+from daebench.studies.long import ensemble as ensembles
+from daebench.studies.long import run as long_run
+from daebench.studies.long.ensemble import Ensemble
+from daebench.studies.long.initial_conditions import start_of, starts_of
+from daebench.studies.long.lanes import LaneStream
+from daebench.studies.long.run import LongRun, Stream
+
+PENDULUM = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01, stride=3)
+RUNS = {
+    "compensated": replace(PENDULUM, method="rattle/kahan_li8", h=0.1, compensated=True),
+    "local": replace(PENDULUM, method="local:midpoint", h=0.02),
+    "poisson": LongRun(problem="free_rigid_body", case="symmetric", method="strang", h=0.05, stride=3),
+    "shake": replace(PENDULUM, method="shake"),
+}
+STEPS = 500
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    """Have samples be reduced 32 at a time, and few blocks kept."""
+    for module in (long_run, blocks, lanes):
+        monkeypatch.setattr(module, "BLOCK", 32)
+    monkeypatch.setattr(blocks, "MANY", 2)
+
+
+def alone(spec, number, steps=STEPS):
+    stream = Stream(spec.member_of(number), steps)
+    while stream.going:
+        stream.advance()
+    return stream
+
+
+def together(spec, members, steps=STEPS):
+    stream = LaneStream(spec, members, steps)
+    while stream.going:
+        assert stream.advance() == []
+    return stream
+
+
+def bits(windows, means, waiting):
+    return windows.table.tobytes(), means.means.tobytes(), means.length, np.float64(means.total).tobytes(), means.pieces, waiting.tobytes()
+
+
+def bits_alone(stream):
+    return bits(stream.windows, stream.blocks, stream.run.state_rows[: stream.run.row, 0])
+
+
+def bits_in_lanes(stream, k):
+    return bits(stream.windows.some(k), stream.blocks.some(k), np.ascontiguousarray(stream.waiting[:, k]))
+
+
+def flat(x):
+    return [number for part in x for number in flat(part)] if isinstance(x, tuple) else [*np.ravel(x)]
+
+
+@pytest.mark.parametrize("spec", [PENDULUM, *(pytest.param(RUNS[name], id=name, marks=pytest.mark.slow) for name in RUNS)])
+def test_members_in_lanes_have_the_bits_of_runs_by_themselves(spec, small_blocks):
+    stream = together(spec, range(19))
+    assert (stream.done, stream.windows.samples + stream.row) == (STEPS, STEPS // 3)
+    for k in (0, 7, 18):
+        single = alone(spec, k)
+        assert bits_in_lanes(stream, k) == bits_alone(single)
+        carried = stream.run.carried_by(k, single.run.memory)
+        assert np.array(flat(carried)).tobytes() == single.numbers().tobytes()
+
+
+def test_starts_of_members_are_those_of_single_runs():
+    ivp = PENDULUM.member_of(0).ivp
+    some = starts_of(ivp, [0, 3, 11], 0.01)
+    for k, number in enumerate((0, 3, 11)):
+        single = start_of(ivp, number, "float64")
+        assert [x[k].tobytes() for x in some.start] == [x.tobytes() for x in single.start]
+
+
+def test_lanes_that_are_left_and_taken_up_again_end_with_the_same_bits(small_blocks, monkeypatch, random, tmp_path):
+    file, who = tmp_path / "lanes.npz", group_identity(PENDULUM)
+    whole = together(PENDULUM, range(5))
+    monkeypatch.setattr(lanes, "next_piece", lambda *_: int(random.integers(1, 60)))
+    stream, left = LaneStream(PENDULUM, range(5), STEPS), 0
+    while stream.going:
+        stream.advance()
+        if random.random() < 0.3:
+            save_group(file, who, stream)
+            kept = load_group(file, who)
+            stream, left = LaneStream(PENDULUM, kept.members, STEPS), left + 1
+            stream.restore(kept.done, kept.seconds, kept.numbers, kept.waiting, kept.windows, kept.blocks)
+    assert left > 3
+    assert [bits_in_lanes(stream, k) for k in range(5)] == [bits_in_lanes(whole, k) for k in range(5)]
+    assert stream.numbers().tobytes() == whole.numbers().tobytes()
+
+
+@pytest.fixture
+def scattered(monkeypatch):
+    """Have starts differ so much that some members stop early, at different times."""
+    monkeypatch.setattr(initial_conditions, "ROUNDINGS", 0.9 / 2.0**-52)
+    long_run._ivp.cache_clear()
+    yield replace(PENDULUM, h=0.45, stride=2)
+    long_run._ivp.cache_clear()
+
+
+def test_members_that_fail_keep_step_and_reason_and_the_others_go_on(scattered, small_blocks, tmp_path):
+    ensemble = Ensemble(scattered, 20, STEPS, tmp_path)
+    ensemble.run(1, lambda _: None)
+    kept = ensemble.kept()
+    failed = {k for k, checkpoint in kept.items() if checkpoint.failure}
+    assert sorted(kept) == list(range(20))
+    assert 3 <= len(failed) <= 17
+    for k in range(20):
+        single, checkpoint = alone(scattered, k), kept[k]
+        assert (checkpoint.failure, checkpoint.done) == (single.failure, single.done)
+        assert bits(checkpoint.windows, checkpoint.blocks, np.ascontiguousarray(checkpoint.waiting)) == bits_alone(single)
+    assert len({kept[k].done for k in failed}) > 1
+    assert {path.name for path in tmp_path.glob("*.npz")} == {ensemble.path(0, 19).name} | {ensemble.path(k).name for k in failed}
+    assert Ensemble(scattered, 20, STEPS, tmp_path).pieces(2) == []
+
+
+def test_members_whose_energy_is_beyond_all_bounds_are_given_up(small_blocks, tmp_path):
+    spec = LongRun(problem="spherical_pendulum", case="fig1.2", method="rk4", h=0.4, stride=2)
+    ensemble = Ensemble(spec, 3, 2000, tmp_path)
+    ensemble.run(1, lambda _: None)
+    for k, checkpoint in ensemble.kept().items():
+        single = alone(spec, k, 2000)
+        assert "the energy is beyond 1e+140 at t = " in checkpoint.failure
+        assert checkpoint.failure == single.failure
+        assert checkpoint.windows.with_(checkpoint.errors).table.tobytes() == single.windows.with_(single.waiting).table.tobytes()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["stop", "continue"])
+def test_members_whose_G_loses_rank_go_on_by_themselves(mode, small_blocks, tmp_path):
+    spec = LongRun(problem="slider_crank", case="lock_up", method="rattle", h=0.005, stride=3, on_singular=mode)
+    ensemble = Ensemble(spec, 4, STEPS, tmp_path)
+    ensemble.run(1, lambda _: None)
+    for k, checkpoint in ensemble.kept().items():
+        single = alone(spec, k)
+        assert (checkpoint.failure, checkpoint.done, checkpoint.passages) == (single.failure, single.done, single.passages)
+        assert bits(checkpoint.windows, checkpoint.blocks, np.ascontiguousarray(checkpoint.waiting)) == bits_alone(single)
+        assert ("G loses rank" in checkpoint.failure) == (mode == "stop")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
+def test_a_signal_leaves_a_checkpoint_that_is_gone_on_with_to_the_same_bits(number, small_blocks, monkeypatch, tmp_path):
+    told = []
+
+    def stop(part):
+        told.append(part)
+        if len(told) == 2:
+            signal.raise_signal(number)
+
+    monkeypatch.setattr(lanes, "next_piece", lambda *_: 50)
+    ensemble, whole = (Ensemble(PENDULUM, 18, STEPS, tmp_path / name) for name in ("left", "whole"))
+    for each in (ensemble, whole):
+        each.folder.mkdir()
+    with pytest.raises(KeyboardInterrupt), terminated_as_interrupted():
+        ensemble.run(1, stop)
+    assert len(told) == 2
+    assert {checkpoint.done for checkpoint in ensemble.kept().values()} == {64 + 32}
+    assert [len(piece.members) for piece in ensemble.pieces(1)] == [18]
+    for each in (ensemble, whole):
+        each.run(1, lambda _: None)
+        assert each.done() == 1
+    for k in range(18):
+        left, other = (each.kept()[k] for each in (ensemble, whole))
+        assert bits(left.windows, left.blocks, np.ascontiguousarray(left.waiting)) == bits(
+            other.windows, other.blocks, np.ascontiguousarray(other.waiting)
+        )
+
+
+def test_an_ensemble_grows_by_members_and_steps(small_blocks, tmp_path):
+    for members, steps in ((1, 300), (17, 300), (20, 300), (20, STEPS)):
+        ensemble = Ensemble(PENDULUM, members, steps, tmp_path)
+        ensemble.check()
+        ensemble.run(1, lambda _: None)
+        assert {checkpoint.done for checkpoint in ensemble.kept().values()} == {steps}
+    assert sorted(path.name[len(ensemble.stem) + 1 : -4] for path in tmp_path.glob("*.npz")) == ["000", "001-016", "017-019"]
+    few = Ensemble(PENDULUM, 9, STEPS, tmp_path)
+    assert (sorted(few.kept()), few.pieces(1)) == (list(range(9)), [])
+    with pytest.raises(BadInput, match="has 500 steps already, and 300 are asked for"):
+        Ensemble(PENDULUM, 20, 300, tmp_path).check()
+
+
+def test_lanes_of_another_run_and_damaged_ones_are_refused(tmp_path):
+    stream, file = LaneStream(PENDULUM, range(2), 9), tmp_path / "lanes.npz"
+    save_group(file, group_identity(PENDULUM), stream)
+    with pytest.raises(BadInput, match=r"is of a run with h = 0.01, not 0.02; name another folder"):
+        load_group(file, group_identity(replace(PENDULUM, h=0.02)))
+    file.write_bytes(file.read_bytes()[:-40])
+    with pytest.raises(BadInput, match=r"is damaged, or no checkpoint of a long run.*remove it"):
+        load_group(file, group_identity(PENDULUM))
+
+
+def test_pieces_are_for_all_workers_and_not_smaller_than_a_vector():
+    sizes = {workers: [len(run) for run in ensembles._runs(range(100), 16 * max(1, -(-100 // (workers * 16))))] for workers in (1, 2, 8)}
+    assert sizes == {1: [100], 2: [64, 36], 8: [16, 16, 16, 16, 16, 16, 4]}
+    assert ensembles._runs([1, 2, 5, 6, 7, 9], 2) == [[1, 2], [5, 6], [7], [9]]
+
+
+def test_the_command_gives_exponent_standard_error_verdict_and_bands(daebench, tmp_path):
+    words = ("long", "planar_pendulum", "--case", "rotating", "--methods", "rattle", "--h", "0.01", "--stride", "3", "--steps", "6e4")
+    status, out, err = daebench(*words, "--ensemble", "64", "--workers", "1", "--out", tmp_path, "--json")
+    (run,) = json.loads(out)["runs"]
+    assert (status, err) == (0, "")
+    assert run["growth"]["members"] == 64
+    assert (run["exponent"], run["standard_error"]) == (run["growth"]["exponent"], run["growth"]["exponent_error"])
+    assert abs(run["exponent"] - 0.5) < 4 * run["standard_error"] < 0.4
+    assert run["verdict"].startswith("random walk: the spread of 64 members grows as t^(0.")
+    picture = next(tmp_path.glob("*.svg")).read_text()
+    assert "random walk: spread" in picture
+    assert "90 of 100 members" in picture
