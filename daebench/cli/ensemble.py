@@ -1,18 +1,38 @@
 """``daebench ensemble``: one method on many starts at once."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Compensated, Free, Json, Method, OnSingular, Overwrite, Param, Problem
+from daebench.cli.arguments import (
+    Anyway,
+    Case,
+    Compensated,
+    Free,
+    Json,
+    Method,
+    OnSingular,
+    Overwrite,
+    Param,
+    Problem,
+    Scheduler,
+    Store,
+    TlsCaFile,
+    TlsCert,
+    TlsKey,
+)
 from daebench.cli.console import bar, number, pairs, print_json, print_table
+from daebench.cli.executors import Executors
 from daebench.errors import BadInput
+from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
     from daebench.studies.ensemble.result import Ensemble
+    from daebench.studies.grid.store import Store as GridStore
 
 
 class Distribution(StrEnum):
@@ -59,28 +79,61 @@ def ensemble(
     on_singular: OnSingular = None,
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for starts.csv, ends.csv and a picture.")] = None,
+    store: Store = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Processes that make pieces of it; this one if left out.")] = None,
+    scheduler: Scheduler = None,
+    tls_ca_file: TlsCaFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Run one method on many starts at once, several in the vectors of each core; exit 1 if a member stops early."""
+    """Run one method on many starts at once, several in the vectors of each core; exit 1 if a member stops early.
+
+    With --out or --store, members are kept piece by piece: what was made is not made again, and Ctrl-C loses little.
+    """
     from daebench.studies.ensemble.run import ensemble as made
 
     _check_place(out, overwrite=overwrite)
+    executors = _executors(workers, scheduler, Tls(tls_ca_file, tls_cert, tls_key), kept=bool(store or out))
     drawn = {"size": size, "box": bounds("--box", box), "E": energy, "values": _values(grid)}
-    with bar(f"{method} on {problem}") as progress:
+    with _kept(store, out) as opened, executors.opened() as executor, bar(f"{method} on {problem}") as progress:
         asked: dict[str, Any] = {"starts": "grid" if grid else starts.value, "vary": bounds("--vary", vary)}
         asked |= {"drawn": {name: value for name, value in drawn.items() if value is not None}}
         asked |= {"h": h, "t_end": t_end, "steps": steps, "members": members, "seed": seed, "points": points}
         asked |= {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
         asked |= {"compensated": compensated, "on_singular": on_singular, "anyway": anyway}
-        result = made(problem, method=method, **asked, progress=progress)
-    written = _write(out, result)
-    summary = result.summary() | {"files": written or None}
+        result = made(problem, method=method, **asked, progress=progress, store=opened, executor=executor)
+    _tell(result, out, as_json=as_json)
+    raise typer.Exit(1 if len(result.run.failed) else 0)
+
+
+def _tell(result: "Ensemble", out: Path | None, *, as_json: bool) -> None:
+    """Write what an ensemble says to a folder, and print it."""
+    summary = result.summary() | {"files": _write(out, result) or None}
     if as_json:
         print_json(summary)
     else:
         _print(summary, result)
-    raise typer.Exit(1 if summary["failed"] else 0)
+
+
+def _executors(workers: int | None, scheduler: str | None, tls: Tls, *, kept: bool) -> Executors:
+    """Return what makes the pieces of an ensemble: this process, unless another is asked for."""
+    if not kept and (workers is not None or scheduler is not None):
+        raise BadInput("--workers and --scheduler make pieces of an ensemble that are kept; name a file by --store, or a folder by --out.")
+    return Executors(timed=False, workers=1 if scheduler is None and workers is None else workers, scheduler=scheduler, tls=tls)
+
+
+@contextmanager
+def _kept(store: Path | None, out: Path | None) -> "Iterator[GridStore | None]":
+    """Open the store of an ensemble that is kept for the time of a block: the file that is named, or that in its folder."""
+    from daebench.studies.grid.store import opened
+
+    if store is None and out is None:
+        yield None
+        return
+    with opened(store or Path(str(out)) / "studies.db") as runs:
+        yield runs
 
 
 def bounds(option: str, given: list[str] | None) -> dict[str, tuple[float, float]] | None:

@@ -13,10 +13,11 @@ from daebench.studies.grid import parameter_rows
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import frame
 from daebench.studies.grid.measure import measured_row, row_of
-from daebench.studies.grid.parameter_runs import ParameterRuns, specification_of
+from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN, compared
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import StoredRow, as_json, of_json, opened
 

@@ -14,11 +14,15 @@ from daebench.runs.grid import require_memory
 from daebench.runs.request import Progress
 from daebench.studies.ensemble.distributions.draw import distribution_of, draw_starts
 from daebench.studies.ensemble.distributions.grid import Grid
+from daebench.studies.ensemble.kept import kept_run, settings_of
 from daebench.studies.ensemble.result import Ensemble
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from daebench.runs.ivp import InitialValueProblem
     from daebench.studies.ensemble.distributions.starts import Distribution
+    from daebench.studies.grid.store import Store
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
 
@@ -45,6 +49,8 @@ def ensemble(
     lanes: int | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
+    store: "Store | None" = None,
+    executor: "Executor | None" = None,
     **settings: Any,
 ) -> Ensemble:
     """Return the runs of one fixed-step method from many starts, each to the bit what a run of its own would be.
@@ -92,6 +98,13 @@ def ensemble(
         Number of cores; all that there are if left out.
     progress : callable, optional
         Told the fraction done.
+    store : Store, optional
+        Where pieces of up to 256 members are kept, see :func:`daebench.studies.grid.store.opened`: those that are there are not made again,
+        and an ensemble that was interrupted goes on to the same bits.
+    executor : Executor, optional
+        What makes pieces that are kept: processes of this machine, or a Dask cluster, see
+        :func:`daebench.studies.grid.schedulers.local_processes` and :func:`daebench.studies.grid.schedulers.dask_cluster`; this process if
+        left out.
     **settings
         Of :func:`daebench.methods.run.prepare`: ``case``, ``parameters``, ``options``, ``watch``, ``on_singular``, ``compensated``,
         ``anyway``, ``count``.
@@ -103,15 +116,16 @@ def ensemble(
     Raises
     ------
     BadInput
-        If the request cannot be met, the method has no fixed steps, there is no member, or states do not fit into memory.
+        If the request cannot be met, the method has no fixed steps, there is no member, or states do not fit into memory; or there is an
+        executor without a store.
     """
-    if whole("points", points) < 1:
-        raise BadInput(f"points = {points} must be at least 1: the start and the end.")
+    _require(points, store, executor)
     distribution = distribution_of(starts, drawn or {})
     sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
     if sizes is not None and (h is not None or steps is None):
         raise BadInput("with h in the grid give a number of steps, and no other h: members then end at times of their own.")
     settings = {"count": False} | settings
+    given = dict(settings)
     where = initial_value_problem(problem, settings.pop("case", None), settings.pop("parameters", None))
     if not isinstance(method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False)), FixedStepMethod):
         raise BadInput(f"{method} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
@@ -124,4 +138,14 @@ def ensemble(
     require_memory(replace(grid, every=every), ivp.size * max(1, whole("members", members)))
     made = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
-    return Ensemble(run_members(solver, made.members, asked, lanes=lanes, threads=threads), made.about, seed)
+    if store is None:
+        return Ensemble(run_members(solver, made.members, asked, lanes=lanes, threads=threads), made.about, seed)
+    fields = settings_of(problem, ivp.case, method, given)
+    return Ensemble(kept_run(store, executor, fields, made.members, asked, solver), made.about, seed)
+
+
+def _require(points: int, store: "Store | None", executor: "Executor | None") -> None:
+    if whole("points", points) < 1:
+        raise BadInput(f"points = {points} must be at least 1: the start and the end.")
+    if executor is not None and store is None:
+        raise BadInput("an executor makes pieces of an ensemble that are kept; give a store.")

@@ -30,8 +30,8 @@ from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
 from daebench.studies.grid.against import reference_of
 from daebench.studies.grid.metrics import METRICS
-from daebench.studies.grid.parameter_runs import specification_of
 from daebench.studies.grid.run_specification import code_version
+from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow, as_json
 from daebench.systems.files.execute import is_path

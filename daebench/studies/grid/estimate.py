@@ -7,8 +7,9 @@ from typing import Any
 
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.parameter_rows import made_together
-from daebench.studies.grid.parameter_runs import ParameterRuns, specification_of
+from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.start_runs import StartRuns
 from daebench.studies.grid.store import Store
 

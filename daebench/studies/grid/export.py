@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
-from daebench.studies.grid.parameter_runs import specification_of
 from daebench.studies.grid.run_specification import code_version
+from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.store import Store, StoredRow
 
 if TYPE_CHECKING:
     import pandas as pd
+
+NOT_FIELDS = ("parameters", "options", "varied", "values", "differing", "numbers", "watch", "work")
+"""Fields of runs that are no columns: their rows have what they say."""
 
 FORMATS = (".csv", ".parquet")
 """Endings of files."""
@@ -76,7 +79,7 @@ def write(table: "pd.DataFrame", path: Path) -> None:
 def _flat(stored: StoredRow) -> Iterator[dict[str, Any]]:
     """Give a row, or those of several runs, with the fields of its run; metrics are words, and pairs, which rows have, left out."""
     run = specification_of(stored.specification)
-    fields = {name: value for name, value in stored.specification.items() if name not in ("parameters", "options", "varied", "values")}
+    fields = {name: value for name, value in stored.specification.items() if name not in NOT_FIELDS}
     fields["metrics"] = " ".join(fields["metrics"])
     for row in run.rows(stored.row):
         yield {**fields, **row, "key": stored.key, "maker": stored.maker, "took": stored.took}

@@ -7,6 +7,7 @@ from typing import Any
 from daebench.errors import DaebenchError
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
+from daebench.studies.grid.member_runs import MemberRuns, member_row
 from daebench.studies.grid.metrics import Measured, metrics_of
 from daebench.studies.grid.parameter_rows import parameter_row
 from daebench.studies.grid.parameter_runs import ParameterRuns
@@ -32,6 +33,8 @@ def stored_row(key: str, specification: GridRun) -> StoredRow:
 
 def row_of(specification: GridRun) -> Row:
     """Return the row of a run: what :func:`measured_row` gives, and the time where it is asked for; or that of several runs."""
+    if isinstance(specification, MemberRuns):
+        return member_row(specification)
     if isinstance(specification, ParameterRuns):
         return parameter_row(specification, measured_row)
     if isinstance(specification, StartRuns):

@@ -6,7 +6,6 @@ from typing import Any, Self
 
 from daebench.errors import BadInput
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.start_runs import StartRuns
 
 MEASURED = {"energy": ("energy_error", "energy_size", "energy_scale", "energy_verdict"), "manifold": ("g", "Gv"), "jump": ("jump",)}
 """What is measured of them, by the name of the metric, and the columns of it that are kept."""
@@ -63,12 +62,3 @@ class ParameterRuns(GridRun):
         common = {name: value for name, value in row.items() if name not in self.columns}
         for i, value in enumerate(self.values):
             yield {**common, self.varied: value, **{name: row[name][i] for name in self.columns}}
-
-
-def specification_of(given: Mapping[str, Any]) -> GridRun:
-    """Return a run, or several, with the fields that :meth:`GridRun.plain` gives; raise BadInput if there are others."""
-    if "distribution" in given:
-        return StartRuns.of_plain(given)
-    if "varied" not in given:
-        return GridRun.of_plain(given)
-    return ParameterRuns.of_plain({**given, "values": tuple(map(float, given["values"]))})

@@ -15,15 +15,15 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.parameter_runs import specification_of
 from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.store import StoredRow, of_json
 from daebench.systems.files.execute import is_path
 
 EQUAL, WITHIN, DIFFERS = "equal to the bit", "within", "differs"
 """What is said of a run."""
 
-UNTOLD = frozenset({"problem", "seconds", "seconds_least", "seconds_most", "callback_seconds"})
+UNTOLD = frozenset({"problem", "seconds", "seconds_least", "seconds_most", "callback_seconds", "compile_seconds", "lanes"})
 """Columns that are not compared: times are of another machine or another hour, and a problem file is elsewhere."""
 
 LARGEST = 2**31

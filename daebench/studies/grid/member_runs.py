@@ -1,0 +1,173 @@
+"""Runs from several starts, as one piece of a study: members of an ensemble, made together and kept as one row of a store."""
+
+import base64
+import binascii
+import io
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.methods.ensemble.result import EnsembleRun
+from daebench.methods.ensemble.run import run_members
+from daebench.runs.machine import cores
+from daebench.runs.members import Members, members
+from daebench.runs.request import Request
+from daebench.runs.trajectory import Array
+from daebench.studies.grid.parameter_runs import ParameterRuns
+
+Row = dict[str, Any]
+
+PER_MEMBER = ("ends", "steps", "status", "pivots")
+"""Arrays of :class:`daebench.methods.ensemble.result.EnsembleRun` that have a row for each member."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemberRuns(ParameterRuns):
+    """Runs of one method from several starts, each with a step size and parameters of its own if they differ.
+
+    ``values`` are the numbers of the members in their ensemble, ``value`` the largest step size, and ``parameters`` those that all have in
+    common.
+
+    Parameters
+    ----------
+    differing : tuple of str
+        Names of the parameters that differ from member to member.
+    numbers : str
+        Start, step size and these parameters of each member, as :func:`packed` gives the float64 of shape(c + 1 + k, n).
+    every : int
+        Steps between states that are stored; 0 for the end alone.
+    steps : int
+        Steps of each member.
+    watch : tuple of str
+        What is monitored.
+    work : bool
+        Whether work is counted.
+    """
+
+    varied: str = "member"
+    differing: tuple[str, ...]
+    numbers: str
+    every: int
+    steps: int
+    watch: tuple[str, ...]
+    work: bool
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns with an entry for each run."""
+        return ("steps", "failure")
+
+    @property
+    def members(self) -> Members:
+        """The members.
+
+        Raises
+        ------
+        BadInput
+            If there are not as many numbers as they have.
+        """
+        ivp, n = self.ivp, len(self.values)
+        raw = base64.b64decode(self.numbers)
+        if len(raw) != 8 * n * (ivp.size + 1 + len(self.differing)):
+            raise BadInput(f"members of {self.problem} in this row have not the numbers that they need; remove the store.")
+        rows = np.frombuffer(raw, dtype="<f8").astype(float).reshape(-1, n)
+        lengths = np.cumsum([len(vector) for vector in ivp.start])
+        *start, more = np.split(rows, lengths)
+        h = float(more[0, 0]) if np.all(more[0] == more[0, 0]) else more[0]
+        return members(ivp, tuple(part.T for part in start), h, dict(zip(self.differing, more[1:], strict=True)))
+
+    def of_any_kind(self) -> Self:
+        """Return the runs without what compiles nothing anew."""
+        return replace(super().of_any_kind(), differing=(), numbers="", every=0, steps=0, watch=())
+
+    def rows(self, row: Mapping[str, Any]) -> Iterator[Row]:
+        """Give the row of each member, of what was computed for all of them; states are left out."""
+        found = unpacked(row["arrays"])
+        failures = dict(zip(row["failed"], row["failure"], strict=True))
+        common = {name: row[name] for name in ("problem", "case", "method", "value", "t_end")}
+        maxima = {name.replace("maxima ", "max_"): values for name, values in found.items() if name.startswith("maxima ")}
+        for i, number in enumerate(self.values):
+            of_member = {name: float(values[i]) for name, values in maxima.items()}
+            yield {**common, "member": int(number), "steps": int(found["steps"][i]), "failure": failures.get(i, ""), **of_member}
+
+
+def packed(array: Array) -> str:
+    """Return the float64 of an array as text."""
+    return base64.b64encode(np.ascontiguousarray(array, dtype="<f8").tobytes()).decode()
+
+
+def member_row(specification: MemberRuns) -> Row:
+    """Return what becomes of members: their arrays as a compressed archive of NumPy in text, and why some stopped."""
+    asked = Request(
+        value=specification.value,
+        steps=specification.steps,
+        every=specification.every,
+        watch=specification.watch,
+        count=specification.work,
+        on_singular=specification.on_singular or None,
+    )
+    run = run_members(specification.solver, specification.members, asked, threads=_threads())
+    arrays = {"states": run.states, "index": run.index} | {name: getattr(run, name) for name in PER_MEMBER}
+    arrays |= {f"maxima {name}": values for name, values in run.maxima.items()}
+    arrays |= {f"work {name}": values for name, values in run.work.items()}
+    content = io.BytesIO()
+    named: dict[str, Any] = arrays
+    np.savez_compressed(content, **named)
+    return {
+        **{name: getattr(specification, name) for name in ("problem", "case", "method", "value", "t_end")},
+        "arrays": base64.b64encode(content.getvalue()).decode(),
+        "failed": run.failed.tolist(),
+        "failure": [run.failure(int(i)) for i in run.failed],
+        "seconds": run.seconds,
+        "compile_seconds": run.compile_seconds,
+        "lanes": run.lanes,
+    }
+
+
+def _threads() -> int:
+    """Return how many threads members may take: one where processes are side by side, which their environment says."""
+    alone = all(os.environ.get(name) != "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS"))
+    return cores() if alone else 1
+
+
+def unpacked(text: str) -> dict[str, Array]:
+    """Return the arrays of a row by name; raise BadInput if they cannot be read."""
+    try:
+        with np.load(io.BytesIO(base64.b64decode(text)), allow_pickle=False) as archive:
+            return dict(archive)
+    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, binascii.Error) as error:
+        raise BadInput(f"the arrays of members in this store cannot be read: {error}; name another store, or remove it.") from error
+
+
+def joined(method: str, some: Members, rows: list[Row]) -> EnsembleRun:
+    """Return the runs of all members of an ensemble, given the rows of its pieces in their order."""
+    parts = [unpacked(row["arrays"]) for row in rows]
+
+    def whole(name: str, axis: int = 0) -> Any:
+        return np.concatenate([part[name] for part in parts], axis=axis)
+
+    failures: dict[int, str] = {}
+    first = 0
+    for row, part in zip(rows, parts, strict=True):
+        failures |= {first + i: why for i, why in zip(row["failed"], row["failure"], strict=True)}
+        first += len(part["steps"])
+    named = {kind: [name for name in parts[0] if name.startswith(f"{kind} ")] for kind in ("maxima", "work")}
+    of_each: dict[str, Any] = {name: whole(name) for name in PER_MEMBER}
+    return EnsembleRun(
+        members=some,
+        method=method,
+        index=parts[0]["index"].astype(np.int64),
+        states=whole("states", axis=1),
+        **of_each,
+        maxima={name.partition(" ")[2]: whole(name) for name in named["maxima"]},
+        work={name.partition(" ")[2]: whole(name) for name in named["work"]},
+        seconds=sum(row["seconds"] for row in rows),
+        compile_seconds=max(row["compile_seconds"] for row in rows),
+        lanes=max(row["lanes"] for row in rows),
+        sentence=failures.__getitem__,
+    )
