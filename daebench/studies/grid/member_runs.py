@@ -38,7 +38,7 @@ class MemberRuns(ParameterRuns):
     differing : tuple of str
         Names of the parameters that differ from member to member.
     numbers : str
-        Start, step size and these parameters of each member, as :func:`packed` gives the float64 of shape(c + 1 + k, n).
+        Start, step size and these parameters of each member: the float64 of an array of shape(c + 1 + k, n), in base64.
     every : int
         Steps between states that are stored; 0 for the end alone.
     steps : int
