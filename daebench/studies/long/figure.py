@@ -65,9 +65,9 @@ def _bands(axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]"
     full = member_windows["samples"] == member_windows.groupby("window")["samples"].transform("max")
     groups = values[full].groupby(member_windows["window"][full])
     t = member_windows[full].groupby("window")["t"].first()
-    for low, high in BANDS:
+    for (low, high), alpha in zip(BANDS, (0.15, 0.4), strict=True):
         label = f"{100 * (high - low):.0f} of 100 members"
-        axis.fill_between(t, groups.quantile(low), groups.quantile(high), color=color, alpha=0.18, linewidth=0, label=label)
+        axis.fill_between(t, groups.quantile(low), groups.quantile(high), color=color, alpha=alpha, linewidth=0, label=label)
 
 
 def _guides(axis: Any, t: Array, all_: Array) -> None:
