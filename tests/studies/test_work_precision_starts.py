@@ -18,8 +18,8 @@ from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.ensemble.references import bounds_of, member_references
 from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.parameter_runs import specification_of
 from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.start_rows import members_of
 from daebench.studies.grid.store import opened
 from daebench.studies.work_precision.band_figure import bands
