@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem
     from daebench.runs.trajectory import PoissonTrajectory, Trajectory
     from daebench.studies.certificate.verify import verify_certificate
+    from daebench.studies.chaos.result import Chaos
+    from daebench.studies.chaos.run import chaos
     from daebench.studies.claims.check import check
     from daebench.studies.comparison.table import compare
     from daebench.studies.diagnose.verdict import diagnose
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BadInput",
     "Case",
+    "Chaos",
     "Chart",
     "ConstrainedChain",
     "ConstrainedHamiltonian",
@@ -61,6 +64,7 @@ __all__ = [
     "animation",
     "as_poisson",
     "certify",
+    "chaos",
     "check",
     "compare",
     "coordinates",
@@ -84,6 +88,7 @@ _HOME = {
     **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "runs.trajectory"),
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "diagnostics.submanifold"),
     **dict.fromkeys(("Gradient", "gradient"), "methods.gradient"),
+    "Chaos": "studies.chaos.result",
     "ConstrainedChain": "systems.chain",
     "Ensemble": "studies.ensemble.result",
     "PoissonLattice": "systems.lattice",
@@ -91,6 +96,7 @@ _HOME = {
     "Study": "studies.grid.study",
     "animation": "pages.animation.animation",
     "certify": "pages.certificate.certify",
+    "chaos": "studies.chaos.run",
     "check": "studies.claims.check",
     "compare": "studies.comparison.table",
     "diagnose": "studies.diagnose.verdict",

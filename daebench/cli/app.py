@@ -11,6 +11,7 @@ from daebench.cli.archive import archive
 from daebench.cli.bench import bench
 from daebench.cli.certificate import app as certificate
 from daebench.cli.certify import certify
+from daebench.cli.chaos import chaos
 from daebench.cli.check import check
 from daebench.cli.compare import compare
 from daebench.cli.diagnose import diagnose
@@ -54,6 +55,7 @@ for command in (
     show,
     run,
     ensemble,
+    chaos,
     compare,
     order,
     check,

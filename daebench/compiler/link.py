@@ -169,7 +169,7 @@ class Linker:
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
-            body = decorated(body, names, cached, constants, inlined=self.number.width > 0, threaded=self.number.lanes > 0)
+            body = decorated(body, names, cached, constants, inlined=self.number.width > 0, threaded=self.number.threaded)
         lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", body, ""])
 

@@ -45,12 +45,17 @@ class NumberType:
     @property
     def directions(self) -> int:
         """In how many directions numbers carry derivatives beside their values."""
-        return self.width if self.kind == "dual" else 0
+        return self.width if self.package == "daebench.compiler.dual" else 0
 
     @property
     def lanes(self) -> int:
         """How many runs there are at once, 0 where there is one."""
         return self.width if self.kind == "lanes" else 0
+
+    @property
+    def threaded(self) -> bool:
+        """Whether runs are shared out over threads."""
+        return self.kind in ("lanes", "tangent")
 
     @cached_property
     def functions(self) -> Sequence[str]:
@@ -88,6 +93,7 @@ NUMBER_TYPES = {
         NumberType(kind="float32", dtype="float32", eps="numpy.float32(1.1920929e-07)"),
         NumberType(kind="complex128", dtype="complex128", again=2),
         NumberType(kind="dual", dtype="float64", package="daebench.compiler.dual"),
+        NumberType(kind="tangent", dtype="float64", package="daebench.compiler.dual"),
         NumberType(kind="lanes", dtype="float64", package="daebench.compiler.lanes"),
         NumberType(kind="columns", dtype="float64", package="daebench.compiler.columns"),
     )
@@ -95,7 +101,10 @@ NUMBER_TYPES = {
 
 
 def number_type(name: str) -> NumberType:
-    """Return a type by name: "float64", "dual4" for dual numbers with derivatives in 4 directions, "lanes8" for 8 runs at once."""
+    """Return a type by name: "float64", "dual4" for dual numbers with derivatives in 4 directions, "lanes8" for 8 runs at once.
+
+    "tangent1" are dual numbers of one direction, with an entry that brings the derivatives back to length 1 again and again.
+    """
     if name in NUMBER_TYPES:
         return NUMBER_TYPES[name]
     kind = name.rstrip("0123456789")

@@ -5,7 +5,9 @@ The functions are put into generated modules as they stand here; what they call 
 
 from typing import Any
 
-from daebench.compiler.dual.nested import lifted, tangents, values
+import numpy
+
+from daebench.compiler.dual.nested import lifted, rescaled, square, tangents, values
 from daebench.schemes.kernels.language import initialise, output
 from daebench.schemes.kernels.loop import integrate
 
@@ -40,3 +42,43 @@ def initialise_dual(x: Any, h: float, par: Any, dx: Any, dpar: Any) -> Any:
     """Return what ``initialise`` returns, and the derivatives of the memory."""
     memory, report = initialise(lifted(x, dx), h, lifted(par, dpar))  # type: ignore[call-arg]
     return values(memory), values(report), tangents(memory)
+
+
+REMEMBERS: bool = False
+"""Whether the scheme remembers anything from step to step."""
+
+if REMEMBERS:
+
+    def first_memory(x: Any, h: Any, par: Any) -> Any:
+        """Return what the scheme remembers before the first step, and whether it could be made."""
+        memory, report = initialise(x, h, par)  # type: ignore[call-arg]
+        return memory, report[0]
+
+else:
+
+    def first_memory(x: Any, h: Any, par: Any) -> Any:
+        """Return what a scheme has that remembers nothing."""
+        return (), 0
+
+
+def integrate_tangent(
+    x: Any, pivots: Any, h: float, weights: Any, every: int, par: Any, dx: Any, units: Any, states: Any, growth: Any
+) -> Any:
+    """Put the logarithm by which a tangent vector grows in each ``every`` steps into ``growth``; bring it back to length 1 each time.
+
+    Returns how many of these were done, the steps taken after them, the substeps tried in the last step, and status and residual of the
+    last report. Lengths are those of the entries of the vector times ``units``.
+    """
+    number = lifted(x, dx)
+    memory, status = first_memory(number, h, par)
+    if status != 0:
+        return 0, 0, 0, status, 0.0
+    for k in range(len(growth)):
+        result = integrate(number, memory, (), (), pivots, h, weights, every, -1, every, states, states[0], par)  # type: ignore[call-arg]
+        number, memory, pivots, report = result[0], result[1], result[3], result[9]
+        length = numpy.sqrt(square(output(number, par), units))  # type: ignore[call-arg]
+        if report[0] != 0 or not 0.0 < length < numpy.inf:
+            return k, result[4], result[8], report[0], values(report[1])
+        growth[k] = numpy.log(length)
+        number, memory = rescaled(number, 1.0 / length), rescaled(memory, 1.0 / length)
+    return len(growth), 0, 0, 0, 0.0

@@ -11,7 +11,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
 from daebench.compiler.codegen import pack
-from daebench.compiler.dual.functions import modulus, value
+from daebench.compiler.dual.functions import chained, modulus, value
 from daebench.compiler.dual.number import INT32, Dual, constant, joined, split, times
 
 __all__ = [
@@ -20,8 +20,10 @@ __all__ = [
     "lifted",
     "modulus",
     "put",
+    "rescaled",
     "select",
     "spread",
+    "square",
     "take",
     "tangents",
     "unsettled",
@@ -52,16 +54,24 @@ def with_tangents(x: Any, y: Any) -> Any:
     """Return the values of x with the derivatives of y, a nested tuple of the same form."""
 
 
+def rescaled(x: Any, factor: Any) -> Any:
+    """Return a nested tuple with the same values and derivatives times a factor."""
+
+
+def square(x: Any, units: Any) -> Any:
+    """Return the sum of the squares of first derivatives times units, a nested tuple of numbers of the same form."""
+
+
 def tangents(x: Any) -> Any:
     """Return the derivatives of the numbers in a nested tuple: k of them in a tuple in the place of each, or None."""
 
 
-def _itemwise(function: str, arguments: str, of: types.BaseTuple) -> Any:
-    """Return a function of nested tuples that calls itself for each item."""
-    items = [f"{function}({', '.join(f'{name}[{i}]' for name in arguments.split(', '))})" for i in range(len(of))]
+def _itemwise(function: str, arguments: str, of: types.BaseTuple, handed: str = "") -> Any:
+    """Return a function of nested tuples that calls itself for each item, with an argument that it hands on as it is."""
+    items = [f"{function}({', '.join(f'{name}[{i}]' for name in arguments.split(', '))}{handed})" for i in range(len(of))]
     parts = [pack(items[k : k + MOST_ITEMS]) for k in range(0, len(items), MOST_ITEMS)]
     namespace: dict[str, Any] = {}
-    exec(f"def itemwise({arguments}):\n    return {' + '.join(parts) or '()'}", globals(), namespace)
+    exec(f"def itemwise({arguments}{handed}):\n    return {' + '.join(parts) or '()'}", globals(), namespace)
     return namespace["itemwise"]
 
 
@@ -93,6 +103,23 @@ def _tangents(x: Any) -> Any:
     if isinstance(x, types.BaseTuple):
         return _itemwise("tangents", "x", x)
     return (lambda x: _tuple(x)) if isinstance(x, Dual) else (lambda x: None)
+
+
+@overload(rescaled, strict=False)  # type: ignore[untyped-decorator]
+def _rescaled(x: Any, factor: Any) -> Any:
+    if isinstance(x, types.BaseTuple):
+        return _itemwise("rescaled", "x", x, ", factor")
+    return (lambda x, factor: chained(value(x), factor, x)) if isinstance(x, Dual) else (lambda x, factor: x)
+
+
+@overload(square, strict=False)  # type: ignore[untyped-decorator]
+def _square(x: Any, units: Any) -> Any:
+    if isinstance(x, types.BaseTuple):
+        namespace: dict[str, Any] = {}
+        terms = [f"square(x[{i}], units[{i}])" for i in range(len(x))]
+        exec(f"def summed(x, units):\n    return {' + '.join(terms) or '0.0'}", globals(), namespace)
+        return namespace["summed"]
+    return (lambda x, units: (_tuple(x)[0] * units) ** 2) if isinstance(x, Dual) else (lambda x, units: 0.0)
 
 
 @intrinsic  # type: ignore[untyped-decorator]

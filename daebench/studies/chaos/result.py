@@ -1,0 +1,144 @@
+"""What a plane of starts says of chaos: exponents, indicators and verdicts, cell by cell."""
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.diagnostics.lyapunov import CHAOTIC, LEVEL, REGULAR, UNDETERMINED, Exponents, exponents
+from daebench.methods.ensemble.tangents import TangentGrowth
+from daebench.studies.chaos.plane import Plane
+from daebench.studies.chaos.section import Section
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+EMPTY, STOPPED = "empty", "stopped"
+"""What a cell is that has no start, or whose run did not come to its end."""
+
+
+@dataclass(frozen=True)
+class Chaos:
+    """Lyapunov exponents over a plane of starts.
+
+    Parameters
+    ----------
+    plane : Plane
+        The starts.
+    method : str
+        Name in the grammar of methods.
+    growth : TangentGrowth
+        Growth of a tangent vector along each.
+    steps : int
+        Steps of each run.
+    seed : int
+        Seeds the directions of the vectors.
+    section : Section, optional
+        Crossings of a surface, by some of the motions.
+    """
+
+    plane: Plane
+    method: str
+    growth: TangentGrowth
+    steps: int
+    seed: int
+    section: Section | None = None
+
+    @property
+    def ivp(self) -> Any:
+        """The problem, with its parameters."""
+        return self.plane.members.ivp
+
+    @property
+    def t(self) -> float:
+        """Time of each run, s."""
+        return float(self.steps * self.plane.members.h)
+
+    @cached_property
+    def exponents(self) -> Exponents:
+        """Exponents, indicators and verdicts of the starts, see :func:`daebench.diagnostics.lyapunov.exponents`."""
+        return exponents(self.growth.growth, self.growth.interval)
+
+    @property
+    def exponent(self) -> NDArray[np.float64]:
+        """Largest Lyapunov exponents, 1/s, shape(r, c), rows going up; NaN where there is none."""
+        return np.asarray(self.plane.spread(self.exponents.exponent))
+
+    @property
+    def megno(self) -> NDArray[np.float64]:
+        """Mean exponential growth factors <Y>, shape(r, c)."""
+        return np.asarray(self.plane.spread(self.exponents.megno))
+
+    @property
+    def verdict(self) -> NDArray[np.str_]:
+        """Verdicts, shape(r, c): chaotic, regular, undetermined, stopped or empty."""
+        words = self.exponents.verdict
+        return np.asarray(self.plane.spread(np.where(words == "", STOPPED, words), EMPTY))
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """A row a cell: coordinates of the plane, start, exponent with its interval, <Y>, verdict, and why there is none."""
+        import pandas as pd
+
+        plane, found = self.plane, self.exponents
+        first, second = plane.names
+        table: dict[str, Any] = {"across": np.tile(plane.across, len(plane.up)), "up": np.repeat(plane.up, len(plane.across))}
+        start = np.concatenate(plane.members.start, axis=1)
+        for name, column in zip(_columns(self.ivp), start.T, strict=True):
+            table[name] = plane.spread(column).ravel()
+        for name in ("exponent", "low", "high", "megno"):
+            table[name] = plane.spread(getattr(found, name)).ravel()
+        reasons = plane.reasons.astype("U60")
+        reasons[plane.cells] = [self.growth.reason(i) for i in range(len(plane.cells))]
+        frame = pd.DataFrame(table | {"verdict": self.verdict.ravel(), "why": reasons})
+        return frame.drop(columns=[first, second]).rename(columns={"across": first, "up": second})
+
+    def summary(self) -> dict[str, Any]:
+        """Return what a plane says, for people and for JSON."""
+        plane, found = self.plane, self.exponents
+        counts = Counter(self.verdict.ravel().tolist())
+        chaotic = found.verdict == CHAOTIC
+        stopped = [self.growth.reason(int(i)) for i in np.flatnonzero(self.growth.status)]
+        reasons = Counter([*plane.reasons[plane.reasons != ""].tolist(), *stopped])
+        return {
+            "problem": self.ivp.problem,
+            "case": self.ivp.case,
+            "parameters": dict(self.ivp.parameters),
+            "method": self.method,
+            "h": float(plane.members.h),
+            "steps": self.steps,
+            "t": self.t,
+            "starts": plane.about,
+            "seed": self.seed,
+            "plane": {name: [float(x[0]), float(x[-1])] for name, x in zip(plane.names, (plane.across, plane.up), strict=True)},
+            "section": None if self.section is None else {self.section.name: self.section.value},
+            "crossings": None if self.section is None else len(self.section.start),
+            "cells": plane.reasons.size,
+            **{word: counts.get(word, 0) for word in (CHAOTIC, REGULAR, UNDETERMINED, STOPPED, EMPTY)},
+            "reasons": dict(reasons.most_common()),
+            "exponent": self._largest(),
+            "median": float(np.median(found.exponent[chaotic])) if np.any(chaotic) else None,
+            "level": LEVEL,
+        }
+
+    def _largest(self) -> dict[str, Any] | None:
+        """Return the largest exponent of the chaotic starts with its interval and its start; of all where none is chaotic."""
+        plane, found = self.plane, self.exponents
+        chosen = np.where(found.verdict == CHAOTIC, found.exponent, -np.inf)
+        if not np.any(np.isfinite(chosen)):
+            chosen = np.where(np.isfinite(found.exponent), found.exponent, -np.inf)
+        i = int(np.argmax(chosen))
+        if not np.isfinite(chosen[i]):
+            return None
+        row, column = divmod(int(plane.cells[i]), len(plane.across))
+        place = dict(zip(plane.names, (float(plane.across[column]), float(plane.up[row])), strict=True))
+        numbers = {"value": found.exponent[i], "low": found.low[i], "high": found.high[i], "megno": found.megno[i]}
+        return {name: float(x) for name, x in numbers.items()} | {"verdict": str(found.verdict[i]), "start": place}
+
+
+def _columns(ivp: Any) -> list[str]:
+    letters = "y" if len(ivp.start) == 1 else "pq"
+    return [f"{letter}{i + 1}" for letter, vector in zip(letters, ivp.start, strict=True) for i in range(len(vector))]

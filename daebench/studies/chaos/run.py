@@ -1,0 +1,143 @@
+"""``daebench.chaos``: Lyapunov exponents and a fast indicator over a plane of starts."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from daebench.diagnostics.lyapunov import FEWEST
+from daebench.errors import BadInput, positive, whole
+from daebench.methods.ensemble.tangents import tangent_growth, tangent_vectors
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.members import Members
+from daebench.runs.request import Progress, Request
+from daebench.runs.scales import constrained_scales_of
+from daebench.runs.trajectory import Array
+from daebench.studies.chaos.plane import plane_of
+from daebench.studies.chaos.result import Chaos
+from daebench.studies.chaos.section import section_of, surface
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import InitialValueProblem
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+CELLS = 64
+"""Cells along a side."""
+
+INTERVALS = 1000
+"""Intervals of time, at most, after each of which the tangent vector is brought back to length 1."""
+
+
+def chaos(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    *,
+    method: str,
+    h: float,
+    t_end: float | None = None,
+    steps: int | None = None,
+    plane: Mapping[str, tuple[float, float] | None] | None = None,
+    cells: int = CELLS,
+    energy: float | str | None = None,
+    section: Mapping[str, float] | None = None,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    anyway: bool = False,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Chaos:
+    """Return the largest Lyapunov exponent and the fast indicator MEGNO of each start of a plane.
+
+    A tangent vector of random direction is carried along each motion by the derivative of the scheme's own steps, exact to rounding. See
+    :mod:`daebench.diagnostics.lyapunov` for the indicator, and :func:`daebench.diagnostics.lyapunov.exponents` for the verdict and for how
+    often it is wrong on starts with known answers::
+
+        >>> import daebench
+        >>> map = daebench.chaos(
+        ...     "double_pendulum", case="horizontal", method="rattle", h=0.01, t_end=50, plane={"q2": (0.1, 0.5), "q4": (0, 1)}, cells=3
+        ... )
+        >>> map.verdict.tolist()[0]
+        ['chaotic', 'chaotic', 'chaotic']
+        >>> map.exponent.shape
+        (3, 3)
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
+    method : str
+        Name of a fixed-step method, as "rattle" or "lobatto3/suzuki4".
+    h : float
+        Step size, s.
+    t_end : float, optional
+        Time of each run, s.
+    steps : int, optional
+        Number of steps, in its place.
+    plane : mapping of str to (float, float) or None, optional
+        Two coordinates, as q1 and p2, with bounds, see :func:`daebench.studies.chaos.plane.plane_of`.
+    cells : int
+        Cells along a side of the plane.
+    energy : float or "case", optional
+        Energy of all starts, or that of the case; left out, each has its own.
+    section : mapping of str to float, optional
+        A position and its value in all starts, where a Poincare section of some motions is taken: for problems of two degrees of
+        freedom, with an energy.
+    case : str, optional
+        Named initial values, from which starts are sought; by default the problem's first.
+    parameters, options : mapping of str to float, optional
+        Parameters of the problem, and free numbers of the method.
+    anyway : bool
+        Whether a scheme is run on a structure matrix for which it is no Poisson integrator.
+    seed : int
+        Seeds the directions of the tangent vectors.
+    threads : int, optional
+        Number of cores; all that there are if left out.
+    progress : callable, optional
+        Told the fraction done.
+
+    Returns
+    -------
+    Chaos
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met, the method has no fixed steps, there are too few steps, or no start is on the plane.
+    """
+    ivp = initial_value_problem(problem, case, parameters)
+    solver = method_of(ivp, method, options, anyway=anyway)
+    if not isinstance(solver, FixedStepMethod):
+        raise BadInput(f"{method} has no fixed steps of daebench's own, whose tangent is wanted; choose one as rattle.")
+    grid = solver.grid(ivp, Request(value=positive("h", h), t_end=t_end, steps=steps, every=0, sensitivities=()))
+    if grid.steps < FEWEST:
+        raise BadInput(f"an exponent takes at least {FEWEST} steps, and {grid.steps} are asked for; give a larger t_end.")
+    if whole("seed", seed) < 0:
+        raise BadInput(f"seed = {seed} must be at least 0.")
+    every = max(1, grid.steps // INTERVALS)
+    cut = surface(ivp, section, plane, energy)
+    starts = plane_of(ivp, plane, cells=cells, h=h, energy=energy, cut=cut)
+    units = _units(starts.members)
+    vectors = tangent_vectors(starts.members, units, seed)
+    intervals = grid.steps // every
+    growth = tangent_growth(solver, starts.members, vectors, units, every=every, intervals=intervals, threads=threads, progress=progress)
+    crossings = section_of(solver, starts, cut, every * intervals, threads) if cut else None
+    return Chaos(starts, solver.name, growth, every * intervals, seed, crossings)
+
+
+def _units(members: Members) -> Array:
+    """Return what the entries of tangent vectors are multiplied by for their length, which makes numbers of them.
+
+    It is one over the root mean square of the starts, and for momenta at least over that of mass times length times rate, as in
+    :func:`daebench.runs.scales.constrained_scales`, since starts may be at rest.
+    """
+    sizes = [float(np.sqrt(np.mean(vector**2))) for vector in members.start]
+    if isinstance(members.ivp, ConstrainedIvp):
+        length, rate = constrained_scales_of(members, rated=True)
+        mass = np.max(np.abs(members.along("mass", *members.start)), axis=(1, 2))
+        sizes[0] = max(sizes[0], float(np.median(mass * length * rate)))
+    return np.repeat([1 / (size or 1.0) for size in sizes], [vector.shape[1] for vector in members.start])

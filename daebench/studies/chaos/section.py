@@ -1,0 +1,102 @@
+"""A Poincare section of motions that start on a plane: where a third coordinate comes through a value, upwards."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput, real, unknown
+from daebench.methods.ensemble.run import run_members
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
+from daebench.runs.request import Request
+from daebench.studies.chaos.plane import Plane
+from daebench.studies.ensemble.distributions.box import coordinates
+
+MOTIONS = 64
+"""Motions whose crossings are drawn, evenly chosen from the starts of a plane."""
+
+MOST_STATES = 2_000_000
+"""States that are stored at most, of all motions together: a motion of more steps is looked at in its first ones."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Crossings of a surface, by motions from a plane of starts.
+
+    Parameters
+    ----------
+    name : str
+        The coordinate that comes through a value.
+    value : float
+        The value.
+    start : ndarray of int, shape(k,)
+        Which start of the plane each crossing is of.
+    across, up : ndarray, shape(k,)
+        The coordinates of the plane there.
+    """
+
+    name: str
+    value: float
+    start: NDArray[np.intp]
+    across: Array
+    up: Array
+
+
+def surface(
+    ivp: InitialValueProblem, given: Mapping[str, float] | None, plane: Mapping[str, Any] | None, energy: Any
+) -> tuple[str, float] | None:
+    """Return the coordinate and the value of a section, or None where none is asked for.
+
+    Raises
+    ------
+    BadInput
+        If the problem has not two degrees of freedom, no energy is given, or the coordinate is none that is left.
+    """
+    if not given:
+        return None
+    if len(given) != 1:
+        raise BadInput(f"a section is one coordinate with its value, as q3=0, not {len(given)}.")
+    ((name, value),) = given.items()
+    if not isinstance(ivp, ConstrainedIvp) or ivp.d - ivp.m != 2:
+        raise BadInput(f"a section is for constrained problems of two degrees of freedom, which {ivp.problem} is not; leave it out.")
+    if energy is None:
+        raise BadInput("a section shows motions of one energy; give the energy too.")
+    known = [other for other in coordinates(ivp) if other[0] == "q"]
+    if name not in known:
+        raise unknown(f"position of {ivp.problem} to cut at", name, known)
+    if not plane or name in plane:
+        raise BadInput(f"the section {name} is cut by a plane of two other coordinates; name them.")
+    return name, real(name, value)
+
+
+def section_of(method: FixedStepMethod[Any, Any], plane: Plane, cut: tuple[str, float], steps: int, threads: int | None) -> Section:
+    """Return the crossings of motions from a plane of starts, each interpolated linearly between two steps.
+
+    Parameters
+    ----------
+    method : FixedStepMethod
+        The method.
+    plane : Plane
+        The starts.
+    cut : (str, float)
+        Coordinate and value.
+    steps : int
+        Steps of each motion.
+    threads : int, optional
+        Number of cores.
+    """
+    chosen = np.unique(np.linspace(0, len(plane.cells) - 1, min(MOTIONS, len(plane.cells))).astype(int))
+    d = plane.members.start[1].shape[1]
+    steps = max(1, min(steps, MOST_STATES // len(chosen)))
+    request = Request(value=plane.members.h, steps=steps, every=1, watch=(), count=False)
+    states = run_members(method, plane.members.some(chosen), request, threads=threads).states
+    places = {name: vector * d + place for name, (vector, place) in coordinates(plane.members.ivp).items()}
+    name, value = cut
+    height = states[:, :, places[name]] - value
+    row, motion = np.nonzero((height[:-1] < 0) & (height[1:] >= 0))
+    part = height[row, motion] / (height[row, motion] - height[row + 1, motion])
+    across, up = ((1 - part) * states[row, motion, places[other]] + part * states[row + 1, motion, places[other]] for other in plane.names)
+    return Section(name, value, chosen[motion], across, up)
