@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from daebench.studies.ensemble.run import ensemble
     from daebench.studies.grid.study import Study
     from daebench.studies.orders.study import order
+    from daebench.studies.step_for.result import StepFor
+    from daebench.studies.step_for.run import step_for
     from daebench.systems.chain import ConstrainedChain
     from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture, coordinates
     from daebench.systems.lattice import PoissonLattice
@@ -59,6 +61,7 @@ __all__ = [
     "PoissonSystem",
     "PoissonTrajectory",
     "RunFailed",
+    "StepFor",
     "Study",
     "Trajectory",
     "animation",
@@ -76,6 +79,7 @@ __all__ = [
     "list_problems",
     "order",
     "run",
+    "step_for",
     "symplectic_projection",
     "verify_certificate",
 ]
@@ -93,6 +97,7 @@ _HOME = {
     "Ensemble": "studies.ensemble.result",
     "PoissonLattice": "systems.lattice",
     "InitialValueProblem": "runs.ivp",
+    "StepFor": "studies.step_for.result",
     "Study": "studies.grid.study",
     "animation": "pages.animation.animation",
     "certify": "pages.certificate.certify",
@@ -103,6 +108,7 @@ _HOME = {
     "ensemble": "studies.ensemble.run",
     "initial_value_problem": "methods.initial_value_problem",
     "order": "studies.orders.study",
+    "step_for": "studies.step_for.run",
     "verify_certificate": "studies.certificate.verify",
 }
 

@@ -29,6 +29,7 @@ from daebench.cli.reproduce import reproduce
 from daebench.cli.run import run
 from daebench.cli.show import show
 from daebench.cli.stability import stability
+from daebench.cli.step_for import step_for
 from daebench.cli.work_precision import work_precision
 
 app = typer.Typer(
@@ -73,6 +74,7 @@ for command in (
     reproduce,
 ):
     app.command()(command)
+app.command("step-for")(step_for)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")
 app.add_typer(certificate, name="certificate")

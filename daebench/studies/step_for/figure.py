@@ -1,0 +1,45 @@
+"""The picture of a search for a step size: differences between each step and its half, with their intervals, and the margin."""
+
+from pathlib import Path
+
+import numpy as np
+
+from daebench.diagnostics.equivalence import EQUIVALENT, QUANTILES
+from daebench.draw.figures import BLUE, QUIET, VERMILION, drawing, grid_of_axes, save
+from daebench.studies.step_for.result import StepFor
+
+COLOURS = ("black", BLUE, "#009e73", VERMILION)
+"""Colours of the mean and of the quantiles."""
+
+APART = 0.06
+"""Distance of the intervals at one step, in parts of it."""
+
+
+def draw(out: Path, stem: str, found: StepFor) -> Path:
+    """Write ``STEM.svg``, PNG and CSV of the tests into a folder; return the path of the SVG."""
+    with drawing():
+        figure, axes = grid_of_axes(1, 1, 3.6, x="step size $h$ [s]", y=f"difference in {found.statistic}")
+        axis = axes[0, 0]
+        axis.axhspan(-found.margin, found.margin, color=QUIET, alpha=0.2, linewidth=0, label="within the margin")
+        shown = set()
+        for row in found.tried:
+            for k, difference in enumerate(row.test.differences if row.test else ()):
+                place = row.h * (1 + APART * (k - len(QUANTILES) / 2))
+                label = difference.name if difference.name not in shown else None
+                shown.add(difference.name)
+                ends = np.array([[difference.value - difference.low], [difference.high - difference.value]])
+                filled = COLOURS[k] if row.verdict == EQUIVALENT else "white"
+                axis.errorbar([place], [difference.value], ends, fmt="o", color=COLOURS[k], markerfacecolor=filled, capsize=2, label=label)
+        axis.set_xscale("log")
+        axis.set_yscale("symlog", linthresh=found.margin)
+        axis.set_xticks([row.h for row in found.tried], [f"{row.h:g}" for row in found.tried])
+        axis.minorticks_off()
+        axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False)
+        figure.suptitle(_title(found), fontsize="medium")
+        return save(figure, out, stem, found.table)
+
+
+def _title(found: StepFor) -> str:
+    """Return the answer first."""
+    answer = "no step tried passes" if found.h is None else f"h = {found.h:g} s does as its half does"
+    return f"{found.method} on {found.ivp.problem}, case {found.ivp.case}, to t = {found.t:g} s:\n{answer} (filled)"

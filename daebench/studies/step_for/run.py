@@ -1,0 +1,178 @@
+"""``daebench.step_for``: the largest step size whose statistics over many starts are those of half of it."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from daebench.diagnostics.equivalence import FEWEST, LEVEL, equivalence
+from daebench.errors import BadInput, positive, whole
+from daebench.methods.ensemble.result import EnsembleRun
+from daebench.methods.ensemble.run import run_members
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.runs.grid import require_memory
+from daebench.runs.members import Members
+from daebench.runs.request import Progress, Request
+from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.studies.step_for.result import STOPPED, StepFor, Tried
+from daebench.studies.step_for.statistics import means, quantity
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import InitialValueProblem
+    from daebench.studies.ensemble.distributions.starts import Distribution
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+MEMBERS = 1024
+"""Starts, where their number is not said."""
+
+HALVINGS = 6
+"""Step sizes that are tried at most, each half of the one before."""
+
+POINTS = 200
+"""Times, at most, that a mean over time is taken of."""
+
+
+def step_for(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    *,
+    statistic: str,
+    margin: float,
+    method: str,
+    h: float,
+    t_end: float,
+    members: int = MEMBERS,
+    halvings: int = HALVINGS,
+    level: float = LEVEL,
+    starts: "str | Distribution" = "neighbourhood",
+    drawn: Mapping[str, Any] | None = None,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    anyway: bool = False,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> StepFor:
+    """Return the largest of the steps h, h/2, h/4, ... at which the statistics of a run are those of half of the step.
+
+    In chaos a trajectory is lost long before its end whatever the step is, but means over time and over starts are not. Each member gives
+    one number, the mean of a quantity over time; the members at h and at h/2 have the same starts. The step passes if the mean and three
+    quantiles of this number over the members differ by less than the margin, in an equivalence test, see
+    :func:`daebench.diagnostics.equivalence.equivalence`: not to see a difference is no reason to pass. ``halvings`` tests are planned, each
+    at level / halvings, so that the probability of passing any step that differs by the margin or more is at most ``level``. The search
+    ends with the first step that passes::
+
+        >>> import daebench
+        >>> found = daebench.step_for(
+        ...     "double_pendulum", case="horizontal", statistic="energy", margin=0.005, method="rattle", h=0.02, t_end=5, members=64
+        ... )
+        >>> [row.verdict for row in found.tried], found.h
+        (['different', 'equivalent'], 0.01)
+
+    What is shown is that a step does as its half does; that this half does as the exact flow is not.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
+    statistic : str
+        Name of a quantity: "energy", "kinetic", "potential", "g", "Gv", a coordinate as "q1", or a first integral, see
+        :func:`daebench.studies.step_for.statistics.known`.
+    margin : float
+        Largest difference that does not matter, in the unit of the quantity.
+    method : str
+        Name of a fixed-step method, as "rattle".
+    h : float
+        The largest step size, s.
+    t_end : float
+        Time of each run, s.
+    members : int
+        Number of starts, at least 32.
+    halvings : int
+        Number of steps that are tried at most.
+    level : float
+        Probability of passing a step that should not, of the whole search.
+    starts : str or Distribution
+        What the starts are drawn from, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
+    drawn : mapping of str, optional
+        Settings of these: ``size``, ``box``, ``E``.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    parameters, options : mapping of str to float, optional
+        Parameters of the problem, and free numbers of the method.
+    anyway : bool
+        Whether a scheme is run on a structure matrix for which it is no Poisson integrator.
+    seed : int
+        Seeds starts and bootstrap.
+    threads : int, optional
+        Number of cores; all that there are if left out.
+    progress : callable, optional
+        Told the fraction of the tests done.
+
+    Returns
+    -------
+    StepFor
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met, the method has no fixed steps, the quantity is unknown, or states do not fit into memory.
+    """
+    ivp = initial_value_problem(problem, case, parameters)
+    solver = method_of(ivp, method, options, anyway=anyway)
+    if not isinstance(solver, FixedStepMethod):
+        raise BadInput(f"{method} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+    of = quantity(ivp, statistic)
+    positive("margin", margin)
+    if whole("halvings", halvings) < 1 or whole("members", members) < FEWEST or not 0 < level < 0.5:
+        raise BadInput(f"a search takes halvings of at least 1, members of at least {FEWEST}, and a level between 0 and 0.5.")
+    begun = draw_starts(ivp, starts, members=members, h=positive("h", h), seed=seed, **(drawn or {}))
+    search = _Search(solver, begun.members, t_end, threads)
+    search.require_memory(halvings)
+    tried: list[Tried] = []
+    run = search.run(0)
+    for k in range(halvings):
+        half = search.run(k + 1)
+        tried.append(_tested(run, half, means(run, of), means(half, of), margin, level / halvings, seed))
+        if progress:
+            progress((k + 1) / halvings)
+        if tried[-1].verdict == "equivalent":
+            break
+        run = half
+    return StepFor(ivp, solver.name, statistic, margin, level, halvings, search.steps * float(h), begun.about, seed, tuple(tried))
+
+
+def _tested(run: EnsembleRun, half: EnsembleRun, x: Any, y: Any, margin: float, level: float, seed: int) -> Tried:
+    """Return what the statistics at a step and at its half say."""
+    h = float(run.members.h)
+    for one in (run, half):
+        if len(one.failed):
+            why = f"{len(one.failed)} of {len(x)} members stopped at h = {float(one.members.h):g}: {one.reason(int(one.failed[0]))}"
+            return Tried(h, STOPPED, None, why)
+    test = equivalence(x, y, margin, level=level, seed=seed)
+    return Tried(h, test.verdict, test)
+
+
+class _Search:
+    """The runs of all members at h, h/2, h/4, ..., with states at the same times."""
+
+    def __init__(self, method: FixedStepMethod[Any, Any], members: Members, t_end: float, threads: int | None) -> None:
+        self.method, self.members, self.threads = method, members, threads
+        steps = method.grid(members.ivp, Request(value=members.h, t_end=t_end, every=0)).steps
+        self.every = max(1, steps // POINTS)
+        self.steps = steps // self.every * self.every
+
+    def _request(self, k: int) -> Request:
+        return Request(value=self.members.h / 2**k, steps=self.steps * 2**k, every=self.every * 2**k, watch=(), count=False)
+
+    def require_memory(self, halvings: int) -> None:
+        """Refuse, before the runs, what does not fit into memory."""
+        grid = self.method.grid(self.members.ivp, self._request(halvings))
+        require_memory(grid, 2 * self.members.ivp.size * len(self.members))
+
+    def run(self, k: int) -> EnsembleRun:
+        """Return the runs at h / 2^k."""
+        some = replace(self.members, h=self.members.h / 2**k)
+        return run_members(self.method, some, self._request(k), threads=self.threads)

@@ -1,0 +1,27 @@
+"""``daebench step-for``: what it prints and writes, and how it ends."""
+
+import json
+
+RUN = ("step-for", "double_pendulum", "--case", "horizontal", "--method", "rattle", "--h", 0.02, "--t-end", 2, "--members", 32)
+
+
+def test_json_has_the_step_and_the_tests(daebench, tmp_path):
+    status, out, _ = daebench(*RUN, "--statistic", "energy", "--margin", 1e-3, "--out", tmp_path, "--json")
+    printed = json.loads(out)
+    assert status == 0
+    assert printed["h"] == printed["tried"][-1]["h"]
+    assert printed["tried"][-1]["verdict"] == "equivalent"
+    assert (tmp_path / "steps.csv").is_file()
+    assert (tmp_path / "steps.svg").is_file()
+
+
+def test_no_step_that_passes_ends_with_one(daebench):
+    status, out, _ = daebench(*RUN, "--statistic", "energy", "--margin", 1e-9, "--halvings", 2)
+    assert status == 1
+    assert "no step tried passes" in out
+
+
+def test_an_unknown_statistic_is_one_sentence(daebench):
+    status, _, complaint = daebench(*RUN, "--statistic", "heat", "--margin", 1)
+    assert status == 2
+    assert "unknown statistic of double_pendulum 'heat'" in complaint
