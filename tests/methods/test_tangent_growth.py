@@ -21,10 +21,10 @@ def grown(ivp, name, h, vectors, *, every, intervals, **settings):
 
 CASES = [
     ("double_pendulum", "horizontal", "rattle"),
-    ("double_pendulum", "horizontal", "rattle/suzuki4"),
+    pytest.param("double_pendulum", "horizontal", "rattle/suzuki4", marks=pytest.mark.slow),
     ("spherical_pendulum", "fig1.2", "rattle"),
-    ("planar_pendulum", "horizontal", "local:gauss2"),
-    ("planar_pendulum", "horizontal", "generalized_alpha"),
+    pytest.param("planar_pendulum", "horizontal", "local:gauss2", marks=pytest.mark.slow),
+    pytest.param("planar_pendulum", "horizontal", "generalized_alpha", marks=pytest.mark.slow),
     ("free_rigid_body", "hlw", "lie"),
 ]
 

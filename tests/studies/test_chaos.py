@@ -1,5 +1,8 @@
 """Chaos over planes of starts: the starts, the verdicts on problems with known answers, and what is refused."""
 
+import doctest
+import importlib
+
 import numpy as np
 import pytest
 
@@ -62,7 +65,7 @@ def test_the_default_plane_has_two_independent_positions():
 
 @pytest.mark.parametrize(("problem", "case", "method", "plane"), INTEGRABLE, ids=lambda x: x if isinstance(x, str) else "")
 def test_nothing_is_chaotic_on_an_integrable_problem(problem, case, method, plane):
-    result = daebench.chaos(problem, case=case, method=method, h=0.02, t_end=200, plane=plane, cells=6)
+    result = daebench.chaos(problem, case=case, method=method, h=0.02, t_end=200, plane=plane, cells=5)
     found = result.exponents
     assert not np.any(found.verdict == "chaotic")
     assert np.mean(found.verdict == "regular") > 0.9
@@ -144,3 +147,9 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(changed, sentence):
 def test_a_poisson_system_has_no_energy_to_be_moved_to():
     with pytest.raises(BadInput, match="Poisson system"):
         daebench.chaos("free_rigid_body", method="lie", h=0.01, t_end=1, energy=0.3, cells=4)
+
+
+def test_the_example_runs():
+    results = doctest.testmod(importlib.import_module("daebench.studies.chaos.run"))
+    assert results.attempted >= 3
+    assert results.failed == 0

@@ -116,7 +116,11 @@ def tangent_growth(
     with uncollected():
         one(0)  # compiled once, before there are threads
         with ThreadPoolExecutor(threads or cores()) as pool:
-            list(pool.map(one, range(1, len(members))))
+            try:
+                list(pool.map(one, range(1, len(members))))
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
 
     def sentence(i: int) -> str:
         member, (before, after, tried, status, residual) = members.member(i), ends[i]

@@ -26,8 +26,8 @@ INDEPENDENT = 1e-6
 ASIDE = 0.05
 """Relative change of a start from which nearby ones are sought: a symmetric start can be one from which Newton's iteration cannot leave."""
 
-MOST_CELLS = 1024
-"""Most cells along a side."""
+MOST_CELLS = 256
+"""Most cells along a side, whose growth in a thousand intervals is half a gigabyte."""
 
 Solve = Callable[[Array, NDArray[np.intp]], tuple[Array, NDArray[np.bool_]]]
 """From guesses in some cells to what meets the conditions there, and whether it does."""
@@ -279,8 +279,8 @@ class _Cells:
         metric, slope = P @ A[there] @ P, P @ some.some(there).along("H_p", p[there], q[there])[:, :, None]
         least = p[there] - (np.linalg.pinv(metric, rcond=INDEPENDENT, hermitian=True) @ slope)[:, :, 0]
         n = P @ self.push
-        missing = 2 * (level - some.some(there).along("H", least, q[there])) / np.einsum("ni,nij,nj->n", n, metric, n)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # a kinetic energy below the least one, or a push along what is held
+            missing = 2 * (level - some.some(there).along("H", least, q[there])) / np.einsum("ni,nij,nj->n", n, metric, n)
             moved[there] = np.where(self.held[0], p[there], least + np.sqrt(missing)[:, None] * n)
         return moved
 

@@ -59,7 +59,7 @@ def chaos(
 
         >>> import daebench
         >>> map = daebench.chaos(
-        ...     "double_pendulum", case="horizontal", method="rattle", h=0.01, t_end=50, plane={"q2": (0.1, 0.5), "q4": (0, 1)}, cells=3
+        ...     "double_pendulum", case="horizontal", method="rattle", h=0.01, t_end=50, plane={"q2": (0.5, 0.9), "q4": (0.6, 1.2)}, cells=3
         ... )
         >>> map.verdict.tolist()[0]
         ['chaotic', 'chaotic', 'chaotic']

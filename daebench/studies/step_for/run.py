@@ -170,7 +170,10 @@ class _Search:
     def require_memory(self, halvings: int) -> None:
         """Refuse, before the runs, what does not fit into memory."""
         grid = self.method.grid(self.members.ivp, self._request(halvings))
-        require_memory(grid, 2 * self.members.ivp.size * len(self.members))
+        try:
+            require_memory(grid, 2 * self.members.ivp.size * len(self.members))
+        except BadInput:
+            raise BadInput(f"the states of {len(self.members)} members at {grid.rows} times do not fit into memory; take fewer.") from None
 
     def run(self, k: int) -> EnsembleRun:
         """Return the runs at h / 2^k."""
