@@ -65,7 +65,8 @@ def test_the_default_plane_has_two_independent_positions():
 
 @pytest.mark.parametrize(("problem", "case", "method", "plane"), INTEGRABLE, ids=lambda x: x if isinstance(x, str) else "")
 def test_nothing_is_chaotic_on_an_integrable_problem(problem, case, method, plane):
-    result = daebench.chaos(problem, case=case, method=method, h=0.02, t_end=200, plane=plane, cells=5)
+    t_end = 1000 if method == "lie" else 200  # its periods are long
+    result = daebench.chaos(problem, case=case, method=method, h=0.02, t_end=t_end, plane=plane, cells=5)
     found = result.exponents
     assert not np.any(found.verdict == "chaotic")
     assert np.mean(found.verdict == "regular") > 0.9
