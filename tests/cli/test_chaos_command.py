@@ -25,7 +25,7 @@ def test_json_counts_cells_and_files_have_a_row_a_cell(daebench, folder):
         rows = list(csv.DictReader(file))
     assert len(rows) == 36
     assert list(rows[0])[:2] == ["q1", "p1"]
-    assert {row["why"] for row in rows if row["verdict"] == "empty"} == {"no position on the manifold"}
+    assert {row["why"] for row in rows if row["verdict"] == "empty"} == {"no position found on the manifold"}
     assert (folder / "chaos.svg").is_file()
 
 

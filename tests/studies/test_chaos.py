@@ -128,7 +128,7 @@ REFUSED = [
     ({"plane": {"q1": (0, 1)}}, "two coordinates"),
     ({"plane": {"q1": (0, 1), "q9": None}}, "q9"),
     ({"plane": {"q1": (1, 0), "p1": None}}, "lower bound"),
-    ({"plane": {"q1": (2, 3), "q3": (0, 1)}}, "no position on the manifold in 16 of 16 cells"),
+    ({"plane": {"q1": (2, 3), "q3": (0, 1)}}, "no position found on the manifold in 16 of 16 cells"),
     ({"energy": "high"}, "must be a number, or case"),
     ({"cells": 1}, "from 2 to"),
     ({"t_end": 0.1}, "at least 32 steps"),

@@ -15,7 +15,7 @@ from daebench.runs.members import Members, members
 from daebench.runs.scales import constrained_scales_of
 from daebench.studies.ensemble.distributions.box import Bounds, bounds_of, coordinates
 
-NO_POSITION = "no position on the manifold"
+NO_POSITION = "no position found on the manifold"
 NO_MOMENTUM = "no momentum on the manifold"
 NO_ENERGY = "no momentum of this energy"
 OUTSIDE = "outside of the domain"
