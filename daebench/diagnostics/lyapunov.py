@@ -94,11 +94,10 @@ def exponents(growth: Array, interval: float) -> Exponents:
     of Student for the means of :data:`BATCHES` batches, after the first tenth.
 
     On starts with known answers, 96 about each of six integrable problems each after 50, 100, 200, 400 and 1000 s, 0 of 2880 were
-    called chaotic and 17 undetermined; of 95 chaotic ones of the double pendulum (lambda = 0.93/s) none was called regular after 25 s and 11
-    undetermined, none after 50 s; of 96 of the double spherical pendulum (0.46/s) 13 were called regular after 25 s, where lambda t is 11,
-    1 after 50 s and none after 100 s. With correlated noise about a mean rate lambda, of which the root mean square
-    is half a fold in the time of its correlation, 32, 88 and 99.6 % are called chaotic where lambda t is 10, 20 and 30, and 12, 0.1 and
-    0 % regular.
+    called chaotic and 17 undetermined. Of 95 chaotic ones of the double pendulum (lambda = 0.93/s) none was called regular after 25 s and
+    11 undetermined, none after 50 s. Of 96 of the double spherical pendulum (0.46/s) 13 were called regular after 25 s, where lambda t is
+    11, 1 after 50 s and none after 100 s. With noise of root mean square 0.5/s, correlated over 0.5 s, about a mean rate lambda for 100 s,
+    32, 88 and 99.6 % were called chaotic where lambda t is 10, 20 and 30, and 12, 0.1 and 0 % regular.
 
     Parameters
     ----------
