@@ -1,19 +1,24 @@
 """Experiments of the lesson on extremes, and the numbers of its text."""
 
+from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from markupsafe import Markup
 
+from daebench.draw.figures import Stroke
 from daebench.draw.svg.axis import Axis, around
-from daebench.draw.svg.panels import draw_panels
+from daebench.draw.svg.marks import Tiles
+from daebench.draw.svg.panels import Panel, draw_panels
 from daebench.pages.lesson.control import NO_YES, Control, Values, defaults
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
-from daebench.pages.report import at_most, count, number
+from daebench.pages.report import at_most, count, number, percent
 from daebench.pages.report.claims import require
-from daebench.reports.lessons._extremes_runs import apart, locked, parted, penalised, released, summed
+from daebench.reports.lessons._extremes_runs import apart, cannot_turn, locked, parted, penalised, released, releases, summed, turned
 from daebench.reports.lessons._panels import MINUS_START, against_time, seconds, small
 
 CRANKS = {"rattle": "RATTLE", "rk4": "Runge and Kutta, index reduced (rk4)"}
@@ -24,6 +29,10 @@ SUMS = {False: "plain sums", True: "compensated sums"}
 STEPS = (1000, 10_000, 50_000, 100_000, 200_000)
 PENDULUMS = {"rattle": "RATTLE", "lobatto3": "Lobatto, 3 stages"}
 APART, DELTA = tuple(float(f"1e-{k}") for k in range(14, 1, -2)), 1e-10
+LATER = (0.1, 0.2, 0.4, 1.0)
+WARM = ("#7f2704", "#d94801", "#fd8d3c", "#fdd0a2", "#bdbdbd")
+ENERGIES = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)
+COLD = ("#deebf7", "#9ecae1", "#4292c6", "#2171b5", "#08519c", "#d55e00")
 MANY = 200_000
 NEARLY, TIGHT = 1.001, 0.001
 
@@ -134,6 +143,41 @@ def table_chaos(values: Values) -> pd.DataFrame:
     return pd.DataFrame(dict(zip(("t", "distance", "energy_error"), apart(values), strict=True)))
 
 
+def show_map(values: Values) -> Shown:
+    """Return when the lower arm first turns over, and the energy error, from each release."""
+    when, energy = turned(**values)
+    steps = [0.0, *(values["t_end"] * part for part in LATER)]
+    names = [f"turns over within {hi:g} s" if lo == 0 else f"{lo:g} to {hi:g} s" for lo, hi in pairwise(steps)] + ["not yet"]
+    sizes = [*(f"below {level:g} J" for level in ENERGIES), "more"]
+    panels = [
+        plane_of(np.searchsorted(steps[1:], when), WARM, names, "first turn of the lower arm"),
+        plane_of(np.searchsorted(ENERGIES, energy), COLD, sizes, "largest energy error"),
+    ]
+    says = Markup("From <b>{}</b> of {} releases at rest the lower arm turns over within {:g} s. ")
+    says += Markup("The energy error is {} J in the median, {} J at most.")
+    part = percent(float(np.mean(np.isfinite(when))))
+    return Shown(
+        draw_panels(panels, alt="Maps over the angles of release: when the lower arm first turns over, and the energy error.", height=330),
+        says.format(part, count(when.size), values["t_end"], number(np.median(energy)), at_most(np.max(energy))),
+    )
+
+
+def plane_of(classes: npt.NDArray[np.int64], colours: Sequence[str], names: Sequence[str], title: str) -> Panel:
+    """Return a map over the angles of release; each colour lies below those of all later classes."""
+    edges = releases()[0]
+    axes = [Axis(f"{arm} arm [rad from hanging]", -np.pi, np.pi) for arm in ("upper", "lower")]
+    named = enumerate(zip(colours, names, strict=True))
+    tiles = [Tiles(edges, edges, classes >= k, Stroke(colour, "-", ""), name) for k, (colour, name) in named]
+    return Panel(axes[0], axes[1], tiles, title)
+
+
+def table_map(values: Values) -> pd.DataFrame:
+    """Return the numbers behind the picture, one row a release."""
+    when, energy = turned(**values)
+    upper, lower = np.meshgrid(releases()[1], releases()[1])
+    return pd.DataFrame({"upper": upper.ravel(), "lower": lower.ravel(), "turns_at": when.ravel(), "energy_error": energy.ravel()})
+
+
 LOCK = Experiment(
     name="lock-up",
     title="A mechanism that locks",
@@ -179,7 +223,18 @@ CHAOS = Experiment(
     show=show_chaos,
     table=table_chaos,
 )
-EXPERIMENTS = (LOCK, STIFF, ROUNDING, CHAOS)
+MAP = Experiment(
+    name="map",
+    title="Every release",
+    controls=(
+        Control("scheme", "method", tuple(PENDULUMS), "rattle", tuple(PENDULUMS), PENDULUMS.__getitem__),
+        Control("h", "step size h", (0.002, 0.005, 0.01, 0.02), 0.01, (0.01, 0.02), seconds),
+        Control("t_end", "length of the runs", (2.0, 5.0, 10.0, 20.0), 10.0, (), seconds),
+    ),
+    show=show_map,
+    table=table_map,
+)
+EXPERIMENTS = (LOCK, STIFF, ROUNDING, CHAOS, MAP)
 
 
 def preparations() -> list[Preparation]:
@@ -187,7 +242,8 @@ def preparations() -> list[Preparation]:
     tasks: list[Preparation] = [(f"compiling {name} for the crank", partial(locked, name, 2.0, 0.01)) for name in CRANKS]
     tasks += [(f"compiling {name}", partial(penalised, name, 0.1, 0.01)) for name in SPRINGS]
     tasks += [(f"compiling rattle, {SUMS[compensated]}", partial(summed, compensated, 0.1, 1000)) for compensated in NO_YES]
-    return tasks + [(f"compiling {name} for two arms", partial(released, name, 0.0, 0.01, 0.1)) for name in PENDULUMS]
+    tasks += [(f"compiling {name} for two arms", partial(released, name, 0.0, 0.01, 0.1)) for name in PENDULUMS]
+    return tasks + [(f"compiling {name} for thousands of starts", partial(turned, name, 0.02, 0.1)) for name in PENDULUMS]
 
 
 def facts() -> SimpleNamespace:
@@ -206,6 +262,9 @@ def facts() -> SimpleNamespace:
         "the explicit method ends, the implicit one does not",
         stiff["stiff:rk4"][0].t[-1],
     )
+    when, _ = turned(**defaults(MAP.controls))
+    below = int(np.sum(np.isfinite(when[cannot_turn()])))
+    require(below == 0, "no arm turns over that has too little energy", below)
     require(all(np.isfinite(time) for time in (*chaos.values(), nearer)), "all of the pendulums part", chaos)
     require(nearer > chaos["rattle"], "a smaller difference takes longer", nearer)
     return SimpleNamespace(
@@ -219,4 +278,8 @@ def facts() -> SimpleNamespace:
         many=MANY,
         tight=TIGHT,
         nearly=NEARLY,
+        releases=when.size,
+        turn=float(np.mean(np.isfinite(when))),
+        cannot=float(np.mean(cannot_turn())),
+        length=float(defaults(MAP.controls)["t_end"]),
     )

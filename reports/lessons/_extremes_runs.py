@@ -1,14 +1,17 @@
-"""The runs of the lesson on extremes: a mechanism that locks, a stiff spring, a long sum, and two pendulums that start almost alike."""
+"""The runs of the lesson on extremes: a mechanism that locks, a stiff spring, a long sum, two pendulums almost alike, and thousands."""
 
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.diagnostics.integrals import energy_error
+from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.lesson.control import Values
 from daebench.runs.ivp import Array
+from daebench.runs.members import members
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
 
@@ -17,6 +20,10 @@ T_END = 3.0
 
 SHOWN, PARTED = 400, 0.1
 """States of a long sum that are drawn, and the distance, m, from which on pendulums have parted."""
+
+
+SIDE, SEEN = 64, 0.05
+"""Angles of release of each arm on the map, and about how often an arm is looked at, s."""
 
 
 @cache
@@ -70,3 +77,34 @@ def parted(t: Array, distance: Array) -> float:
     """Return when the distance first is as large as a tenth of an arm; NaN if it never is."""
     large = np.flatnonzero(distance > PARTED)
     return float(t[large[0]]) if len(large) else float("nan")
+
+
+def releases() -> tuple[Array, Array]:
+    """Return the edges of the angles of release on the map, shape(SIDE + 1,), and their middles, shape(SIDE,), rad from hanging."""
+    edges = np.linspace(-np.pi, np.pi, SIDE + 1)
+    return edges, (edges[1:] + edges[:-1]) / 2
+
+
+@cache
+def turned(scheme: str, h: float, t_end: float) -> tuple[Array, Array]:
+    """Return when the lower arm first goes over its top, s, and the largest energy error, J, from each release at rest.
+
+    Both have shape(SIDE, SIDE), a row for each angle of the lower arm, a column for each of the upper one; infinite where it never does.
+    """
+    upper, lower = (angles.ravel() for angles in np.meshgrid(releases()[1], releases()[1]))
+    one = np.stack([np.sin(upper), -np.cos(upper)], axis=1)
+    q = np.concatenate([one, one + np.stack([np.sin(lower), -np.cos(lower)], axis=1)], axis=1)
+    ivp, steps, every = initial_value_problem("double_pendulum", "horizontal"), round(t_end / h), max(1, round(SEEN / h))
+    asked = Request(value=h, steps=steps, every=every, watch=("energy",), count=False)
+    run = run_members(parse(scheme), members(ivp, (np.zeros_like(q), q), h, {}), asked)
+    arm = run.states[:, :, 6:8] - run.states[:, :, 4:6]
+    over = (arm[1:, :, 0] * arm[:-1, :, 0] < 0) & (np.minimum(arm[1:, :, 1], arm[:-1, :, 1]) > 0)
+    when = np.where(over.any(axis=0), run.t[1 + over.argmax(axis=0)], np.inf)
+    return when.reshape(SIDE, SIDE), run.maxima["energy"].reshape(SIDE, SIDE)
+
+
+def cannot_turn() -> NDArray[np.bool_]:
+    """Return which releases have too little energy for the lower arm to stand upright, shape(SIDE, SIDE): 2 cos upper + cos lower > 1."""
+    upper, lower = np.meshgrid(releases()[1], releases()[1])
+    too_low: NDArray[np.bool_] = 2 * np.cos(upper) + np.cos(lower) > 1
+    return too_low

@@ -14,11 +14,11 @@ def _():
     import marimo as mo
 
     from daebench.pages.lesson import live
-    from daebench.pages.report import at_most, count, number
+    from daebench.pages.report import at_most, count, number, percent
     from daebench.reports.lessons import _extremes as lesson
 
     live.style()
-    return at_most, count, lesson, live, mo, number
+    return at_most, count, lesson, live, mo, number, percent
 
 
 @app.cell
@@ -150,11 +150,37 @@ def _(chaos_knobs, lesson, live):
 
 
 @app.cell
-def _(facts, mo, number):
+def _(count, facts, mo, number):
     mo.md(f"""
     Released {number(facts.delta, 1)} rad apart, they are a tenth of an arm apart after {number(facts.chaos["rattle"], 3)} s, as RATTLE has
     it, and after {number(facts.chaos["lobatto3"], 3)} s, as Lobatto's method with three stages has it. A hundredth of the difference buys
     only {number(facts.nearer - facts.chaos["rattle"], 2)} s more.
+
+    One pair of releases is one pair. The map has {count(facts.releases)} of them, each run anew when a control is moved, several at
+    a time on each core.
+    """)
+    return
+
+
+@app.cell
+def _(lesson, live):
+    map_knobs = live.panel(lesson.MAP)
+    live.arranged(map_knobs)
+    return (map_knobs,)
+
+
+@app.cell
+def _(lesson, live, map_knobs):
+    live.shown(lesson.MAP, map_knobs)
+    return
+
+
+@app.cell
+def _(facts, mo, percent):
+    mo.md(f"""
+    From {percent(facts.turn)} of the releases the lower arm turns over within {facts.length:g} s. From {percent(facts.cannot)} it never
+    can: released at rest, the arms have too little energy for it to stand upright where 2 cos θ₁ + cos θ₂ > 1, and none of these runs does.
+    Near the border of that region, and among the early turns, neighbours do the same; elsewhere they do not.
 
     ## Questions to try
 

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from daebench.draw.figures import BLACK, STROKES
 from daebench.draw.svg.axis import DIGITS, Axis, around, labels
-from daebench.draw.svg.marks import Area, Curve, Dots, Note, path_of, thinned
+from daebench.draw.svg.marks import Area, Curve, Dots, Note, Tiles, path_of, thinned
 from daebench.draw.svg.panels import Panel, draw_panels
 from daebench.errors import BadInput
 
@@ -291,3 +291,22 @@ def test_black_follows_the_page_and_dashes_are_in_widths():
     assert path.get("stroke") == "currentColor"
     assert path.get("stroke-dasharray") == "16 4"
     assert marks_of(parsed([drawn(Curve([0, 1], [0, 1], STROKE))]))[0].get("stroke-dasharray") is None
+
+
+def test_tiles_cover_what_is_chosen_and_nothing_else():
+    chosen = np.array([[True, True, False], [False, True, False]])
+    tiles = Tiles(np.array([0.0, 0.25, 0.5, 1.0]), np.array([0.0, 0.5, 1.0]), chosen, STROKE, "some")
+    root = parsed([drawn(tiles)])
+    (path,) = marks_of(root)
+    left, top, width, height = (float(x) for x in next(iter(root.iter(f"{SVG}g"))).get("data-frame").split())
+    boxes = [tuple(map(float, box)) for box in re.findall(r"M([\d.]+) ([\d.]+)H([\d.]+)V([\d.]+)H", path.get("d"))]
+    assert {
+        tuple(round(v, 2) for v in ((a - left) / width, (c - left) / width, 1 - (b - top) / height, 1 - (d - top) / height))
+        for a, b, c, d in boxes
+    } == {
+        (0.0, 0.5, 0.0, 0.5),
+        (0.25, 0.5, 0.5, 1.0),
+    }
+    assert path.get("fill") == STROKE.color
+    assert "some" in [text.text for text in root.iter(f"{SVG}text")]
+    assert marks_of(parsed([drawn(Tiles(tiles.across, tiles.up, ~chosen & chosen, STROKE))]))[0].get("d") == ""

@@ -13,11 +13,13 @@ import pytest
 from daebench.diagnostics.symplecticity import areas, symplecticity_defect, tangent_path
 from daebench.errors import BadInput
 from daebench.methods.catalogue import lessons
+from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.lesson.control import NO_YES, Control, defaults
 from daebench.pages.lesson.mathml import static_html
 from daebench.pages.lesson.page import export
 from daebench.pages.lesson.static import static_experiment
+from daebench.runs.request import Request
 
 ROOT = Path(__file__).parents[2]
 EVERY = sorted(lessons())
@@ -224,6 +226,28 @@ def test_two_pendulums_have_parted_when_they_are_a_tenth_of_an_arm_apart():
     t = np.array([0.0, 1.0, 2.0])
     assert parted(t, np.array([0.0, 0.05, 0.2])) == 2.0
     assert np.isnan(parted(t, np.zeros(3)))
+
+
+@pytest.mark.usefixtures("uncompiled_schemes")
+def test_an_arm_turns_over_when_the_angle_of_a_run_by_itself_passes_the_top(monkeypatch):
+    from daebench.reports.lessons import _extremes_runs
+
+    monkeypatch.setattr(_extremes_runs, "SIDE", 4)
+    when, energy = _extremes_runs.turned.__wrapped__("rattle", 0.02, 2.0)
+    angles = _extremes_runs.releases()[1]
+    for row, column in ((0, 1), (0, 3), (1, 1)):
+        one = np.array([np.sin(angles[column]), -np.cos(angles[column])])
+        two = one + np.array([np.sin(angles[row]), -np.cos(angles[row])])
+        ivp = initial_value_problem("double_pendulum", "horizontal", p0=np.zeros(4), q0=[*one, *two])
+        run = parse("rattle").solve(ivp, Request(value=0.02, t_end=2.0, every=1)).complete()
+        winding = np.unwrap(np.arctan2(run.q[:, 2] - run.q[:, 0], run.q[:, 1] - run.q[:, 3]))
+        over = np.flatnonzero(np.abs(winding) > np.pi)
+        first = run.t[over[0]] if len(over) else np.inf
+        assert when[row, column] == first or 0 <= when[row, column] - first <= 0.06
+        assert energy[row, column] == pytest.approx(run.maxima["energy"], rel=1e-12)
+    assert np.isfinite(when).any()
+    assert np.isinf(when).any()
+    assert not np.isfinite(when[_extremes_runs.cannot_turn()]).any()
 
 
 def test_asking_for_a_lesson_that_there_is_not_is_one_sentence(daebench, tmp_path):

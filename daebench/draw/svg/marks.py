@@ -1,4 +1,4 @@
-"""Marks in a panel: curves, dots, areas, levels and notes, each as SVG in the pixels of its panel."""
+"""Marks in a panel: curves, dots, areas, tiles, levels and notes, each as SVG in the pixels of its panel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from daebench.draw.figures import BLACK, Stroke
+from daebench.draw.tiles import rectangles
 from daebench.runs.ivp import Array
 
 INK = "currentColor"
@@ -143,6 +144,37 @@ class Area:
         return Markup('<path d="{}" fill="{}" fill-opacity=".22" stroke="{}" stroke-width="1.4" stroke-linejoin="round"/>').format(
             path, color_of(self.stroke), color_of(self.stroke)
         )
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """Tiles of a grid in one colour.
+
+    Parameters
+    ----------
+    across, up : ndarray, shape(columns + 1,) and shape(rows + 1,)
+        Edges of the tiles of the grid.
+    chosen : ndarray of bool, shape(rows, columns)
+        Which are drawn.
+    stroke : Stroke
+        Its colour is theirs.
+    name : str
+        What they are called in the legend; not in it where empty.
+    """
+
+    across: Array
+    up: Array
+    chosen: npt.NDArray[np.bool_]
+    stroke: Stroke
+    name: str = ""
+
+    def svg(self, place: Place) -> Markup:
+        """Return them as one path of rectangles: neighbours are joined."""
+        boxes = np.array(list(rectangles(self.chosen)), dtype=int).reshape(-1, 4)
+        (x, y), (right, top) = (place(self.across[boxes[:, 2 + k]], self.up[boxes[:, k]]) for k in (0, 1))
+        corners = zip(x.tolist(), y.tolist(), right.tolist(), top.tolist(), strict=True)
+        path = "".join(f"M{a:.1f} {b:.1f}H{c:.1f}V{d:.1f}H{a:.1f}Z" for a, b, c, d in corners)
+        return Markup('<path d="{}" fill="{}"/>').format(path, color_of(self.stroke))
 
 
 @dataclass(frozen=True)

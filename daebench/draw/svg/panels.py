@@ -7,7 +7,7 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from daebench.draw.svg.axis import Axis, power
-from daebench.draw.svg.marks import Area, Curve, Dots, Mark, color_of, dashes_of
+from daebench.draw.svg.marks import Area, Curve, Dots, Mark, Tiles, color_of, dashes_of
 from daebench.runs.ivp import Array
 
 WIDTH = 760.0
@@ -45,7 +45,7 @@ class Panel:
     x, y : Axis
         The axes.
     marks : sequence of Mark
-        What is drawn, the last above the others; named curves, dots and areas are in the legend.
+        What is drawn, the last above the others; named curves, dots, areas and tiles are in the legend.
     title : str
         What the panel shows; text of an SVG where it is ``Markup``.
     equal : bool
@@ -142,7 +142,7 @@ def axes_svg(frame: Frame) -> Markup:
 
 def legend(panels: Sequence[Panel], top: float, width: float) -> tuple[Markup, int]:
     """Return the legend of all named marks, each name once, and how many lines it has."""
-    named = {mark.name: mark for panel in panels for mark in panel.marks if isinstance(mark, Curve | Dots | Area) and mark.name}
+    named = {mark.name: mark for panel in panels for mark in panel.marks if isinstance(mark, Curve | Dots | Area | Tiles) and mark.name}
     parts, x, line = [], 10.0, 0
     for name, mark in named.items():
         long = 48 + 7.2 * len(Markup(name).striptags())
@@ -154,7 +154,7 @@ def legend(panels: Sequence[Panel], top: float, width: float) -> tuple[Markup, i
     return Markup("").join(parts), line + 1 if named else 0
 
 
-def sample(mark: Curve | Dots | Area, x: float, y: float) -> Markup:
+def sample(mark: Curve | Dots | Area | Tiles, x: float, y: float) -> Markup:
     """Return a short piece of a mark for the legend."""
     if isinstance(mark, Curve):
         line = Markup('<path d="M{:.1f} {:.1f}h28" fill="none" stroke="{}" stroke-width="{}"{}/>')
@@ -162,8 +162,8 @@ def sample(mark: Curve | Dots | Area, x: float, y: float) -> Markup:
     if isinstance(mark, Dots):
         filling = "none" if mark.hollow else color_of(mark.stroke)
         return Markup('<circle cx="{:.1f}" cy="{:.1f}" r="3.2" fill="{}" stroke="{}"/>').format(x + 14, y, filling, color_of(mark.stroke))
-    swatch = Markup('<rect x="{:.1f}" y="{:.1f}" width="22" height="10" fill="{}" fill-opacity=".22" stroke="{}"/>')
-    return swatch.format(x + 3, y - 5, color_of(mark.stroke), color_of(mark.stroke))
+    swatch = Markup('<rect x="{:.1f}" y="{:.1f}" width="22" height="10" fill="{}" fill-opacity="{}" stroke="{}"/>')
+    return swatch.format(x + 3, y - 5, color_of(mark.stroke), 1 if isinstance(mark, Tiles) else 0.22, color_of(mark.stroke))
 
 
 sheet = draw_panels  # the name of the release before; it goes with the next one
