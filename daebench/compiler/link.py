@@ -134,6 +134,7 @@ class Linker:
             "RANK_WATCHED": bool(options.singular),
             "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
             "ONCE": self.number.lanes > 0 and not options.sweeps,
+            "ONE_UNKNOWN": self.number.lanes > 0 and not options.sweeps and derivation.constants.get("CONSTRAINTS") == 1,
             "AGAIN": self.number.again if options.roundings == ROUNDINGS else 1,
             "ITERATIONS_ASKED": options.sweeps,
             "ROUNDINGS": options.roundings,

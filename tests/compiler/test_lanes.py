@@ -91,7 +91,7 @@ FUNCTIONS = {"exchanged": exchanged, "judged": judged, "iterated": iterated}
 
 
 def rewritten(function):
-    namespace = {name: getattr(columns, name) for name in columns.__all__}
+    namespace = {name: getattr(columns, name) for name in columns.__all__} | {"LANES": 400}
     exec(branches.straightened(textwrap.dedent(inspect.getsource(function))), namespace)
     return namespace[function.__name__]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["anyof", "max", "min", "negated", "select"]
+__all__ = ["anyof", "held", "max", "min", "negated", "note", "recall", "select"]
 
 
 def select(first: Any, x: Any, y: Any) -> Any:
@@ -25,6 +25,21 @@ def anyof(truths: Any) -> bool:
 def negated(truths: Any) -> Any:
     """Return whether a truth value is false."""
     return np.logical_not(truths)
+
+
+def held(like: Any, width: Any) -> list[Any]:
+    """Return a place for nested tuples of the form of ``like``."""
+    return [like]
+
+
+def note(slot: list[Any], first: Any, x: Any) -> None:
+    """Put nested tuples into a place, in the runs where ``first`` is true."""
+    slot[0] = select(first, x, slot[0])
+
+
+def recall(slot: list[Any]) -> Any:
+    """Return the nested tuples that are in a place."""
+    return slot[0]
 
 
 def max(*numbers: Any) -> Any:

@@ -1,18 +1,19 @@
 """Functions rewritten so that several runs go through them at once: where these would branch apart, values are selected.
 
 What a generated function does under a test that runs may answer differently it does for all of them, and assigns by ``select``. An
-iteration goes on until all runs have returned, and what a run has returned changes no more. Tests of numbers that all runs have in common,
-such as the number of steps, stay branches. So ::
+iteration goes on until all runs have returned: mostly they all do so at once, and what those return that do so earlier is noted in memory.
+Tests of numbers that all runs have in common, such as the number of steps, stay branches. So ::
 
-    for iteration in range(1, 100):                    live, left = True, False
+    for iteration in range(1, 100):                    live = True
         x, size = update(x)                            for iteration in range(1, 100):
-        if size < EPS:                         ->          new = update(x)
-            return x, 0                                    x, size = select(live, new[0], x), new[1]
-    return x, 1                                            now = live & (size < EPS)
-                                                           live, left = live & negated(now), left | now
-                                                           if not anyof(live):
-                                                               break
-                                                       return select(live, (x, 1), (x, 0))
+        if size < EPS:                         ->          x, size = update(x)
+            return x, 0                                    now = live & (size < EPS)
+    return x, 1                                            if anyof(now):
+                                                               value, live = (x, 0), live & negated(now)
+                                                               if not anyof(live):
+                                                                   break
+                                                               note(early, now, value)
+                                                       return select(live, (x, 1), value), or what was noted
 
 Loops over steps note the results of runs that return in memory: these are the few that have failed.
 """
@@ -102,60 +103,6 @@ class _Common:
             self.different |= names(target, stored=True)
 
 
-class _Renamed(ast.NodeTransformer):
-    """Puts an expression in the place of a name."""
-
-    def __init__(self, name: str, value: str | ast.expr) -> None:
-        self.name, self.value = name, value
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Put it there where the name is read."""
-        if node.id != self.name or not isinstance(node.ctx, ast.Load):
-            return node
-        return _name(self.value) if isinstance(self.value, str) else copy.deepcopy(self.value)
-
-
-def _insert_derived(loop: ast.For) -> None:
-    """Put what a variable of a loop is computed from in its place, where it is a function of others, as the status of a solve is.
-
-    In a branch that is taken once it is then computed once, and the other variables are all that need be kept.
-    """
-    stored = [n for n in ast.walk(loop) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
-    blocks: list[list[ast.stmt]] = [loop.body, *(n.body for n in ast.walk(loop) if isinstance(n, ast.If))]
-    for block in blocks:
-        for line in list(block):
-            if not (
-                isinstance(line, ast.Assign) and isinstance(line.targets[0], ast.Name) and isinstance(line.value, ast.Call | ast.Tuple)
-            ):
-                continue
-            name, read = line.targets[0].id, names(line.value)
-            plain = all(isinstance(n, ast.Name | ast.Constant | ast.Call | ast.Tuple | ast.Load) for n in ast.walk(line.value))
-            changed = any(n.id in read and n.lineno > line.lineno for n in stored)
-            if plain and not changed and sum(n.id == name for n in stored) == 1:
-                block.remove(line)
-                _Renamed(name, line.value).visit(loop)
-
-
-def _carried(head: Sequence[ast.stmt], tail: Sequence[ast.stmt], wanted: set[str]) -> list[str]:
-    """Return what wanted variables of an iteration are computed from in its head, and its tail makes for the next one.
-
-    There is nothing where a variable of the head is itself carried from one iteration to the next.
-    """
-    assigned: set[str] = set()
-    sources: dict[str, set[str]] = {}
-    for line in head:
-        if isinstance(line, ast.Assign):
-            if names(line.value) & names(head, stored=True) - assigned:
-                return []
-            assigned |= names(line.targets[0], stored=True)
-            sources |= dict.fromkeys(names(line.targets[0], stored=True), names(line.value))
-    before: set[str] = set()
-    while before != wanted:
-        before, wanted = wanted, wanted.union(*(sources.get(name, set()) for name in wanted))
-    made = names(tail, stored=True)
-    return [] if made & assigned else sorted(wanted & made)
-
-
 class _Straight(ast.NodeTransformer):
     """Rewrites one function."""
 
@@ -165,7 +112,6 @@ class _Straight(ast.NodeTransformer):
         self.loops: list[ast.For] = []
         self.stepping = node.name in STEPPING
         self.arrays: set[str] = set()
-        self.kept: set[str] = set()
         self.iterates = False
         self.exits: list[tuple[str, ast.expr]] = []
         self.counter = 0
@@ -233,9 +179,14 @@ class _Straight(ast.NodeTransformer):
             self.exits.append((now, _name(value)))
             return [line, _assign(value, self.visit(node.value)), gone]
         if not self.stepping:
-            place = self._fresh("left")
-            self.exits.append((place, self.visit(copy.deepcopy(node.value))))
-            return [line, gone, _assign(place, ast.BinOp(_name(place), ast.BitOr(), _name(now)))]
+            inside = [
+                _assign("value_", self.visit(node.value)),
+                gone,
+                self._leave(),
+                ast.Expr(_call("note", _name("early_"), _name(now), _name("value_"))),
+                _assign("before_", ast.BinOp(_name("before_"), ast.BitOr(), _name(now))),
+            ]
+            return [line, ast.If(_call("anyof", _name(now)), inside, [])]
         spoilt = [name for name in MOVED if name in self.defined]
         inside = [
             ast.Expr(_call("note", _name("result"), _name(now), self.visit(node.value))),
@@ -252,19 +203,24 @@ class _Straight(ast.NodeTransformer):
     def _result(self, last: ast.expr) -> list[ast.stmt]:
         """Return what gives ``value_`` the last result, and in runs that returned elsewhere that of the place where they did.
 
-        Most runs return from iterations, but come to the end of what has none.
+        Most runs return from iterations, all at once, but come to the end of what has none.
         """
+        if self.iterates:
+            before = _name("before_")
+            return [ast.If(_call("anyof", before), [self._replaced(before, _call("recall", _name("early_")))], [])]
         if self.stepping:
             returned: ast.expr = _call("recall", _name("result"))
         else:
             (_, returned), *others = reversed(self.exits)
             for place, value in others:
                 returned = _call("select", _name(place), value, returned)
-        if self.iterates:
-            few: list[ast.stmt] = [_assign("value_", _call("select", _name("live"), last, _name("value_")))]
-            return [_assign("value_", returned), ast.If(_call("anyof", _name("live")), few, [])]
-        few = [_assign("value_", _call("select", _name("live"), _name("value_"), returned))]
-        return [_assign("value_", last), ast.If(_call("anyof", _call("negated", _name("live"))), few, [])]
+        gone = _call("negated", _name("live"))
+        return [_assign("value_", last), ast.If(_call("anyof", gone), [self._replaced(gone, returned)], [])]
+
+    @staticmethod
+    def _replaced(mask: ast.expr, value: ast.expr) -> ast.stmt:
+        """Return what gives ``value_`` another value where a mask is true."""
+        return _assign("value_", _call("select", mask, value, _name("value_")))
 
     # ---- branches and loops ----------------------------------------------------------------------------------------------
 
@@ -302,7 +258,7 @@ class _Straight(ast.NodeTransformer):
         if self._notes([node], apart=mask is not None):
             if self.loops or mask:
                 raise InvalidProblem(f"{self.node.name} returns from a loop within a loop or a branch, which several runs at once cannot.")
-            return self._stepping_loop(node) if self.stepping else self._frozen_loop(node)
+            return self._stepping_loop(node) if self.stepping else self._iteration(node)
         self.defined |= names(node.target, stored=True)
         return [ast.For(node.target, node.iter, self._block(node.body, mask), [])]
 
@@ -316,45 +272,19 @@ class _Straight(ast.NodeTransformer):
         self.loops.pop()
         return lines
 
-    def _frozen_loop(self, node: ast.For) -> list[ast.stmt]:
-        """Return an iteration, in which what is returned changes no more once a run has returned.
-
-        Where all of it is computed anew in each iteration, from variables that are assigned after the last test, it is these that change
-        no more: then all that is computed from them is what it was.
-        """
-        node = copy.deepcopy(node)
-        _insert_derived(node)
+    def _iteration(self, node: ast.For) -> list[ast.stmt]:
+        """Return an iteration, in which what runs return is noted in memory unless they are the last."""
+        assert self.last.value is not None
+        if self.exits:
+            raise InvalidProblem(f"{self.node.name} returns before an iteration and from it, which several runs at once cannot.")
         self.iterates = True
-        returned = names([part.value for part in ast.walk(node) if isinstance(part, ast.Return) and part.value])
-        index = next(iter(names(node.target, stored=True)))
-        tail = 1 + max(k for k, line in enumerate(node.body) if any(isinstance(n, ast.Return) for n in ast.walk(line)))
-        frozen = _carried(node.body[:tail], node.body[tail:], returned - {index})
-        used = (returned & names(node, stored=True)) - {index}
-        lines = self._placed(node, used)
+        lines = self._placed(node, names(self.last.value))
+        last = self.visit(self.last.value)
+        lines += [_assign("early_", _call("held", last, _name("LANES"))), _assign("before_", ast.Constant(False))]
         self.loops.append(node)
-        self.kept = set() if frozen else used
-        count, before = f"{index}_reached_", len(self.exits)
-        body = [_assign(count, _call("select", _name("live"), _name(index), _name(count))), *self._block(node.body[:tail], None)]
-        body += self._frozen_tail(node.body[tail:], frozen) if frozen else [*self._block(node.body[tail:], None), self._leave()]
+        lines.append(ast.For(node.target, node.iter, self._block(node.body, None), [_assign("value_", last)]))
         self.loops.pop()
-        self.kept = set()
-        after: list[ast.stmt] = []
-        for k in range(before, len(self.exits)):
-            place, value = self.exits[k]
-            lines.append(_assign(place, ast.Constant(False)))
-            after.append(_assign(f"{place}value", _Renamed(index, count).visit(value)))
-            self.exits[k] = place, _name(f"{place}value")
-        return [*lines, _assign(count, ast.Constant(0)), ast.For(node.target, node.iter, body, []), *after]
-
-    def _frozen_tail(self, tail: Sequence[ast.stmt], frozen: Sequence[str]) -> list[ast.stmt]:
-        """Return the end of an iteration, which takes old values back where runs have returned.
-
-        Mostly all of them return at once. So this is a branch, for which the next iteration need not wait.
-        """
-        old = [_assign(f"{name}_old_", _name(name)) for name in frozen]
-        back = [_assign(name, _call("select", _name("live"), _name(name), _name(f"{name}_old_"))) for name in frozen]
-        gone = _call("anyof", _call("negated", _name("live")))
-        return [*old, *self._block(tail, None), ast.If(gone, [self._leave(), *back], [])]
+        return lines
 
     def _placed(self, node: ast.For, wanted: set[str]) -> list[ast.stmt]:
         """Return what gives wanted variables that are assigned in a loop alone a form before it: zeros."""
@@ -389,8 +319,7 @@ class _Straight(ast.NodeTransformer):
             return [_assign(target.id, made)]
         if isinstance(target, ast.Subscript):
             return [self._stored(target, self.visit(node.value), mask)]
-        old = names(target, stored=True) & self.defined if mask else names(target, stored=True) & self.kept
-        mask = mask or ("live" if old else None)
+        old = names(target, stored=True) & self.defined if mask else set()
         self.defined |= names(target, stored=True)
         if not old and not any(isinstance(part, ast.Subscript) for part in ast.walk(target)):
             return [ast.Assign([target], self.visit(node.value))]

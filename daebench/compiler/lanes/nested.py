@@ -147,7 +147,8 @@ def held(typingctx: Any, like: Any, width: Any) -> Any:
         return Lanes(element(of), width.literal_value) if isinstance(of, (Lanes, *SCALAR)) else of
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        place = cgutils.alloca_once(builder, context.get_value_type(sig.return_type.of), zfill=False)
+        with builder.goto_entry_block():
+            place = builder.alloca(context.get_value_type(sig.return_type.of))
         _seen(builder, place)
         return place
 

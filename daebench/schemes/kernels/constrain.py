@@ -1,7 +1,7 @@
 """The two projections that constrained schemes share: positions onto g = 0, momenta onto G H_p = 0."""
 
-from daebench.schemes.kernels.language import QUADRATIC, G, H_p, g, norm, rows, solve, zero
-from daebench.schemes.kernels.newton import linear, newton
+from daebench.schemes.kernels.language import ONE_UNKNOWN, QUADRATIC, G, H_p, g, norm, rows, solve, zero
+from daebench.schemes.kernels.newton import linear, newton, newton_of_one
 from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Multiplier, Report, Rows, Update, Vector
 
 
@@ -21,7 +21,10 @@ def project_position(q0: Vector, dq: Vector, V: Rows) -> tuple[Vector, Multiplie
 
     It is the increment that is iterated, so that rounding is relative to it and not to q0.
     """
-    (dq, nu), report = newton(update_position, (dq, zero(q0)), (q0, V))
+    if ONE_UNKNOWN:  # settled when the kernel is linked
+        (dq, nu), report = newton_of_one(update_position, (dq, zero(q0)), (q0, V))
+    else:
+        (dq, nu), report = newton(update_position, (dq, zero(q0)), (q0, V))
     return dq, nu, report
 
 

@@ -82,6 +82,9 @@ TANGENTS: bool = False
 ONCE: bool = False
 """Newton's iterations end as soon as they have converged, and are written so that several runs at once have little to select."""
 
+ONE_UNKNOWN: bool = False
+"""The same holds, and there is one constraint: a linear solve is a division."""
+
 ITERATIONS_ASKED: int = 0
 """Sweeps after which Newton's iteration is ended whether it has converged or not; 0: it is not."""
 

@@ -87,15 +87,30 @@ if ONCE:
     def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
         """Return what the iteration above returns where nothing else is asked of it; all runs leave it at one place.
 
-        EPS is a power of two: multiplied by it first, the numbers of roundings give the same bounds.
+        EPS is a power of two: multiplied by it first, the numbers of roundings give the same bounds. The pivot of an iteration without
+        an end, which no run keeps, is left out.
         """
         last = INF
         for iteration in range(1, ITERATIONS + 1):
-            x1, size, scale, residual, pivot = update(x, data)
+            x, size, scale, residual, pivot = update(x, data)
             if not regular(residual, pivot, size) or size <= (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale:
-                return x1, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
-            x, last = x1, size
-        return x, (NOT_CONVERGED, residual, pivot, tally(update, ITERATIONS))
+                return x, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
+            last = size
+        return x, (NOT_CONVERGED, residual, INF, tally(update, ITERATIONS))
+
+
+def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
+    """Return what the iteration for several runs does, where one unknown is solved for and |dx| is a multiple of it.
+
+    residual / pivot is finite only where the residual is finite and the pivot is not zero: to look at |dx| is enough.
+    """
+    last = INF
+    for iteration in range(1, ITERATIONS + 1):
+        x, size, scale, residual, pivot = update(x, data)
+        if not size < INF or size <= (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale:
+            return x, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
+        last = size
+    return x, (NOT_CONVERGED, residual, INF, tally(update, ITERATIONS))
 
 
 def differentiated(
