@@ -35,14 +35,17 @@ def gradients(steps: int, repeat: int, *, as_json: bool) -> None:
 
 def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print what a step of a member takes."""
-    from daebench.studies.ensemble_timing import measure_ensembles, measure_heyoka
+    from daebench.studies.ensemble_timing import measure_ensembles, measure_heyoka, measure_narrow
 
     with bar("bench --ensemble"):
         rows, heyoka = measure_ensembles(steps=steps, repeat=repeat), measure_heyoka(repeat=repeat)
+        narrow = measure_narrow(steps=steps, repeat=repeat)
     if as_json:
-        print_json({"steps": steps, "repeat": repeat, "rows": rows, "heyoka_ms_to_t_100": heyoka})
+        print_json({"steps": steps, "repeat": repeat, "rows": rows, "avx2": narrow, "heyoka_ms_to_t_100": heyoka})
         return
-    print_table(list(rows[0]), [[cell(value) for value in row.values()] for row in rows])
+    for table in (rows, [row | {"method": f"{row['method']}, AVX2"} for row in narrow or []]):
+        if table:
+            print_table(list(table[0]), [[cell(value) for value in row.values()] for row in table])
     if heyoka:
         print_table(["heyoka, ms a trajectory", *heyoka], [["spherical_pendulum, fig1.2, to t = 100", *map(cell, heyoka.values())]])
 

@@ -119,7 +119,8 @@ class Linker:
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme
         self.number = number_type(options.precision)
-        target = Target(self.number.dtype, options.compiled, options.stages, options.singular == "least-squares", self.number.directions)
+        least_squares, lanes = options.singular == "least-squares", self.number.lanes > 0
+        target = Target(self.number.dtype, options.compiled, options.stages, least_squares, self.number.directions, lanes)
         self.algebra = derivation.algebra(target)
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work

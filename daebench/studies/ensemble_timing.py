@@ -1,5 +1,9 @@
 """Members of an ensemble in lanes beside the same kernel for one run, a program in C, and heyoka's batch mode, taking turns."""
 
+import json
+import os
+import subprocess
+import sys
 import tempfile
 import time
 from importlib.util import find_spec
@@ -28,8 +32,14 @@ CASES = (
 )
 """What is timed: problem, case, method and step size."""
 
-MEMBERS, MANY, SPREAD = 64, 4096, 0.01
-"""Members of a timed run, those of an ensemble whose beginning is timed, and how much their momenta or states differ."""
+MEMBERS, SHARED, MANY, SPREAD = 64, 1024, 4096, 0.01
+"""Members of a run on one core, on several, and of one whose beginning is timed; and how much their momenta or states differ."""
+
+LASTING = 0.4
+"""How long a run that is shared out takes on one core, s."""
+
+NARROW = {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": ""}
+"""Variables of the environment that have vectors of AVX2 made, which hold four doubles."""
 
 T_END, TOLERANCE = 100.0, 1e-15
 """End, s, and tolerance of the runs of heyoka."""
@@ -76,22 +86,20 @@ def _row(problem: str, case: str | None, name: str, h: float, *, steps: int, rep
     ivp = initial_value_problem(problem, case, None)
     method, some = method_of(ivp, name), members(ivp, spread(ivp, MEMBERS), h, {})
     in_c = by_hand(folder, name, ivp, h, steps) if isinstance(ivp, ConstrainedIvp) else None
-    times: dict[str, list[float]] = {"alone": [], "in_c": [], **{f"lanes{lanes}": [] for lanes in WIDTHS}, "threads": []}
+    times: dict[str, list[float]] = {"alone": [], "in_c": [], **{f"lanes{lanes}": [] for lanes in WIDTHS}}
     for _ in range(repeat):
         run = method.solve(ivp, Request(value=h, steps=steps, **BARE)).complete()
         times["alone"].append(1e9 * run.seconds / steps)
         times["in_c"] += [in_c()] if in_c else []
         for lanes in WIDTHS:
             times[f"lanes{lanes}"].append(_per_step(method, some, max(1, steps // 4), lanes, 1))
-        times["threads"].append(_per_step(method, some, max(1, steps // 4), best_width(), cores(), wall=True))
     least = {what: min(values) if values else None for what, values in times.items()}
-    chosen, threads = least[f"lanes{best_width()}"], least.pop("threads")
+    chosen = least[f"lanes{best_width()}"]
     assert chosen
-    assert threads
     return {"problem": problem, "method": name, **least, "best": best_width()} | {
         "over_alone": (least["alone"] or np.nan) / chosen,
         "over_c": least["in_c"] / chosen if least["in_c"] else None,
-        "threads": chosen / threads,
+        "threads": _shared(method, members(ivp, spread(ivp, SHARED), h, {}), chosen, repeat),
         "begin_ms": 1e3 * min(_begun(method, members(ivp, spread(ivp, MANY), h, {})) for _ in range(repeat)),
     }
 
@@ -106,11 +114,38 @@ def _per_step(method: Any, some: Members, steps: int, lanes: int, threads: int, 
     return 1e9 * seconds / steps / len(some)
 
 
+def _shared(method: Any, some: Members, each: float, repeat: int) -> float:
+    """Return how many times faster all cores are than one, by wall time in turns, for runs of about :data:`LASTING` on one core.
+
+    ``each`` is the time of a step and member, ns.
+    """
+    steps = max(1, round(1e9 * LASTING / each / len(some)))
+    times: dict[int, list[float]] = {1: [], cores(): []}
+    for _ in range(repeat):
+        for threads, several in times.items():
+            several.append(_per_step(method, some, steps, best_width(), threads, wall=True))
+    return min(times[1]) / min(times[cores()])
+
+
 def _begun(method: Any, many: Members) -> float:
     """Return the wall time of an ensemble of one step, s."""
     began = time.perf_counter()
     run_members(method, many, Request(value=1.0, steps=1, **BARE), threads=1)
     return time.perf_counter() - began
+
+
+def measure_narrow(*, steps: int, repeat: int) -> list[dict[str, Any]] | None:
+    """Return what :func:`measure_ensembles` does where machine code has vectors of AVX2; None where the processor has no wider ones."""
+    import llvmlite.binding as llvm
+
+    if not llvm.get_host_cpu_features().get("avx512f"):
+        return None
+    script = f"import json; from {__name__} import measure_ensembles; print(json.dumps(measure_ensembles(steps={steps}, repeat={repeat})))"
+    done = subprocess.run([sys.executable, "-c", script], env=os.environ | NARROW, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise DaebenchError(f"vectors of AVX2 cannot be timed: {done.stderr.strip().splitlines()[-1]}")
+    rows: list[dict[str, Any]] = json.loads(done.stdout)
+    return rows
 
 
 def measure_heyoka(*, repeat: int) -> dict[str, Any] | None:

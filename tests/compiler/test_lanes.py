@@ -9,10 +9,11 @@ from numba import njit
 
 from daebench.compiler.columns import nested as columns
 from daebench.compiler.lanes import branches, nested
+from daebench.compiler.linear.elimination_source import Target, solver
 from daebench.compiler.linear.kernels import array_solver
 from daebench.errors import InvalidProblem
 
-W = 4
+W, EPS = 4, 2.0**-52
 SPECIAL = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 5e-324, 1e308, 3.0, 0.1, -7.0])
 
 
@@ -140,3 +141,31 @@ def test_elimination_in_loops_takes_the_same_pivots_in_each_lane():
             assert np.array_equal(results[:, lane], [*x, *y[0], pivot], equal_nan=True)
             singular += not pivot > 0
     assert 10 < singular < 60
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_pivots_whose_divisions_wait_are_those_of_single_runs(n):
+    target = Target("float64", compiled=True, stages=1, least_squares=False)
+    around = {name: getattr(nested, name) for name in nested.__all__}
+    alone, together = {}, dict(around)
+    exec(solver("solve", n, target), alone)
+    exec(branches.straightened(solver("solve", n, target._replace(lanes=True))), together)
+    single, compiled = (njit(error_model="numpy")(names["solve"]) for names in (alone, together))
+
+    def judged(A, b):
+        x, pivot = compiled(A, b)
+        return x, pivot > 4.0 * EPS, max(pivot, 0.0)
+
+    vector = (0.0,) * n
+    run, rng, singular = placed(judged, ((vector,) * n, vector), n + 2), np.random.default_rng(4), 0
+    for turn in range(60):
+        numbers = rng.standard_normal((n * n + n, W)) * 10.0 ** rng.integers(-6, 6, (n * n + n, 1))
+        if turn % 2:  # the last row is nearly, or exactly, a multiple of the first
+            numbers[n * n - n : n * n] = 3.0 * numbers[:n] * (1 + rng.integers(-20, 21, (n, W)) * EPS)
+        results = run(numbers)
+        for lane in range(W):
+            entries = list(map(float, numbers[:, lane]))
+            x, pivot = single(tuple(tuple(entries[i * n : i * n + n]) for i in range(n)), tuple(entries[n * n :]))
+            assert np.array_equal(results[:, lane], [*x, pivot > 4.0 * EPS, pivot], equal_nan=True)
+            singular += not pivot > 4.0 * EPS
+    assert 20 < singular < 115

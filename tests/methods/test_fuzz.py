@@ -28,6 +28,7 @@ def short(folder, uncompiled_schemes, plain_functions, references, monkeypatch):
     """
     monkeypatch.setattr(ensemble_timing, "_row", lambda problem, *_, **__: {"problem": problem})
     monkeypatch.setattr(ensemble_timing, "measure_heyoka", lambda **_: None)
+    monkeypatch.setattr(ensemble_timing, "measure_narrow", lambda **_: None)
     (folder / "rows.csv").write_text("t,q1,q2,p1,p2\n0,1,0,0,0\n")
     return folder
 

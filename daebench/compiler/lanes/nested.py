@@ -13,6 +13,7 @@ from numba.extending import intrinsic, overload, register_model
 
 from daebench.compiler.lanes import functions as _functions  # noqa: F401 - gives functions a meaning for lanes
 from daebench.compiler.lanes.number import INT32, SCALAR, Lanes, common, element, repeated, vector, width_of
+from daebench.compiler.lanes.shares import smallest_share
 
 __all__ = [
     "absent",
@@ -28,6 +29,7 @@ __all__ = [
     "put_all",
     "recall",
     "select",
+    "smallest_share",
     "spoiled",
     "take_all",
 ]

@@ -29,6 +29,8 @@ class Target(NamedTuple):
         Whether systems of constraints are solved by least squares, which leave out what is dependent.
     directions : int
         Number of directions in which numbers carry derivatives.
+    lanes : bool
+        Whether numbers are lanes.
     """
 
     dtype: str
@@ -36,6 +38,7 @@ class Target(NamedTuple):
     stages: int
     least_squares: bool
     directions: int = 0
+    lanes: bool = False
 
 
 def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
@@ -93,6 +96,9 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
             lines.append(f"{side}{k} = {side}{k} / a{k}_{k}")
     if n == 1:
         lines.append("pivot = 1.0 if abs(a0_0) > 0.0 else 0.0")
+    elif target.lanes:
+        terms = [pack(f"abs(a{k}_{k})" for k in N if k), pack(f"s{k}_{k}" for k in N if k)]
+        lines.append(f"pivot = smallest_share(s0_0, {', '.join(terms)})")
     else:
         lines.append("pivot = abs(a0_0) / s0_0 if s0_0 > 0.0 else 0.0")
         lines += [f"pivot = min(pivot, abs(a{k}_{k}) / s{k}_{k} if s{k}_{k} > 0.0 else 0.0)" for k in N if k]

@@ -13,7 +13,7 @@ from daebench.errors import BadInput
 from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, flat, form_of, nested
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.table import Table
-from daebench.methods.ensemble.width import best_width
+from daebench.methods.ensemble.width import width_for
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.runs.grid import Grid, require_memory
@@ -109,7 +109,7 @@ class _Ensemble:
         """Return how many members are run at once on one core."""
         if self.ivp.arrays or self.mode == "least-squares" or not self.method.compiled:
             return 1
-        return wanted or best_width()
+        return wanted or width_for(len(self.members))
 
     def _table(self, columns: int) -> Table:
         return Table(self.members, self.grid, self.names, self.method.counted, columns)

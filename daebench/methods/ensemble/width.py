@@ -24,9 +24,11 @@ REPEATS, ITERATIONS, COLUMNS = 5, 2000, 64
 def best_width() -> int:
     """Return the number of lanes, from the cache directory or measured."""
     import llvmlite.binding as llvm
+    from numba.core import config
 
-    purpose = "\n".join(["lanes", llvm.get_host_cpu_name(), toolchain(), *MADE_BY])
-    path = cache_directory() / "daebench_generated_lanes"
+    processor = config.CPU_NAME or llvm.get_host_cpu_name()
+    purpose = "\n".join(["lanes", processor, str(config.CPU_FEATURES), toolchain(), *MADE_BY])
+    path = cache_directory() / f"daebench_generated_lanes_{processor}"
     try:
         content = sealed.read(path, purpose)
         if content is not None:
@@ -36,6 +38,14 @@ def best_width() -> int:
     except OSError:  # nothing can be kept; what is known of processors must do
         return 8
     return width
+
+
+def width_for(members: int) -> int:
+    """Return the number of lanes that so many members do best with: as many as the processor does, unless half of them would be empty."""
+    lanes = best_width()
+    while lanes > WIDTHS[0] and 2 * members <= lanes:
+        lanes //= 2
+    return lanes
 
 
 def fastest(times: dict[int, float]) -> int:
@@ -48,12 +58,13 @@ def fastest(times: dict[int, float]) -> int:
 
 
 def measured() -> dict[int, float]:
-    """Return the time of a Newton iteration of three points in a lane, s, by the number of lanes, the least of several in turns."""
+    """Return the time of a step of a point on a sphere in a lane, s, by the number of lanes, the least of several in turns."""
     kernels = {width: _kernel(width) for width in WIDTHS}
-    numbers, counts = np.ones((10, COLUMNS)), np.zeros((1, COLUMNS), dtype=np.int64)
+    counts = np.zeros((1, COLUMNS), dtype=np.int64)
     times = dict.fromkeys(WIDTHS, np.inf)
     for turn in range(REPEATS + 1):
         for width, kernel in kernels.items():
+            numbers = np.repeat([[1.0], [1.0], [1.0], [1.0], [-1.0], [0.0]], COLUMNS, axis=1)
             began = time.perf_counter()
             kernel(numbers, counts, ITERATIONS)
             if turn:
@@ -62,30 +73,55 @@ def measured() -> dict[int, float]:
 
 
 def _kernel(lanes: int) -> Any:
-    """Return a function that does what a step of RATTLE for points on a sphere mostly does: it turns them, and puts them back."""
+    """Return a function that takes steps of points in the columns of an array."""
     from numba import njit
 
-    from daebench.compiler.lanes.nested import put_all, select, take_all
+    from daebench.compiler.lanes.nested import put_all, take_all
 
-    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
-    def step(point: Any, last: Any) -> Any:
-        x, y, z = point
-        u, v, w = x - 0.01 * y, y + 0.01 * x, z - 0.005
-        change = (u * u + v * v + w * w - 3.0) / (2.0 * (u * x + v * y + w * z))
-        size = abs(change * x) + abs(change * y) + abs(change * z)
-        small = (size <= 1e-16) | ((size >= last) & (size <= 1e-12))
-        return select(small, point, (u - change * x, v - change * y, w - change * z)), size
+    step = _step()
 
     @njit(error_model="numpy")  # type: ignore[untyped-decorator]
     def turned(numbers: Any, counts: Any, iterations: int) -> None:
         for b in range(0, numbers.shape[1], lanes):
             live = take_all(0, counts, 0, b, lanes) == 0
             form = (0.0, 0.0, 0.0)
-            p, q, r, last = take_all((form, form, form, 0.0), numbers, 0, b, lanes)
+            q, v = take_all((form, form), numbers, 0, b, lanes)
             for _ in range(iterations):
-                p, size = step(p, last)
-                q, more = step(q, size)
-                r, last = step(r, more)
-            put_all(numbers, 0, b, live, (p, q, r, last))
+                q, v = step(q, v)
+            put_all(numbers, 0, b, live, (q, v))
 
     return turned
+
+
+def _step() -> Any:
+    """Return a step of RATTLE for a point on a sphere of radius sqrt 3."""
+    from numba import njit
+
+    from daebench.compiler.lanes.nested import anyof
+
+    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
+    def along(w: Any, x: Any, y: Any) -> Any:
+        return w * x[0] + y[0], w * x[1] + y[1], w * x[2] + y[2]
+
+    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
+    def product(x: Any, y: Any) -> Any:
+        return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+
+    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
+    def norm(x: Any) -> Any:
+        return abs(x[0]) + abs(x[1]) + abs(x[2])
+
+    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
+    def step(q0: Any, v0: Any) -> Any:
+        dq, nu = (0.02 * v0[0], 0.02 * v0[1], 0.02 * v0[2]), 0.0 * v0[0]
+        for _ in range(9):
+            q = along(1.0, dq, q0)
+            change = (product(q, q) - 3.0) / (2.0 * product(q, q0))
+            back = change * q0[0], change * q0[1], change * q0[2]
+            dq, nu = along(-1.0, back, dq), nu + change
+            if not anyof((norm(back) > 1e-15 * max(1.0, norm(q))) & (norm(back) < np.inf)):
+                break
+        q1, v1 = along(1.0, dq, q0), along(-50.0 * nu, q0, v0)
+        return q1, along(-1.0 * product(q1, v1) / product(q1, q1), q1, v1)
+
+    return step
