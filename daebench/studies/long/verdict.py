@@ -55,13 +55,13 @@ def _of_ensemble(walk: Walk) -> str:
 
 
 def headline(growth: Walk | Drift | None) -> str:
-    """Return the answer in a few words, with the exponent of the spread and one standard error where there is one."""
+    """Return the answer in a few words, with the exponent of the spread and its interval where there is one."""
     if growth is None:
         return "undetermined"
     brief = growth.verdict if growth.verdict != "drifts" else f"drifts, {growth.law}"
     if isinstance(growth, Walk) and not math.isnan(growth.exponent):
-        spread = f"{growth.exponent:.4f} $\\pm$ {growth.exponent_error:.4f}"
-        return f"{brief}: spread ~ t^({spread}) over {growth.decades:.1f} decades, {growth.members} members"
+        spread = _around(growth.exponent, growth.exponent_error).replace("+-", "$\\pm$")
+        return f"{brief}: spread ~ t^({spread}), 95 %, over {growth.decades:.1f} decades, {growth.members} members"
     return brief
 
 
@@ -78,7 +78,7 @@ def _law(growth: Walk | Drift) -> str:
 def _spread(walk: Walk) -> str:
     """Return how the members part."""
     if not math.isnan(walk.exponent):
-        return f"the spread of {walk.members} members grows as t^({_around(walk.exponent, walk.exponent_error)})"
+        return f"the spread of {walk.members} members grows as t^({_around(walk.exponent, walk.exponent_error)}), 95 %"
     if walk.spreads:
         return f"the {walk.members} members spread beyond round-off too late to tell how that grows"
     return f"the {walk.members} members do not spread beyond round-off"
@@ -98,7 +98,7 @@ def _of_few(drift: Drift, share: Share) -> str:
 
 
 def _around(value: float, error: float) -> str:
-    """Return a number and its confidence interval, the error with two digits and the number with as many places."""
+    """Return a number and its interval of 95 %, the error with two digits and the number with as many places."""
     wide = CONFIDENCE * error
     if not (math.isfinite(wide) and wide > 0):
         return f"{value:.3g}"
