@@ -166,7 +166,8 @@ class Source:
 
             derivation = self.form(form)
             linker = Linker(derivation, Options(form=form, **options))
-            module = linker.module(title, [(LANGUAGE, root) if isinstance(root, str) else root for root in roots], cached)
+            named = [(LANGUAGE, root) if isinstance(root, str) else root for root in roots]
+            module = linker.module(title, named, cached, within=wrapper is not None)
             if wrapper is None:
                 return module
             return f"{module}\n\n{wrapper.source(derivation, compiled=linker.options.compiled, cached=cached)}"

@@ -19,6 +19,7 @@ from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
 from daebench.compiler.syntax import (
+    DATA,
     LANGUAGE,
     LANGUAGES,
     RUN_TIME,
@@ -147,12 +148,18 @@ class Linker:
         if scheme:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
         self.emitted: dict[str, str] = {}
+        self.reading: set[str] = set()
         self.work: dict[str, list[int]] = {}
         self.tracer = derivation.tracer(self)
 
-    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool) -> str:
-        """Return the source of a module with these functions, each given as (file, name), and all that they need."""
-        stand_ins, names = self.number.entries([self.resolve(file, name) for file, name in roots])
+    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool, *, within: bool = False) -> str:
+        """Return the source of a module with these functions, each given as (file, name), and all that they need.
+
+        ``within``: they are called by functions that are written beside them alone.
+        """
+        emitted = [self.resolve(file, name) for file, name in roots]
+        self.emitted |= {name: self._given_all(name) for name in emitted if self.scheme or name in self.reading}
+        stand_ins, names = self.number.entries(emitted)
         body, single = "\n\n".join(self.emitted.values()), self.number.dtype == "float32"
         columns = self.number.kind == "columns" and self.algebra.elementwise and "solve_rows(" not in body
         body = "\n\n".join([straightened(body) if self.number.lanes or columns else body, *stand_ins])
@@ -171,9 +178,35 @@ class Linker:
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
-            body = decorated(body, names, cached, constants, inlined=self.number.width > 0, threaded=self.number.threaded)
+            shared = within or bool(self.tracer and not self.scheme)
+            body = decorated(
+                body, () if shared else names, cached, constants, inlined=self.number.width > 0, threaded=self.number.threaded
+            )
+            if shared and not within:
+                body += "".join(self._called_from_python(name, cached) for name in names)
         lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", body, ""])
+
+    def _called_from_python(self, name: str, cached: bool) -> str:
+        """Return the source of a function that calls one which modules share, and takes its name: loops over nodes take long to compile."""
+        (node,) = ast.parse(self.emitted[name]).body
+        assert isinstance(node, ast.FunctionDef)
+        arguments, options = ", ".join(parameters_of(node)), f"error_model='numpy'{', cache=True' * cached}"
+        return f"\n\n{name}_shared = {name}\n\n@njit({options})\ndef {name}({arguments}):\n    return {name}_shared({arguments})\n"
+
+    def _given_all(self, name: str) -> str:
+        """Return the source of a function that is called from outside: ``par`` ends there with the data of scheme and form."""
+        (node,) = ast.parse(self.emitted[name]).body
+        assert isinstance(node, ast.FunctionDef)
+        node.args.args = [argument for argument in node.args.args if argument.arg != DATA]
+        own = len(self.derivation.parameters) + 1
+        parts = {DATA: f"par[{own}:]"} if name in self.reading else {}
+        node.body[:0] = ast.parse("\n".join(f"{part} = {value}" for part, value in {**parts, "par": f"par[:{own}]"}.items())).body
+        return ast.unparse(node)
+
+    def given(self, emitted: str) -> list[str]:
+        """Return what a function is given behind its arguments: parameters, and the data of scheme and form where it reads them."""
+        return ["par", DATA] if emitted in self.reading else ["par"]
 
     def file(self, module: str) -> SourceFile:
         """Return a source file as syntax."""
@@ -207,7 +240,10 @@ class Linker:
             self.work[emitted] = [0] * len(self.kinds)
             function = self.lowered(module, name)
             specialise = _Specialise(self, self.file(module), bound)
-            self.emitted[emitted] = ast.unparse(specialise.linked(function, emitted))
+            linked = specialise.linked(function, emitted)
+            if specialise.reads:
+                self.reading.add(emitted)
+            self.emitted[emitted] = ast.unparse(linked)
             self.work[emitted] = specialise.work
         return emitted
 
@@ -281,13 +317,15 @@ class _Specialise(Unroller):
         self.linker, self.file, self.bound = linker, file, bound
         self.work = [0] * len(linker.kinds)
         self.branches = 0
+        self.reads = False
 
     def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
         """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
-        arguments = [a for a in parameters_of(node) if a not in self.bound] + ["par"]
+        body = self.visited(node.body)
+        arguments = [*(a for a in parameters_of(node) if a not in self.bound), "par", *[DATA] * self.reads]
         signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
         assert isinstance(signature, ast.FunctionDef)
-        signature.body = self.visited(node.body)
+        signature.body = body
         return ast.fix_missing_locations(signature)
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
@@ -298,6 +336,7 @@ class _Specialise(Unroller):
         if module == LANGUAGE and name in self.linker.constants:
             return ast.Constant(self.linker.constants[name])
         if module == LANGUAGE and name in RUN_TIME:
+            self.reads |= RUN_TIME[name].startswith(DATA)
             return ast.parse(RUN_TIME[name].format(len(self.linker.derivation.parameters)), mode="eval").body
         return node if module == LANGUAGE else self.linker.file(module).literals.get(name, node)
 
@@ -332,7 +371,7 @@ class _Specialise(Unroller):
             assert isinstance(node.args[0], ast.Name)
             return call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
         if name in self.bound:
-            return call(self.bound[name], [*map(self.visit, node.args), ast.Name("par", ast.Load())])
+            return call(self.bound[name], [*map(self.visit, node.args), *self._given(self.bound[name])])
         if name not in self.file.imports and name not in self.file.functions:
             return call(name, [self.visit(a) for a in node.args])
         bound, handed = self._split(module, target, node.args)
@@ -340,8 +379,14 @@ class _Specialise(Unroller):
         if not bound:
             self._count(target, self.linker.work_of(emitted, target))
         if self.linker.takes_par(module, target):
-            handed.append(ast.Name("par", ast.Load()))
+            handed += self._given(emitted)
         return call(emitted, handed)
+
+    def _given(self, emitted: str) -> list[ast.expr]:
+        """Return what a function is given behind its arguments."""
+        given = self.linker.given(emitted)
+        self.reads |= DATA in given
+        return [ast.Name(name, ast.Load()) for name in given]
 
     def _count(self, name: str, work: Sequence[int]) -> None:
         """Add the work of one call; the loop over steps counts its own steps, and nothing else may have branches around work."""

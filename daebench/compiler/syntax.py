@@ -5,6 +5,7 @@ import hashlib
 import inspect
 import types
 from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from copy import deepcopy
 from functools import cache, reduce
 from types import MappingProxyType
@@ -13,8 +14,11 @@ LANGUAGE = "daebench.schemes.kernels.language"
 LANGUAGES = (LANGUAGE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
 """The files that declare what the linker fills in; what they declare is one set of names."""
 
-RUN_TIME = {"DATA": "par[{0}]", "FORM_DATA": "par[{0} + 1]", "LENGTH": "par[{0} + 2][0]", "RATE": "par[{0} + 2][1]"}
-"""Where run-time data stand behind the problem's parameters, of which there are so many."""
+DATA = "scheme_data"
+"""Name of the run-time data of scheme and form, which only functions that read them are given: others are the same for all schemes."""
+
+RUN_TIME = {"DATA": f"{DATA}[0]", "FORM_DATA": f"{DATA}[1]", "LENGTH": "par[{0}][0]", "RATE": "par[{0}][1]"}
+"""Where run-time data stand; length and rate behind the problem's parameters, of which there are so many."""
 
 
 class SourceFile:
@@ -91,17 +95,18 @@ def decorated(
     *,
     inlined: bool = False,
     threaded: bool = False,
+    direct: Sequence[str] = (),
 ) -> str:
     """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
 
-    ``callbacks`` are the signatures of those that C calls.
+    ``callbacks`` are the signatures of those that C calls; they call roots that are ``direct``, and copies of others.
 
     What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
     shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of what they
     read. With ``inlined`` those of at most :data:`INLINED` operations, with all that they call, are put into what calls them, where LLVM
     would call some. With ``threaded`` the roots let other threads run meanwhile.
     """
-    tree = _apart(ast.parse(body), roots, callbacks)
+    tree = _apart(ast.parse(body), set(roots) - set(direct), callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     options = f"error_model='numpy'{', cache=True' * cached}{', nogil=True' * threaded}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
@@ -110,7 +115,7 @@ def decorated(
     decorators = {
         name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{', inlined=True' * (name in short)})" for name in functions
     }
-    decorators |= _within(functions, callbacks)
+    decorators |= {name: how for name, how in _within(functions, callbacks).items() if name not in direct}
     decorators |= {name: f"callback({signature!r}, {options})" for name, signature in callbacks.items() if name in functions}
     for name, node in functions.items():
         node.decorator_list = [ast.parse(decorators[name], mode="eval").body]
@@ -123,13 +128,13 @@ def imports(module: types.ModuleType) -> str:
     return "\n".join(ast.unparse(node) for node in body if isinstance(node, ast.Import | ast.ImportFrom))
 
 
-def _apart(tree: ast.Module, roots: Sequence[str], callbacks: Mapping[str, str]) -> ast.Module:
+def _apart(tree: ast.Module, roots: AbstractSet[str], callbacks: Mapping[str, str]) -> ast.Module:
     """Let callbacks call copies of the roots: of these nothing need be compiled that wraps them for Python."""
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     copies: dict[str, ast.FunctionDef] = {}
     for name in functions.keys() & callbacks.keys():
         for node in ast.walk(functions[name]):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in functions.keys() & set(roots):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in functions.keys() & roots:
                 copy = copies.setdefault(node.func.id, deepcopy(functions[node.func.id]))
                 node.func.id = copy.name = f"{functions[node.func.id].name}_within"
     tree.body += copies.values()

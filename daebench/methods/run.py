@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
+from daebench.compiler.sharing import uncollected
 from daebench.errors import BadInput, DaebenchError, LostMotion, positive, real, unknown, whole
 from daebench.methods import names
 from daebench.methods.doubts import doubts
@@ -81,6 +82,7 @@ def run(
     return trajectory
 
 
+@uncollected()
 def prepare(
     problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
     *,

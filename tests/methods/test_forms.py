@@ -75,10 +75,10 @@ def test_the_stiff_form_is_integrated_symplectically_with_steps_of_many_periods(
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "relativistic"])
 def test_the_stiff_forms_iteration_matrix_is_the_derivative_of_its_right_side(place):
     where, own, s = ivp(place), method("stiff:midpoint", eps=0.3), 1e-30
-    kernel, par = own.kernel(where, "float64", (), count=False), (*map(np.float64, where.par), *own.data)
+    kernel, par = own.kernel(where, "float64", (), count=False), tuple(map(np.float64, where.par))
     p, q = where.p0, 1.1 * where.q0
-    stiffness = np.array(kernel.gauss_stiffness(tuple(p), tuple(q), par))
-    columns = [np.imag(kernel.stiff_f(tuple(p.astype(complex)), tuple(q + 1j * s * e), par)[0]) / s for e in np.eye(where.d)]
+    stiffness = np.array(kernel.gauss_stiffness(tuple(p), tuple(q), par, own.data))
+    columns = [np.imag(kernel.stiff_f(tuple(p.astype(complex)), tuple(q + 1j * s * e), par, own.data)[0]) / s for e in np.eye(where.d)]
     assert np.abs(stiffness + np.array(columns).T).max() < 1e-12 * np.abs(stiffness).max()
 
 

@@ -91,7 +91,7 @@ def test_single_precision_stays_single(problem):
     kernel = FixedStep("rattle", compiled=False).kernel(place(problem, "arrays"), "float32", (), count=False)
     ivp = place(problem, "arrays")
     p, q = (np.float32(x) for x in (ivp.p0, ivp.q0))
-    par = (*map(np.float32, ivp.par), (), (), (np.float32(1), np.float32(0)))
+    par = (*map(np.float32, ivp.par), (np.float32(1), np.float32(0)))
     (p1, q1), _, _, report = kernel.one_step((p, q), (), np.float32(0.01), par)
     assert p1.dtype == q1.dtype == np.float32
     assert report[0] == 0

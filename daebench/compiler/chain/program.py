@@ -1,7 +1,8 @@
 """A function of a chain while it is written: its linear systems and iterations in order, and the loops over nodes that they make."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 
 from daebench.compiler.chain.band import Band
 from daebench.compiler.chain.loops import Demand, Loop
@@ -18,11 +19,12 @@ class Iteration:
 class Program:
     """The function that is being written: its linear systems and iterations in order, and what is asked of it in the end.
 
-    ``numbers`` tell names apart; ``outer`` is the function that calls this one, whose slab and arrays it shares.
+    ``outer`` is the function that calls this one, whose slab and arrays it shares. Names are told apart by numbers, which begin with 1, so
+    that the text of a function is the same in all modules.
     """
 
-    def __init__(self, nodes: int, numbers: Iterator[int], outer: "Program | None" = None) -> None:
-        self.nodes, self.numbers = nodes, numbers
+    def __init__(self, nodes: int, outer: "Program | None" = None) -> None:
+        self.nodes = nodes
         self.top: Program = outer.top if outer else self
         self.first: int = outer.first + len(outer.events) if outer else 0
         self.events: list[Band | Iteration] = []
@@ -30,7 +32,7 @@ class Program:
         self.work: list[int] = []
         self.arguments: Sequence[str] = ()
         if not outer:
-            self.columns, self.arrays = 0, dict[str, str]()
+            self.columns, self.arrays, self.numbers = 0, dict[str, str](), count(1)
 
     @property
     def stage(self) -> int:
@@ -38,7 +40,7 @@ class Program:
         return self.first + len(self.events)
 
     def name(self, stem: str) -> str:
-        """Return a name that nothing else has."""
+        """Return a name that nothing else in the function has."""
         return f"{stem}{next(self.top.numbers)}"
 
     def reserve(self, columns: int) -> int:

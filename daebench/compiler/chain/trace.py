@@ -20,7 +20,7 @@ from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.program import Iteration, Program
 from daebench.compiler.codegen import pack
-from daebench.compiler.syntax import LANGUAGE, RUN_TIME, parameters_of
+from daebench.compiler.syntax import DATA, LANGUAGE, RUN_TIME, parameters_of
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class Tracer:
         self.companions: dict[tuple[Rows, Field], Field] = {}
         self.momenta: dict[Field, Field] = {}
         self.memory: Any = ()
-        self.numbers = count(1)
+        self.updates = count(1)
         self._functions: dict[tuple[str, str], Callable[..., Any]] = {}
 
     # ---- what generated functions call
@@ -182,7 +182,7 @@ class Tracer:
     def _write(self, name: str, arguments: Sequence[str]) -> None:
         """Emit a function that no other encloses."""
         self.linker.emitted[name] = ""
-        program = Program(self.nodes.chain.nodes, self.numbers)
+        program = Program(self.nodes.chain.nodes)
         program.arguments = arguments
         self.programs.append(program)
         returned = self._returned(self._run(name, arguments))
@@ -192,7 +192,13 @@ class Tracer:
         allocations = [f"slab = numpy.empty(({program.nodes}, {program.columns}), dtype=DTYPE)"] if program.columns else []
         allocations += [f"{array} = {source}" for array, source in program.arrays.items()]
         del self.linker.emitted[name]
-        self.linker.emitted[name] = _written(f"{name}({', '.join([*arguments, 'par'])})", [*allocations, *body, f"return {returned}"])
+        self._emit(name, arguments, [*allocations, *body, f"return {returned}"])
+
+    def _emit(self, name: str, arguments: Sequence[str], lines: Sequence[str]) -> None:
+        """Emit a function with these lines as its body."""
+        if any(DATA in line for line in lines):
+            self.linker.reading.add(name)
+        self.linker.emitted[name] = _written(f"{name}({', '.join([*arguments, *self.linker.given(name)])})", lines)
 
     def _returned(self, results: Any) -> str:
         """Return the source of results; fields become new arrays."""
@@ -220,7 +226,7 @@ class Tracer:
         name = outer.name("after")
         newton = self.linker.function(NEWTON, "newton", {"update": updating})
         first = pack(str(place) for place, _ in places)
-        call = f"{name}, report_{name} = {newton}({first}, {pack(self._shared(outer))}, par)"
+        call = f"{name}, report_{name} = {newton}({first}, {pack(self._shared(outer))}, {', '.join(self.linker.given(newton))})"
         starting = [_kept(part, f"slab[k, {place} + {{i}}]") for part, (place, _) in zip(starts, places, strict=True)]
         outer.events.append(Iteration(starting, [call]))
         outer.arguments = [*outer.arguments, name]
@@ -231,19 +237,19 @@ class Tracer:
 
     def _update(self, outer: Program, update: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int]]) -> str:
         """Emit one update: it reads the unknowns from one half of their columns of the slab and writes the next into the other."""
-        inner = Program(outer.nodes, self.numbers, outer)
+        inner = Program(outer.nodes, outer)
         self.programs.append(inner)
         now = [stored(part.kind, part.width, f"slab[{{k}}, now_{i} + {{i}}]", 0, part.ghost) for i, part in enumerate(_flat(x))]
         then, *judged = update(_shaped(x, now), data)
         inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(_flat(then))]
         body = inner.lines()
         self.programs.pop()
-        name = outer.name("update")
+        name = f"update{next(self.updates)}"
         self.linker.work[name] = inner.work or [0] * len(self.linker.kinds)
         turns = [line for i, (one, other) in enumerate(places) for line in (f"now_{i} = x[{i}]", f"then_{i} = {one + other} - now_{i}")]
         back = pack(f"then_{i}" for i in range(len(places)))
         lines = [f"{', '.join(self._shared(outer))}, = data", *turns, *body, f"return {', '.join([back, *map(say, judged)])}"]
-        self.linker.emitted[name] = _written(f"{name}(x, data, par)", lines)
+        self._emit(name, ("x", "data"), lines)
         return name
 
     @staticmethod

@@ -125,8 +125,8 @@ class LaneRun:
             return len(rows) - 1
 
         scale = (0, placed(scales[1]) if np.any(scales[1]) else 0.0)
-        data = self.linked.par[len(members.par) : -1]
-        self.par = (*map(placed, members.par), *map(placed, data), scale)
+        data = self.linked.par[len(members.par) + 1 :]
+        self.par = (*map(placed, members.par), scale, *map(placed, data))
         self.h = placed(members.h)
         self.rows = np.array([np.pad(row, (0, self.columns - self.n), mode="edge") for row in rows])
 

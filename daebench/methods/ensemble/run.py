@@ -181,7 +181,7 @@ class _Ensemble:
             try:
                 linked = self.method.linked(ivp, kernel, self.members.step_size(i))
                 rows.append(flat(linked.enter(ivp.start)))
-                scales.append(linked.par[-1])
+                scales.append(linked.par[len(ivp.par)])
             except BadInput:
                 rows.append([np.nan])
                 scales.append((np.nan, np.nan))

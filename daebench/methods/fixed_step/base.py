@@ -123,7 +123,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return Linked(
             self.name,
             kernel,
-            (*ivp.par, *self.data, self._scales(ivp, h)),
+            (*ivp.par, self._scales(ivp, h), *self.data),
             self.weights,
             self.compiled,
             enter=enter,

@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import sympy as sp
 
@@ -51,9 +51,9 @@ class Layout:
         """Return the index of unknown i of the node at this place, counted from where node k would begin if none were missing."""
         return len(self.order) * place + self.order.index((name, i))
 
-    def at(self, array: str, index: int) -> str:
-        """Return the source of an entry of an array of unknowns or rows."""
-        return f"{array}[{len(self.order)} * k + {index - self.missing}]"
+    def at(self, nodes: range, index: int) -> str:
+        """Return the source of the place of an unknown or row of node k, counted from where the node would begin, in all of them."""
+        return _place(nodes, len(self.order), index - self.missing)
 
     @property
     def places(self) -> list[tuple[int, int]]:
@@ -92,16 +92,18 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
     rows, rows_y, ahead = [], [], [0]
     for nodes, of in variants(chain):
         columns, F = _columns(layout, of, multipliers), _rows(layout, of)
-        names = {chain.node: "float(k)", **parameters}
-        unknowns = {symbol: layout.at(array, index) for symbol, (array, index) in columns.items()}
-        rows += _loop(nodes, [layout.at("res", index) for index, _ in F], [row for _, row in F], names | unknowns)
-        rows_y += _loop(nodes, *_entries(layout, columns, F), names | unknowns)
+        names = {chain.node: _number(nodes), **parameters}
+        names |= {symbol: f"{array}[{layout.at(nodes, index)}]" for symbol, (array, index) in columns.items()}
+        width = len(layout.order)
+        rows += _loop(nodes, width, [f"res[{layout.at(nodes, index)}]" for index, _ in F], [row for _, row in F], names)
+        rows_y += _loop(nodes, width, *_entries(layout, nodes, columns, F), names)
         ahead += [columns[symbol][1] - index for index, row in F for symbol in row.free_symbols & columns.keys()]
+    diagonals = [f"{_diagonal(-offset)} = above + {-offset}" for offset in sorted(set(ahead))]
     compiled = [
         inspect.getsource(elimination.finite),
         inspect.getsource(elimination.finite_matrix),
         codegen.function("rows(y, yp, res, par)", *rows),
-        codegen.function("rows_y(y, yp, cj, above, JJ, par)", *rows_y),
+        codegen.function("rows_y(y, yp, cj, above, JJ, par)", *diagonals, *rows_y),
         CALLED,
         callbacks.called_back(2 * chain.d + chain.m * len(layout.forces), len(parameters) - 1, callbacks.IMPLICIT, callbacks.BANDED),
         momenta(chain),
@@ -109,16 +111,19 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
     header = residuals.HEADER.format(title=title)
     facts = f"MECHANICAL = True\nLOWER, UPPER = {-min(ahead)}, {max(ahead)}\n"
     facts += f"NODES, MISSING = {chain.nodes}, {layout.missing}\nPLACES = {layout.places}"
-    return "\n\n".join([header, facts, decorated("\n\n".join(compiled), residuals.ROOTS, cached, callbacks=callbacks.SIGNATURES)]) + "\n"
+    direct = ("residual",)  # a start is made with it
+    body = decorated("\n\n".join(compiled), residuals.ROOTS, cached, callbacks=callbacks.SIGNATURES, direct=direct)
+    return "\n\n".join([header, facts, body]) + "\n"
 
 
 def momenta(chain: ConstrainedChain) -> str:
     """Return the source of ``momenta(v, out, par)``, which fills out, shape(d,), with M v."""
     lines = []
     for nodes, of in variants(chain):
-        names = {chain.node: "float(k)", **{symbol: f"par[{i}]" for i, symbol in enumerate(chain.parameters)}}
-        v = {symbol: f"v[{chain.b} * k + {chain.b * place + i}]" for place in PLACES for i, symbol in enumerate(of.unknowns["v", place])}
-        lines += _loop(nodes, [f"out[{chain.b} * k + {i}]" for i in range(chain.b)], list(of.momentum), names | v)
+        at = partial(_place, nodes, chain.b)
+        names = {chain.node: _number(nodes), **{symbol: f"par[{i}]" for i, symbol in enumerate(chain.parameters)}}
+        names |= {symbol: f"v[{at(chain.b * place + i)}]" for place in PLACES for i, symbol in enumerate(of.unknowns["v", place])}
+        lines += _loop(nodes, chain.b, [f"out[{at(i)}]" for i in range(chain.b)], list(of.momentum), names)
     return codegen.function("momenta(v, out, par)", *lines)
 
 
@@ -143,7 +148,7 @@ def _rows(layout: Layout, of: NodeEquations) -> list[tuple[int, sp.Expr]]:
 
 
 def _entries(
-    layout: Layout, columns: Mapping[sp.Symbol, tuple[str, int]], F: Sequence[tuple[int, sp.Expr]]
+    layout: Layout, nodes: range, columns: Mapping[sp.Symbol, tuple[str, int]], F: Sequence[tuple[int, sp.Expr]]
 ) -> tuple[list[str], list[sp.Expr]]:
     """Return where the entries of the Jacobian in the rows of a node stand, and their expressions."""
     entries: dict[str, sp.Expr] = {}
@@ -151,11 +156,32 @@ def _entries(
     for index, row in F:
         for symbol in row.free_symbols & columns.keys():
             array, column = columns[symbol]
-            place = f"JJ[{len(layout.order)} * k + {column - layout.missing}, above + {index - column}]"
+            place = f"JJ[{layout.at(nodes, column)}, {_diagonal(index - column)}]"
             entries[place] = entries.get(place, 0) + scale[array] * sp.diff(row, symbol)
     return list(entries), list(entries.values())
 
 
-def _loop(nodes: range, targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
-    """Return the lines that set targets at each of these nodes."""
-    return [f"for k in range({nodes.start}, {nodes.stop}):", *(f"    {line}" for line in codegen.assignments(targets, values, names))]
+def _diagonal(offset: int) -> str:
+    """Return the name of the place, in a column of the band, of what is so far below the diagonal."""
+    return f"below_{offset}" if offset >= 0 else f"above_{-offset}"
+
+
+def _place(nodes: range, width: int, i: int) -> str:
+    """Return the source of the place of number i of node k in an array that has so many numbers for each node."""
+    return str(width * nodes.start + i) if len(nodes) == 1 else f"begin + {i}"
+
+
+def _number(nodes: range) -> str:
+    """Return the source of the number of node k."""
+    return str(float(nodes.start)) if len(nodes) == 1 else "float(k)"
+
+
+def _loop(nodes: range, width: int, targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
+    """Return the lines that set targets at each of these nodes, whose numbers begin at multiples of ``width``.
+
+    One node is no loop, and its places are numbers: each operation on a place takes as long to compile as one on an unknown.
+    """
+    lines = codegen.assignments(targets, values, names)
+    if len(nodes) == 1:
+        return lines
+    return [f"for k in range({nodes.start}, {nodes.stop}):", f"    begin = {width} * k", *(f"    {line}" for line in lines)]

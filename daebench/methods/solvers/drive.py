@@ -218,9 +218,9 @@ def drive(
         Makes the monitor of a run.
     """
     assert request.t_end is not None
-    monitor = make_monitor(
-        request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit, posed.outside, Monitored(posed, request.value)
-    )
+    limits = request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit
+    with uncollected():
+        monitor = make_monitor(*limits, posed.outside, Monitored(posed, request.value))
     failure, interrupted, ready = None, False, began
     times = np.linspace(0.0, request.t_end, max(3, request.points or POINTS))
     outputs = _Outputs([posed.y0])

@@ -20,12 +20,19 @@ MOST_UNKNOWNS = 400
 """Unknowns up to which it is said by how much a step may change what is conserved: it takes as many values of it."""
 
 ARRAYS = """
-from numpy import absolute, empty
+from numpy import empty
+
+def moduli(values):
+    total = 0.0
+    for value in values:
+        total += abs(value)
+    return total
+
 
 def conserved(y, par):
     q, p = y[:{d}], empty({d})
     momenta(y[{d} : 2 * {d}], p, par)
-    return H(p, q, par), absolute(g(q, par)).sum(), absolute(Gv(p, q, par)).sum()
+    return H(p, q, par), moduli(g(q, par)), moduli(Gv(p, q, par))
 """
 """Source of the conserved values of a chain."""
 

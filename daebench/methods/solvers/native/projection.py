@@ -9,7 +9,7 @@ KERNEL = "daebench.schemes.kernels.solver_projection"
 
 CALLED_BACK = """
 def with_length(values, length):
-    return ({parameters}0.0, 0.0, (length, 0.0))
+    return ({parameters}(length, 0.0),)
 
 
 def projection_callback(t, y, correction, epsilon, error, user):
@@ -25,7 +25,7 @@ def projection_callback(t, y, correction, epsilon, error, user):
     {assignments}
     return 0
 """
-"""A result other than 0 has CVODE try a smaller step; behind the parameters stands what schemes have there, the length among it."""
+"""A result other than 0 has CVODE try a smaller step; behind the parameters stand length and rate, as schemes have them."""
 
 
 def projection(posed: Dae) -> types.ModuleType:
