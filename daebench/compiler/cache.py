@@ -7,7 +7,7 @@ import re
 import sys
 import types
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -58,9 +58,7 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     build : callable
         ``build(cached)`` returns the source; ``cached`` says whether numba may keep its machine code beside the file.
     """
-    hashed = hashlib.sha256(f"{key}\n{toolchain()}".encode()).hexdigest()[:16]
-    shown = re.split(r"[/\\]", stem)[-1][-LONGEST:]
-    name = NAME + "".join(c if c.isalnum() else "_" for c in shown) + f"_{hashed}"
+    name = _name(stem, f"{key}\n{toolchain()}")
     if name in sys.modules:
         return sys.modules[name]
     path = cache_directory() / f"{name}.py"
@@ -72,6 +70,13 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
         warn(refused)
         return _execute(name, _with_names_used(build(False)), name)
     return _execute(name, source, str(path))
+
+
+@lru_cache(1000)
+def _name(stem: str, text: str) -> str:
+    """Return the name of a module, given what decides its content."""
+    shown = re.split(r"[/\\]", stem)[-1][-LONGEST:]
+    return NAME + "".join(c if c.isalnum() else "_" for c in shown) + f"_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
 def _with_names_used(source: str) -> str:

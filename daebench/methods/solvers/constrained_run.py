@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench.compiler.sharing import uncollected
 from daebench.diagnostics.rank import REDUNDANT, dependence
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.fixed_step.base import output_maxima
@@ -16,6 +17,7 @@ from daebench.methods.solvers.drive import Array, Driven, ToleranceMethod, check
 from daebench.methods.solvers.rank_monitor import ChainRankMonitor, RankMonitor
 from daebench.runs.directions import directions
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.members import Members
 from daebench.runs.request import Request
 from daebench.runs.trajectory import CONSTRAINED, Passage, Trajectory
 
@@ -48,9 +50,10 @@ class OnConstrained(ToleranceMethod):
         if mode != "least-squares" and (why := dependence(ivp)):
             where = f"{self.name} cannot start on {ivp.problem}, case {ivp.case}"
             raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}; {REDUNDANT}.")
-        dae = self._posed(ivp)
-        if request.sensitivities:
-            dae = varied(dae, directions(ivp, request.sensitivities))
+        with uncollected():
+            dae = self._posed(ivp)
+            if request.sensitivities:
+                dae = varied(dae, directions(ivp, request.sensitivities))
         monitors: list[RankMonitor] = []
 
         def make_monitor(*settings: Any) -> RankMonitor:
@@ -64,6 +67,7 @@ class OnConstrained(ToleranceMethod):
         return _trajectory(dae, request, run, monitors[-1].ended())
 
 
+@uncollected()
 def _trajectory(dae: Dae, request: Request, run: Driven, passages: tuple[Passage, ...]) -> Trajectory:
     """Return the trajectory: momenta in the place of velocities, and the monitored quantities, over all outputs."""
     ivp, selection = dae.ivp, run.kept
@@ -88,6 +92,9 @@ def _smallest_pivot(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     """Return the smallest relative pivot of G H_pp G^T over all outputs: no solver's flag tells of rank loss, this does."""
     if ivp.arrays:
         return float(np.min(ivp.along("independence", p, q)))
-    call = ivp.functions("lam_and_pivot").lam_and_pivot
+    columns = None if ivp.singular else Members(ivp, (p, q), 0.0, {}).functions("lam_and_pivot")  # least squares are of one state
     with np.errstate(all="ignore"):
+        if columns and columns.ELEMENTWISE:
+            return float(min(np.ravel(columns.lam_and_pivot(tuple(p.T), tuple(q.T), ivp.par)[1]).tolist()))
+        call = ivp.functions("lam_and_pivot").lam_and_pivot
         return float(min(call(tuple(a), tuple(b), ivp.par)[1] for a, b in zip(p, q, strict=True)))
