@@ -179,9 +179,7 @@ class Linker:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
             shared = within or bool(self.tracer and not self.scheme)
-            body = decorated(
-                body, () if shared else names, cached, constants, inlined=self.number.width > 0, threaded=self.number.threaded
-            )
+            body = decorated(body, () if shared else names, cached, constants, inlined=self.number.width > 0, threaded=self.number.threaded)
             if shared and not within:
                 body += "".join(self._called_from_python(name, cached) for name in names)
         lines[1:1] = self.number.imports
