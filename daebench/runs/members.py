@@ -11,6 +11,9 @@ from daebench.compiler.cache import generated
 from daebench.errors import BadInput, positive
 from daebench.runs.ivp import Array, InitialValueProblem, stacked
 
+SUMMED = 1e-12
+"""Largest distance from 1 of the sum of the weights of a composition."""
+
 
 @dataclass(frozen=True)
 class Members:
@@ -26,12 +29,15 @@ class Members:
         Step size of all, or of each, s.
     parameters : mapping of str to ndarray, shape(n,)
         Parameters that differ from member to member.
+    weights : ndarray, shape(n, s), optional
+        Weights of the s substeps of a composition, of each member; those of the composition if left out.
     """
 
     ivp: InitialValueProblem
     start: tuple[Array, ...]
     h: Any
     parameters: Mapping[str, Array]
+    weights: Array | None = None
 
     def __len__(self) -> int:
         """Return the number of members."""
@@ -55,7 +61,25 @@ class Members:
         """Return some of the members, by their numbers."""
         h = self.h if np.ndim(self.h) == 0 else self.h[rows]
         start = tuple(vectors[rows] for vectors in self.start)
-        return Members(self.ivp, start, h, {name: values[rows] for name, values in self.parameters.items()})
+        weights = None if self.weights is None else self.weights[rows]
+        return Members(self.ivp, start, h, {name: values[rows] for name, values in self.parameters.items()}, weights)
+
+    def weighted(self, weights: Any) -> "Members":
+        """Return the members with weights of their own for the substeps of a composition, array_like of shape(n, s).
+
+        Raises
+        ------
+        BadInput
+            If there are not as many rows as members, or the weights of a member are not finite or do not sum to 1.
+        """
+        rows = np.array(weights, dtype=float)
+        if rows.ndim != 2 or len(rows) != len(self):
+            raise BadInput(f"weights must be an array of shape ({len(self)}, s), s of each member; this one is of shape {rows.shape}.")
+        wrong = np.flatnonzero(~(np.abs(np.sum(rows, axis=1) - 1) <= SUMMED))
+        if len(wrong):
+            of_one = f"those of member {wrong[0]} sum to {np.sum(rows[wrong[0]]):.12g}"
+            raise BadInput(f"the weights of each member must sum to 1, so that a step is as long as it says; {of_one}.")
+        return replace(self, weights=rows)
 
     def functions(self, name: str) -> types.ModuleType:
         """Return a module of one of the problem's functions, which takes arrays with an entry for each member where that can be done."""

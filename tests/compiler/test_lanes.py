@@ -169,3 +169,18 @@ def test_pivots_whose_divisions_wait_are_those_of_single_runs(n):
             assert np.array_equal(results[:, lane], [*x, pivot > 4.0 * EPS, pivot], equal_nan=True)
             singular += not pivot > 4.0 * EPS
     assert 20 < singular < 115
+
+
+def test_an_array_that_stands_for_itself_is_referred_to_as_often_as_before():
+    """Compiled code that gives an array back once too often spoils memory, and ends the process much later."""
+
+    @njit
+    def kept(times, rows):
+        array = np.ones(3)
+        references = (array, array, array, array)
+        for _ in range(times):
+            nested.mixed(array, rows, 0, 4)
+        return references
+
+    counts = [[one.base.refcount for one in kept(times, np.ones((1, 4)))] for times in (0, 1)]
+    assert counts[0] == counts[1]

@@ -1,5 +1,7 @@
 """Members of an ensemble in lanes: each to the bit a run of its own, whatever becomes of the others."""
 
+from dataclasses import replace
+
 import definitions
 import numpy as np
 import pytest
@@ -36,6 +38,60 @@ def test_members_with_parameters_and_steps_of_their_own_have_the_bits_of_runs_of
     assert run.index.tolist() == [0, 7, 14, 21, 28, 35, 42, 49, 56, 60]
     assert len(np.unique(run.ends[:, 0])) == 11
     assert differences(method, some, asked, run) == []
+
+
+def jumps(first):
+    """Return the weights of compositions of three substeps whose first and last are these."""
+    first = np.asarray(first, dtype=float)
+    return np.stack([first, 1 - 2 * first, first], axis=1)
+
+
+def test_members_with_weights_of_their_own_have_the_bits_of_runs_with_them():
+    """One of them has substeps that are too long."""
+    where = ivp("planar")
+    method = method_of(where, "rattle/triple_jump4")
+    first = np.array([*np.linspace(0.3, 1.6, 9), 120.0])
+    some = members(where, moving(where, 10), 0.05 * (1 + 0.1 * np.arange(10)), {"gravity": np.linspace(0.5, 2.0, 10)}).weighted(
+        jumps(first)
+    )
+    asked = request(40, every=8)
+    run = run_members(method, some, asked, **FEW)
+    assert run.failed.tolist() == [9]
+    assert differences(method, some, asked, run) == []
+    plain = replace(some.some(slice(0, 9)), weights=None)
+    default = run_members(method, plain.weighted(np.repeat([method.weights], 9, axis=0)), asked, **FEW)
+    assert np.array_equal(default.states, run_members(method, plain, asked, **FEW).states)
+    assert not np.array_equal(default.states, run.states[:, :9])
+
+
+def test_of_three_equal_weights_at_the_ends_those_of_order_4_are_the_most_accurate():
+    """2 a^3 + (1 - 2 a)^3 = 0, HLW II.(4.2), at fixed h against a run with steps a twentieth as long."""
+    where = ivp("planar")
+    root = 1 / (2 - 2 ** (1 / 3))
+    first = root + np.linspace(-0.2, 0.2, 21)
+    start = tuple(np.repeat(vector[None], 21, axis=0) for vector in where.start)
+    method = method_of(where, "rattle/triple_jump4")
+    run = run_members(method, members(where, start, 0.02, {}).weighted(jumps(first)), request(50), **FEW)
+    exact = method.solve(where, replace(request(1000), value=0.001, every=0)).complete()
+    errors = np.max(np.abs(run.ends - np.concatenate([exact.p[-1], exact.q[-1]])), axis=1)
+    assert errors.argmin() == 10
+    assert errors[10] < 0.1 * np.delete(errors, 10).min()
+
+
+@pytest.mark.parametrize(
+    ("method", "weights", "sentence"),
+    [
+        ("rattle/triple_jump4", np.full((4, 5), 0.2), "members have 5 weights each, and rattle/triple_jump4 takes 3 in a step"),
+        ("rattle", np.full((4, 5), 0.2), "and rattle is no composition"),
+        ("rattle/triple_jump4", np.full((3, 3), 1 / 3), r"shape \(4, s\), s of each member; this one is of shape \(3, 3\)"),
+        ("rattle/triple_jump4", np.full((4, 3), 0.3), "must sum to 1, so that a step is as long as it says; those of member 0 sum to 0.9"),
+        ("rattle/triple_jump4", np.full((4, 3), np.nan), "those of member 0 sum to nan"),
+    ],
+)
+def test_weights_that_are_none_are_refused(method, weights, sentence):
+    where = ivp("planar")
+    with pytest.raises(BadInput, match=sentence):
+        run_members(method_of(where, method), members(where, moving(where, 4), 0.1, {}).weighted(weights), request(2), **FEW)
 
 
 def test_members_that_fail_keep_their_last_state_and_their_reason_and_the_others_go_on():

@@ -17,7 +17,8 @@ def moving(ivp, n, *, spread=0.1):
 def alone(method, members, request, i):
     """Return the trajectory of one member by itself, and its states as rows."""
     settings = replace(request, value=members.step_size(i), every=request.every or 0)
-    run = method.solve(members.member(i), settings)
+    own = method if members.weights is None else method.weighted(members.weights[i])
+    run = own.solve(members.member(i), settings)
     return run, np.concatenate([run.p, run.q], axis=1) if hasattr(run, "p") else run.y
 
 

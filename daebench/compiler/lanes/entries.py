@@ -4,7 +4,8 @@ The functions are put into generated modules as they stand here; what they call 
 common, for N runs, padded to whole blocks:
 
 - ``x``, or ``forms`` of state, conserved quantities, maxima and pivots: nested tuples of numbers that tell nothing but their form;
-- ``h``, ``par``: step size, and parameters with run-time data; an integer stands for a row of ``rows``, any other number for itself;
+- ``h``, ``weights``, ``par``: step size, weights of a composition, and parameters with run-time data; in them an integer stands for a row
+  of ``rows``, and anything else for itself;
 - ``numbers``, shape(., N): a row for each number of the state, then from the rows ``places`` on of what is conserved, of maxima, of pivots,
   of a report's residual, and of a memory;
 - ``counts``, shape(., N): status, steps done, substeps tried in the last step, and work;
@@ -106,7 +107,7 @@ def integrate_lanes(
                 take_all(forms[2], numbers, places[MAXIMA], b, LANES),
                 take_all(forms[3], numbers, places[PIVOTS], b, LANES),
                 size,
-                weights,
+                mixed(weights, rows, b, LANES),
                 steps,
                 left,
                 every,

@@ -9,6 +9,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.datamodel.models import PrimitiveModel
+from numba.core.imputils import impl_ret_borrowed
 from numba.extending import intrinsic, overload, register_model
 
 from daebench.compiler.lanes import functions as _functions  # noqa: F401 - gives functions a meaning for lanes
@@ -257,7 +258,7 @@ def put_all(typingctx: Any, array: Any, row: Any, column: Any, live: Any, x: Any
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def mixed(typingctx: Any, x: Any, array: Any, column: Any, width: Any) -> Any:
-    """Return nested tuples in which an integer stands for a row of an array, which is read, and other numbers for themselves."""
+    """Return nested tuples in which an integer stands for a row of an array, which is read, and anything else for itself."""
     lanes = Lanes(array.dtype, width.literal_value)
 
     def form(of: Any) -> Any:
@@ -276,7 +277,7 @@ def mixed(typingctx: Any, x: Any, array: Any, column: Any, width: Any) -> Any:
                 return a
             return _read(builder, _address(context, builder, array, args[1], [context.cast(builder, a, of, types.intp), b], lanes))
 
-        return made(x, args[0], sig.return_type)
+        return impl_ret_borrowed(context, builder, sig.return_type, made(x, args[0], sig.return_type))
 
     return form(x)(x, array, column, width), lowered
 

@@ -128,6 +128,7 @@ class LaneRun:
         data = self.linked.par[len(members.par) + 1 :]
         self.par = (*map(placed, members.par), scale, *map(placed, data))
         self.h = placed(members.h)
+        self.weights = self.linked.weights if members.weights is None else placed(tuple(members.weights.T))
         self.rows = np.array([np.pad(row, (0, self.columns - self.n), mode="edge") for row in rows])
 
     def _place(self, states: Array) -> None:
@@ -164,7 +165,7 @@ class LaneRun:
     def take(self, steps: int, left: int, every: int, states: Array, begin: int, end: int) -> None:
         """Take steps of the members in some columns, and store in ``states`` after ``left`` steps, and then after every so many."""
         arrays = self.numbers, self.rows, self.counts, states, self.places
-        self.kernel.integrate_lanes(self.carried.forms, self.h, self.linked.weights, steps, left, every, self.par, *arrays, begin, end)
+        self.kernel.integrate_lanes(self.carried.forms, self.h, self.weights, steps, left, every, self.par, *arrays, begin, end)
 
     def march(self, threads: int, progress: Callable[[float], None] | None = None) -> None:
         """Take all steps of all members, on so many cores."""

@@ -97,6 +97,9 @@ class _Ensemble:
         self.request = replace(request, value=float(np.max(members.h)), every=request.every or 0)
         if request.precision != "float64" or request.raw or request.sensitivities or request.steps is None:
             raise BadInput("members of an ensemble take a number of steps in float64, without stage multipliers and sensitivities.")
+        if members.weights is not None and members.weights.shape[1] != len(method.weights):
+            composed = f"{method.name} takes {len(method.weights)} in a step" if len(method.weights) else f"{method.name} is no composition"
+            raise BadInput(f"members have {members.weights.shape[1]} weights each, and {composed}; give as many, one for each substep.")
         self.grid: Grid = method.grid(self.ivp, self.request)
         require_memory(self.grid, self.ivp.size * len(members))
         constrained = isinstance(self.ivp, ConstrainedIvp)
@@ -137,7 +140,9 @@ class _Ensemble:
         """Return the run of one member at its start."""
         h = self.members.step_size(i)
         request = replace(self.request, value=h, progress=None)
-        run: Run = self.method.begin(self.members.member(i), request, replace(self.grid, h=h), self.watch)
+        weights = self.members.weights
+        method = self.method if weights is None else self.method.weighted(weights[i])
+        run: Run = method.begin(self.members.member(i), request, replace(self.grid, h=h), self.watch)
         return run
 
     # ---- in lanes --------------------------------------------------------------------------------------------------------
@@ -258,7 +263,8 @@ class _Ensemble:
         report, tried = (int(table.status[i]), float(run.numbers[run.places[RESIDUAL], i])), int(run.counts[TRIED, i])
         at_end = table.status[i] == ERROR_NOT_FINITE and table.steps[i] == self.grid.steps
         if not at_end and not self._loses_rank(table)[i]:
-            return run.linked.failure(self.ivp, self.members.step_size(i), int(table.steps[i]), self.grid.steps, tried, report)
+            linked = run.linked if self.members.weights is None else replace(run.linked, weights=self.members.weights[i])
+            return linked.failure(self.ivp, self.members.step_size(i), int(table.steps[i]), self.grid.steps, tried, report)
         alone = self._at_end(i, run, table)
         return str(alone.outcome()["failure"]) if at_end else alone.sentence(report, tried)
 

@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +91,12 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def weights(self) -> Array:
         """Weights of the substeps of a composition, shape(k,); empty where there is none."""
         return np.array(weights_of(self.composition), dtype=float)
+
+    def weighted(self, weights: Array) -> Self:
+        """Return the same method with other weights of its composition, shape(k,)."""
+        method: Self = replace(self)  # type: ignore[type-var]
+        vars(method)["weights"] = np.array(weights, dtype=float)
+        return method
 
     def kernel(
         self,

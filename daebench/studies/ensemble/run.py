@@ -44,6 +44,7 @@ def ensemble(
     starts: "str | Distribution" = "neighbourhood",
     drawn: Mapping[str, Any] | None = None,
     vary: Mapping[str, tuple[float, float]] | None = None,
+    weights: Any = None,
     seed: int = 0,
     points: int = POINTS,
     lanes: int | None = None,
@@ -88,6 +89,9 @@ def ensemble(
         Settings of these: ``size``, ``box``, ``E``, ``values``.
     vary : mapping of str to (float, float), optional
         Parameters that differ from member to member, each uniform between two values.
+    weights : array_like, shape(n, s), optional
+        Weights of the s substeps of a composition, of each member, as 3 of "rattle/triple_jump4"; they sum to 1. Those of the composition
+        itself if left out.
     seed : int
         Seeds starts and parameters.
     points : int
@@ -120,6 +124,8 @@ def ensemble(
         executor without a store.
     """
     _require(points, store, executor)
+    if store is not None and weights is not None:
+        raise BadInput("weights of members are not kept in a store; leave one of them out.")
     distribution = distribution_of(starts, drawn or {})
     sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
     if sizes is not None and (h is not None or steps is None):
@@ -139,7 +145,8 @@ def ensemble(
     made = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
     if store is None:
-        return Ensemble(run_members(solver, made.members, asked, lanes=lanes, threads=threads), made.about, seed)
+        some = made.members if weights is None else made.members.weighted(weights)
+        return Ensemble(run_members(solver, some, asked, lanes=lanes, threads=threads), made.about, seed)
     fields = settings_of(problem, ivp.case, method, given)
     return Ensemble(kept_run(store, executor, fields, made.members, asked, solver), made.about, seed)
 
