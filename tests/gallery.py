@@ -28,6 +28,8 @@ SHOWN = {
 """Pictures of the README: their names there, and where they come from."""
 
 COLORS, WIDE = 64, 1300
+LARGE = 1_000_000
+"""Bytes of a table from which on it is not kept beside its picture: the report writes it."""
 
 
 def small(picture, path):
@@ -54,7 +56,9 @@ def main(out):
     for name, source in SHOWN.items():
         if (out / f"{source}.png").is_file():
             small(out / f"{source}.png", PLACE / f"{name}.png")
-            shutil.copy(out / f"{source}.csv", PLACE / f"{name}.csv")
+            numbers = out / f"{source}.csv"
+            if numbers.stat().st_size < LARGE:
+                shutil.copy(numbers, PLACE / f"{name}.csv")
     restore(out)
     write_archive(out, PLACE / "gallery.zip")
 

@@ -25,6 +25,9 @@ OUTPUTS = 400
 REPEAT, TIMED = 3, 200
 """Runs that are timed, of which the best counts, and steps of each."""
 
+FEW, LONGER = 16, 5000
+"""Starts that are timed one by one, and steps of each: so many that what begins a run does not count."""
+
 
 @dataclass(frozen=True)
 class Numbers:
@@ -76,22 +79,22 @@ def drawn(motion: Motion, starts: int) -> tuple[Members, str]:
 
 def priced(motion: Motion, some: Members) -> pd.DataFrame:
     """Return what a step of each method costs, and how many times as long its steps are so that it costs what the first one does."""
-    together = [nanoseconds(some, method, {}) for method in METHODS]
+    together = [nanoseconds(some, method, TIMED) for method in METHODS]
     ratios = [max(1, round(time / together[0])) for time in together]
     return pd.DataFrame({"motion": motion.key, "method": METHODS, "together": together, "ratio": ratios})
 
 
-def nanoseconds(some: Members, method: str, settings: dict[str, Any]) -> float:
+def nanoseconds(some: Members, method: str, steps: int, **settings: Any) -> float:
     """Return the CPU time of a step and start, ns."""
     h = float(some.h)
-    asked = Request(value=h, steps=TIMED, every=0, watch=(), count=False)
+    asked = Request(value=h, steps=steps, every=0, watch=(), count=False)
     runs = [run_members(method_of(cast("Ivp", some.ivp), method), some, asked, threads=1, **settings) for _ in range(REPEAT)]
     return 1e9 * min(float(run.seconds / run.steps.sum()) for run in runs)
 
 
 def by_itself(motion: Motion, some: Members, together: float) -> dict[str, object]:
     """Return what a step of the first method costs from one start of many, and by itself."""
-    alone = nanoseconds(some.some(np.arange(min(len(some), 64))), METHODS[0], {"lanes": 1})
+    alone = nanoseconds(some.some(np.arange(min(len(some), FEW))), METHODS[0], LONGER, lanes=1)
     return {"motion": motion.key, "together": together, "alone": alone, "starts": alone / together}
 
 

@@ -57,8 +57,8 @@ SECTIONS = (
         replace(FAST, methods=MAPPED),
         "The same motion with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. What became of each run is one "
         "word, found from the run itself: its failure, the residual of the constraints, whether each step goes where the velocities lead, "
-        "and the size of the energy error, which is the colour. Letters say where the energy drifts, and where that cannot be told.",
-        "A map for each method, step size across and gravity up; coloured and lettered tiles say what became of each run.",
+        "and the size of the energy error, which is the colour. The map below says where the energy drifts, and where that cannot be told.",
+        "Two maps for each method, step size across and gravity up: what became of each run, and below it the trend of its energy.",
     ),
     Section(
         "masses",

@@ -85,6 +85,7 @@ def test_quantiles_ranks_and_parts_are_those_of_the_definitions():
 def test_errors_and_verdicts_are_those_of_runs_by_themselves(monkeypatch):
     monkeypatch.setattr(_numbers, "METHODS", ("rattle", "rk4"))
     monkeypatch.setattr(_numbers, "TIMED", 2)
+    monkeypatch.setattr(_numbers, "LONGER", 3)
     motion = Motion("spherical_pendulum", "fig1.2", "pendulum", 0.04, 4.0)
     numbers = measure(lambda part, doing: None, [motion], 4)
     runs = numbers.runs

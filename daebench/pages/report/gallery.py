@@ -18,7 +18,7 @@ SECONDS = {
     "poisson": 40,
     "problems": 100,
     "work-precision": 300,
-    "ensembles": 100,
+    "ensembles": 180,
     "extremes": 100,
     "lesson-why-symplectic": 20,
     "lesson-shake-to-lobatto": 20,

@@ -123,9 +123,7 @@ def ensemble(
         If the request cannot be met, the method has no fixed steps, there is no member, or states do not fit into memory; or there is an
         executor without a store.
     """
-    _require(points, store, executor)
-    if store is not None and weights is not None:
-        raise BadInput("weights of members are not kept in a store; leave one of them out.")
+    _require(points, store, executor, weights)
     distribution = distribution_of(starts, drawn or {})
     sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
     if sizes is not None and (h is not None or steps is None):
@@ -144,15 +142,17 @@ def ensemble(
     require_memory(replace(grid, every=every), ivp.size * max(1, whole("members", members)))
     made = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
+    some = made.members if weights is None else made.members.weighted(weights)
     if store is None:
-        some = made.members if weights is None else made.members.weighted(weights)
         return Ensemble(run_members(solver, some, asked, lanes=lanes, threads=threads), made.about, seed)
     fields = settings_of(problem, ivp.case, method, given)
-    return Ensemble(kept_run(store, executor, fields, made.members, asked, solver), made.about, seed)
+    return Ensemble(kept_run(store, executor, fields, some, asked, solver), made.about, seed)
 
 
-def _require(points: int, store: "Store | None", executor: "Executor | None") -> None:
+def _require(points: int, store: "Store | None", executor: "Executor | None", weights: Any) -> None:
     if whole("points", points) < 1:
         raise BadInput(f"points = {points} must be at least 1: the start and the end.")
+    if store is not None and weights is not None:
+        raise BadInput("weights of members are not kept in a store; leave one of them out.")
     if executor is not None and store is None:
         raise BadInput("an executor makes pieces of an ensemble that are kept; give a store.")
