@@ -67,8 +67,10 @@ def runs_from_starts(
     if distribution == "grid":
         raise BadInput("starts of work-precision are drawn, for what is said of all starts; take neighbourhood, liouville or energy.")
     distribution_of(distribution, settings or {})
-    if min(whole("ensemble", members), whole("solver members", solver_members)) < 1:
-        raise BadInput(f"an ensemble has at least one member; {members} and {solver_members} were asked for.")
+    if min(whole("members", members), whole("solver members", solver_members)) < 1:
+        raise BadInput(f"{members} starts for methods with fixed steps and {solver_members} for solvers: each must be at least 1.")
+    if whole("seed", seed) < 0:
+        raise BadInput(f"seed = {seed} must be at least 0.")
     if study.repeat < 1:
         raise BadInput("methods are ranked by time over many starts; take --repeat 1 or more.")
     sizes = [value for name, values in study.values.items() if name != "tol" for value in values]
@@ -80,7 +82,7 @@ def runs_from_starts(
         "outputs": outputs,
         "finest": min(sizes, default=t_end / OUTPUTS / 16),
     }
-    fields |= {"distribution": distribution, "settings": json.dumps(settings or {}, sort_keys=True), "seed": whole("seed", seed)}
+    fields |= {"distribution": distribution, "settings": json.dumps(settings or {}, sort_keys=True), "seed": seed}
     return [_from_starts(run, fields, members, solver_members) for run in single]
 
 
