@@ -230,8 +230,7 @@ class _Ensemble:
         """Find members whose H is not finite at their end, where it was not monitored."""
         if "energy" in self.names:
             return
-        lengths = np.cumsum([len(vector) for vector in self.ivp.start])[:-1]
-        energies = self.members.along("H", *np.split(table.ends, lengths, axis=1))
+        energies = self.members.of_states("H", table.ends)
         table.status[(table.status == 0) & ~np.isfinite(energies)] = ERROR_NOT_FINITE
 
     def _result(self, table: Table, lanes: int, compiled: float, run: LaneRun | None = None) -> EnsembleRun:
@@ -267,6 +266,6 @@ class _Ensemble:
         if self._losses is None:
             self._losses = np.zeros(len(self.members), dtype=bool)
             if self.mode:
-                p, q = np.split(table.ends, 2, axis=1)
+                p, q = self.ivp.vectors(table.ends)
                 self._losses = ~np.isnan(upcoming_losses(self.members, p, q, AFTER_FAILURE))
         return self._losses

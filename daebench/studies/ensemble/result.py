@@ -79,12 +79,7 @@ class Ensemble:
         name : str
             "H", "g", "Gv", "casimirs" or another name of ``daebench/schemes/kernels/language.py``; of "g" the positions alone are given.
         """
-        lengths = np.cumsum([len(vector) for vector in self.ivp.start])[:-1]
-        members, rows = self.run.members, []
-        for states in self.run.states:
-            vectors = np.split(states, lengths, axis=1)
-            rows.append(members.along(name, *(vectors[1:] if name == "g" else vectors)))
-        return np.array(rows)
+        return np.array([self.run.members.of_states(name, states) for states in self.run.states])
 
     @cached_property
     def energy_errors(self) -> Array:
