@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, whole
 from daebench.methods.ensemble.run import run_members
-from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import method_of
+from daebench.methods.names import fixed_step_method_of
 from daebench.methods.run import prepare
 from daebench.runs.grid import require_memory
 from daebench.runs.request import Progress
@@ -127,8 +126,7 @@ def ensemble(
     settings = {"count": False} | settings
     given = dict(settings)
     where = initial_value_problem(problem, settings.pop("case", None), settings.pop("parameters", None))
-    if not isinstance(method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False)), FixedStepMethod):
-        raise BadInput(f"{method} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+    fixed_step_method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False))
     largest = h if sizes is None else float(max(sizes))
     solver, ivp, request = prepare(where, method=method, h=largest, t_end=t_end, steps=steps, every=0, progress=progress, **settings)
     grid = solver.grid(ivp, request)

@@ -10,7 +10,7 @@ from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import method_of
+from daebench.methods.names import fixed_step_method_of
 from daebench.runs.grid import require_memory
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -121,9 +121,7 @@ def step_for(
         If the request cannot be met, the method has no fixed steps, the quantity is unknown, or states do not fit into memory.
     """
     ivp = initial_value_problem(problem, case, parameters)
-    solver = method_of(ivp, method, options, anyway=anyway)
-    if not isinstance(solver, FixedStepMethod):
-        raise BadInput(f"{method} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+    solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     of = quantity(ivp, statistic)
     positive("margin", margin)
     if whole("halvings", halvings) < 1 or whole("members", members) < FEWEST or not 0 < level < 0.5:
