@@ -25,10 +25,15 @@ def chaos(
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
     steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in place of --t-end.")] = None,
     plane: Annotated[
-        str | None, typer.Option("--plane", help="Two coordinates, as q1=-1:1,p2=-2:2; bounds may be left out; two independent positions.")
+        str | None,
+        typer.Option(
+            "--plane", help="Two coordinates, q1=-1:1,p2=-2:2, or q1,p2 for bounds about the start [the first two that are independent]."
+        ),
     ] = None,
     cells: Annotated[int, typer.Option("--cells", help="Cells along a side.")] = 64,
-    energy: Annotated[str | None, typer.Option("--energy", help="Energy of all starts, or case for that of the case.")] = None,
+    energy: Annotated[
+        str | None, typer.Option("--energy", help="Energy of all starts, or case for that of the case; each has its own if left out.")
+    ] = None,
     section: Annotated[
         str | None, typer.Option("--section", help="A third coordinate and its value in all starts, q3=0, for a Poincare section.")
     ] = None,
@@ -93,12 +98,12 @@ def _write(folder: Folder, result: "Chaos") -> list[str]:
 def _print(summary: Mapping[str, Any], result: "Chaos") -> None:
     from daebench.cli.summary import print_summary
 
-    shown = {name: value for name, value in summary.items() if name not in ("exponent", "plane", "reasons", "median", "level")}
+    shown = {name: value for name, value in summary.items() if name not in ("exponent", "plane", "reasons", "median", "confidence")}
     print_summary(shown | {"reasons": summary["reasons"] or None})
     largest = summary["exponent"]
     if largest:
         place = ", ".join(f"{name} = {value:.4g}" for name, value in largest["start"].items())
-        ends = f"{100 * summary['level']:.0f} % interval {largest['low']:.3g} to {largest['high']:.3g}"
+        ends = f"{100 * summary['confidence']:.0f} % interval {largest['low']:.3g} to {largest['high']:.3g}"
         print(f"largest exponent {largest['value']:.4g} 1/s ({ends}), {largest['verdict']}, at {place}")
     if summary["median"] is not None:
         print(f"median exponent of chaotic starts {summary['median']:.4g} 1/s")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from daebench.studies.step_for.result import StepFor
 
 TABLE = "steps.csv"
-"""Table that is written, a row a step and a quantity."""
+"""Table that is written, a row a step size and a quantity."""
 
 
 def step_for(
@@ -26,8 +26,10 @@ def step_for(
     h: Annotated[float, typer.Option("--h", help="Largest step size, s; its half, a quarter and so on are tried after it.")],
     t_end: Annotated[float, typer.Option("--t-end", help="End time, s.")],
     members: Annotated[int, typer.Option("--members", help="Number of starts.")] = 1024,
-    halvings: Annotated[int, typer.Option("--halvings", help="Number of steps that are tried at most.")] = 6,
-    level: Annotated[float, typer.Option("--level", help="Probability of passing a step that should not, of the whole search.")] = 0.05,
+    halvings: Annotated[int, typer.Option("--halvings", help="Number of step sizes that are tried at most.")] = 6,
+    level: Annotated[
+        float, typer.Option("--level", help="Probability that the search passes a step size that differs by the margin or more.")
+    ] = 0.05,
     starts: Starts = Distribution.neighbourhood,
     size: Size = None,
     box: Box = None,

@@ -75,8 +75,8 @@ def work_precision(
     Errors are against the certified reference where it has these parameters and reaches the end, else against the closed form or a finer
     run, which is said with its bound.
 
-    With --ensemble methods run from many starts, drawn as --starts says, and errors are against runs of heyoka's batch mode, or where it
-    is not installed of a composition of order 8 with a third of the least step size.
+    With --ensemble methods run from many starts, drawn as --starts says. Errors are then against runs of heyoka's batch mode, or, where
+    heyoka is not installed or does not take the problem, of a composition of order 8 with a third of the least step size.
 
     Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
     series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).

@@ -144,6 +144,6 @@ def ensemble(
 
 def _require(points: int, store: "Store | None", executor: "Executor | None") -> None:
     if whole("points", points) < 1:
-        raise BadInput(f"points = {points} must be at least 1: the start and the end.")
+        raise BadInput(f"points = {points} must be at least 1, which stores the start and the end.")
     if executor is not None and store is None:
         raise BadInput("an executor makes pieces of an ensemble that are kept; give a store.")

@@ -91,9 +91,9 @@ def step_for(
     members : int
         Number of starts, at least 32.
     halvings : int
-        Number of steps that are tried at most.
+        Number of step sizes that are tried at most.
     level : float
-        Probability of passing a step that should not, of the whole search.
+        Probability that the search passes a step size that differs from its half by the margin or more.
     starts : str or Distribution
         What the starts are drawn from, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
     drawn : mapping of str, optional
@@ -139,7 +139,7 @@ def step_for(
         if tried[-1].verdict == "equivalent":
             break
         run = half
-    return StepFor(ivp, solver.name, statistic, margin, level, halvings, search.steps * float(h), begun.about, seed, tuple(tried))
+    return StepFor(ivp, solver.name, statistic, margin, level, halvings, search.steps * float(h), begun.about, members, seed, tuple(tried))
 
 
 def _tested(run: EnsembleRun, half: EnsembleRun, x: Any, y: Any, margin: float, level: float, seed: int) -> Tried:
