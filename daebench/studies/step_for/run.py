@@ -30,6 +30,9 @@ MEMBERS = 1024
 HALVINGS = 6
 """Step sizes that are tried at most, each half of the one before."""
 
+MOST_HALVINGS = 32
+"""Step sizes that may be asked for: the last of them takes 4e9 times the steps of the first."""
+
 POINTS = 200
 """Times, at most, that a mean over time is taken of."""
 
@@ -124,8 +127,8 @@ def step_for(
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     of = quantity(ivp, statistic)
     positive("margin", margin)
-    if whole("halvings", halvings) < 1 or whole("members", members) < FEWEST or not 0 < level < 0.5:
-        raise BadInput(f"a search takes halvings of at least 1, members of at least {FEWEST}, and a level between 0 and 0.5.")
+    if not 1 <= whole("halvings", halvings) <= MOST_HALVINGS or whole("members", members) < FEWEST or not 0 < level < 0.5:
+        raise BadInput(f"a search takes 1 to {MOST_HALVINGS} halvings, at least {FEWEST} members, and a level between 0 and 0.5.")
     begun = draw_starts(ivp, starts, members=members, h=positive("h", h), seed=seed, **(drawn or {}))
     search = _Search(solver, begun.members, t_end, threads)
     search.require_memory(halvings)
