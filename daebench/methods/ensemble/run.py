@@ -16,7 +16,7 @@ from daebench.methods.ensemble.table import Table
 from daebench.methods.ensemble.width import width_for
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.stepping import Linked, Run
-from daebench.runs.grid import Grid, require_memory
+from daebench.runs.grid import Grid, require_memory_of_members
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.machine import cores
 from daebench.runs.members import Members
@@ -98,7 +98,7 @@ class _Ensemble:
         if request.precision != "float64" or request.raw or request.sensitivities or request.steps is None:
             raise BadInput("members of an ensemble take a number of steps in float64, without stage multipliers and sensitivities.")
         self.grid: Grid = method.grid(self.ivp, self.request)
-        require_memory(self.grid, self.ivp.size * len(members))
+        require_memory_of_members(self.grid.rows, self.ivp.size, len(members))
         constrained = isinstance(self.ivp, ConstrainedIvp)
         self.watch = self.request.watched(CONSTRAINED if constrained else POISSON) if watch is None else watch
         self.names = monitored_names(self.watch, self.ivp)

@@ -27,7 +27,7 @@ ASIDE = 0.05
 """Relative change of a start from which nearby ones are sought: a symmetric start can be one from which Newton's iteration cannot leave."""
 
 MOST_CELLS = 256
-"""Most cells along a side, whose growth in a thousand intervals is half a gigabyte."""
+"""Most cells along a side, whose growth in two thousand intervals is a gigabyte."""
 
 Solve = Callable[[Array, NDArray[np.intp]], tuple[Array, NDArray[np.bool_]]]
 """From guesses in some cells to what meets the conditions there, and whether it does."""

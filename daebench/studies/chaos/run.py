@@ -28,7 +28,8 @@ CELLS = 64
 """Cells along a side."""
 
 INTERVALS = 1000
-"""Intervals of time, at most, after each of which the tangent vector is brought back to length 1."""
+"""Intervals of time, after each of which the tangent vector is brought back to length 1: from so many up to twice as many, or all steps
+where these are fewer."""
 
 
 def chaos(

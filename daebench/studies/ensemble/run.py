@@ -9,7 +9,7 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
 from daebench.methods.run import prepare
-from daebench.runs.grid import require_memory
+from daebench.runs.grid import require_memory_of_members
 from daebench.runs.request import Progress
 from daebench.studies.ensemble.distributions.draw import distribution_of, draw_starts
 from daebench.studies.ensemble.distributions.grid import Grid
@@ -133,7 +133,7 @@ def ensemble(
     every = max(1, grid.steps // (points - 1)) if points > 1 else 0
     if members is None:
         members = distribution.size if isinstance(distribution, Grid) else MEMBERS
-    require_memory(replace(grid, every=every), ivp.size * max(1, whole("members", members)))
+    require_memory_of_members(replace(grid, every=every).rows, ivp.size, whole("members", members))
     made = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
     if store is None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput, whole
+from daebench.runs.grid import require_memory_of_members
 from daebench.runs.trajectory import Array
 from daebench.studies.ensemble.distributions.draw import distribution_of
 from daebench.studies.grid.parameter_rows import made_together
@@ -76,6 +77,8 @@ def runs_from_starts(
     sizes = [value for name, values in study.values.items() if name != "tol" for value in values]
     t_end, outputs = output_times(sizes, study.t_end)
     single = replace(study, t_end=t_end, metrics=("energy",)).specifications()
+    if single:
+        require_memory_of_members(2 * outputs, single[0].ivp.size, members)
     poisson = "y" in study.metrics
     fields: dict[str, Any] = {
         "metrics": ("y",) if poisson else ("q", "p"),
