@@ -38,8 +38,13 @@ def test_people_read_the_largest_exponent_with_its_interval_and_what_was_written
 
 @pytest.mark.parametrize(
     ("given", "sentence"),
-    [(("--plane", "q1=1"), "of the form name=lo:hi."), (("--plane", "q1=a:1,q3"), "--plane q1"), (("--energy", "much"), "--energy")],
-    ids=["half a range", "no number", "no energy"],
+    [
+        (("--plane", ","), "two coordinates, as q1 and p2, not 0"),
+        (("--plane", "q1=1"), "of the form name=lo:hi."),
+        (("--plane", "q1=a:1,q3"), "--plane q1"),
+        (("--energy", "much"), "--energy"),
+    ],
+    ids=["no coordinate", "half a range", "no number", "no energy"],
 )
 def test_bad_options_are_one_sentence(daebench, given, sentence):
     status, _, complaint = daebench(*RUN, *given)

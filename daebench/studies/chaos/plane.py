@@ -172,7 +172,7 @@ def _level(ivp: InitialValueProblem, energy: float | str | None) -> float | None
 def _bounds(ivp: InitialValueProblem, names: Mapping[str, tuple[float, float] | None] | None) -> dict[str, tuple[float, float]]:
     """Return the names of two coordinates with their bounds."""
     known = coordinates(ivp)
-    chosen = dict(names) if names else dict.fromkeys(_independent(ivp))
+    chosen = dict(names) if names is not None else dict.fromkeys(_independent(ivp))
     if len(chosen) != 2:
         raise BadInput(f"a plane has two coordinates, as q1 and p2, not {len(chosen)}.")
     for name in chosen:
