@@ -20,7 +20,7 @@ from daebench.cli.arguments import (
     TEnd,
     Tolerance,
 )
-from daebench.cli.console import bar, method_names, pairs
+from daebench.cli.console import bar, method_names, pairs, print_written
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
 
@@ -56,5 +56,5 @@ def animate(
         animated = animation(problem, **runs, **shown, progress=progress)
     for failure in animated.failures:
         print(failure)
-    print(f"written: {', '.join(str(path) for path in animated.paths)}")
+    print_written(animated.paths)
     raise typer.Exit(1 if animated.failures else 0)

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Method, Overwrite, Param, Problem
-from daebench.cli.console import bar, number, pairs, print_json, words
-from daebench.errors import BadInput
+from daebench.cli.console import bar, number, pairs, print_json, print_written, words
+from daebench.cli.folder import Folder
+from daebench.cli.starts import ranges
 
 if TYPE_CHECKING:
     from daebench.studies.chaos.result import Chaos
-
-MAKER = "daebench chaos"
-"""Who made a file, as the text beside it says."""
 
 TABLE = "chaos.csv"
 """Table that is written, a row a cell."""
@@ -25,12 +23,17 @@ def chaos(
     method: Method,
     h: Annotated[float, typer.Option("--h", help="Step size, s.")],
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in its place.")] = None,
+    steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in place of --t-end.")] = None,
     plane: Annotated[
-        str | None, typer.Option("--plane", help="Two coordinates, as q1=-1:1,p2=-2:2; bounds may be left out; two independent positions.")
+        str | None,
+        typer.Option(
+            "--plane", help="Two coordinates, q1=-1:1,p2=-2:2, or q1,p2 for bounds about the start [the first two that are independent]."
+        ),
     ] = None,
     cells: Annotated[int, typer.Option("--cells", help="Cells along a side.")] = 64,
-    energy: Annotated[str | None, typer.Option("--energy", help="Energy of all starts, or case for that of the case.")] = None,
+    energy: Annotated[
+        str | None, typer.Option("--energy", help="Energy of all starts, or case for that of the case; each has its own if left out.")
+    ] = None,
     section: Annotated[
         str | None, typer.Option("--section", help="A third coordinate and its value in all starts, q3=0, for a Poincare section.")
     ] = None,
@@ -46,22 +49,19 @@ def chaos(
     """Say which starts of a plane are chaotic, by the tangent map of the scheme; exit 1 if a run stops early."""
     from daebench.studies.chaos.run import chaos as made
 
-    _check_place(out, overwrite=overwrite)
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "steps": steps, "plane": _plane(plane), "cells": cells, "energy": _energy(energy)}
-    asked |= {
-        "section": pairs("section", [section]) if section else None,
-        "case": case,
-        "parameters": pairs("param", param or []),
-        "options": pairs("option", option or []),
-        "anyway": anyway,
-    }
+    asked |= {"section": pairs("section", [section]) if section else None, "case": case, "anyway": anyway}
+    asked |= {"parameters": pairs("param", param or []), "options": pairs("option", option or [])}
+    folder = Folder(out, "daebench chaos", (TABLE,))
+    folder.check(overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
         result = made(problem, method=method, **asked, seed=seed, progress=progress)
-    summary = result.summary() | {"files": _write(out, result) or None}
+    summary, written = result.summary(), _write(folder, result)
     if as_json:
-        print_json(summary)
+        print_json(summary | {"written": written})
     else:
         _print(summary, result)
+        print_written(written)
     raise typer.Exit(1 if summary["stopped"] else 0)
 
 
@@ -69,52 +69,36 @@ def _plane(given: str | None) -> dict[str, tuple[float, float] | None] | None:
     """Return two coordinates with their bounds, None where these are left out."""
     if given is None:
         return None
-    chosen: dict[str, tuple[float, float] | None] = {}
-    for text in words(given):
-        name, equals, bounds = text.partition("=")
-        ends = [number(f"--plane {name}", end) for end in bounds.split(":")] if equals else []
-        if len(ends) not in (0, 2) or not name:
-            raise BadInput(f"--plane {given!r} must be of the form q1=-1:1,p2=-2:2, or q1,p2.")
-        chosen[name.strip()] = (ends[0], ends[1]) if ends else None
-    return chosen
+    texts = words(given)
+    with_bounds = ranges("--plane", [text for text in texts if "=" in text], 2)
+    return {
+        name: (ends[0], ends[1]) if (ends := with_bounds.get(name)) else None for name in (text.partition("=")[0].strip() for text in texts)
+    }
 
 
 def _energy(given: str | None) -> float | str | None:
     return given if given is None or given == "case" else number("--energy", given)
 
 
-def _check_place(out: Path | None, *, overwrite: bool) -> None:
-    """Refuse, before the runs, a folder that cannot be written to, and files of other commands."""
-    from daebench.runs import provenance
-    from daebench.runs.files import make_folder
-
-    if out is not None:
-        make_folder(out)
-        provenance.require_own(out / TABLE, MAKER, overwrite=overwrite)
-
-
-def _write(out: Path | None, result: "Chaos") -> list[str]:
+def _write(folder: Folder, result: "Chaos") -> list[str]:
     """Write the picture, with the table of cells beside it; return the paths."""
-    from daebench.runs import provenance
     from daebench.studies.chaos.figure import draw
 
-    if out is None:
+    if folder.out is None:
         return []
-    picture = draw(out, "chaos", result)
-    about = provenance.made_by(MAKER) | provenance.definition(result.ivp)
-    provenance.write_beside(out / TABLE, about | {"Method": result.method, "Starts": f"{result.plane.about} Seed {result.seed}."})
-    return [str(out / TABLE), str(picture)]
+    about = {"Method": result.method, "Starts": result.plane.about, "Seed": str(result.seed)}
+    return folder.described(result.ivp, about, draw(folder.out, "chaos", result))
 
 
 def _print(summary: Mapping[str, Any], result: "Chaos") -> None:
     from daebench.cli.summary import print_summary
 
-    shown = {name: value for name, value in summary.items() if name not in ("exponent", "plane", "reasons", "median", "level")}
+    shown = {name: value for name, value in summary.items() if name not in ("exponent", "plane", "reasons", "median", "confidence")}
     print_summary(shown | {"reasons": summary["reasons"] or None})
     largest = summary["exponent"]
     if largest:
         place = ", ".join(f"{name} = {value:.4g}" for name, value in largest["start"].items())
-        ends = f"{100 * summary['level']:.0f} % interval {largest['low']:.3g} to {largest['high']:.3g}"
+        ends = f"{100 * summary['confidence']:.0f} % interval {largest['low']:.3g} to {largest['high']:.3g}"
         print(f"largest exponent {largest['value']:.4g} 1/s ({ends}), {largest['verdict']}, at {place}")
     if summary["median"] is not None:
         print(f"median exponent of chaotic starts {summary['median']:.4g} 1/s")

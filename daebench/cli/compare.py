@@ -20,7 +20,7 @@ from daebench.cli.arguments import (
     TEnd,
     Tolerance,
 )
-from daebench.cli.console import bar, method_names, pairs, print_json
+from daebench.cli.console import bar, method_names, pairs, print_json, print_written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -102,5 +102,4 @@ def _print(table: "pd.DataFrame", written: list[str]) -> None:
     for failure in table["failure"]:
         if failure:
             print(failure)
-    if written:
-        print(f"written: {', '.join(written)}")
+    print_written(written)

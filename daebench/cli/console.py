@@ -4,7 +4,7 @@ import json
 import math
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +67,12 @@ def print_json(value: Any) -> None:
     """Print exactly one JSON value on standard output."""
     encoding = (getattr(sys.stdout, "encoding", None) or "utf-8").lower()
     print(json.dumps(plain(value), allow_nan=False, ensure_ascii=not encoding.startswith("utf")))
+
+
+def print_written(paths: Iterable[object]) -> None:
+    """Print which files were written, if any were."""
+    if names := ", ".join(map(str, paths)):
+        print(f"written: {names}")
 
 
 def printable(text: str) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -25,8 +24,10 @@ from daebench.cli.arguments import (
     TlsCert,
     TlsKey,
 )
-from daebench.cli.console import bar, number, pairs, print_json, print_table
+from daebench.cli.console import bar, pairs, print_json, print_table, print_written
 from daebench.cli.executors import Executors
+from daebench.cli.folder import Folder
+from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, bounds, settings_of
 from daebench.errors import BadInput
 from daebench.studies.grid.tls import Tls
 
@@ -35,26 +36,13 @@ if TYPE_CHECKING:
     from daebench.studies.grid.store import Store as GridStore
 
 
-class Distribution(StrEnum):
-    """What starts are drawn from."""
-
-    neighbourhood = "neighbourhood"
-    liouville = "liouville"
-    energy = "energy"
-    grid = "grid"
+TABLES = ("starts.csv", "ends.csv", "bands.csv")
+"""Tables that are written: a row a member, and a row a stored time."""
 
 
-Starts = Annotated[
-    Distribution,
-    typer.Option("--starts", help="The neighbourhood of the case, the liouville measure in a --box, the same at one energy, or a --grid."),
+Workers = Annotated[
+    int | None, typer.Option("--workers", help="Processes of this machine that make pieces of what is kept; this one alone if left out.")
 ]
-
-Size = Annotated[float | None, typer.Option("--size", help="Relative size of the neighbourhood [0.01].")]
-Box = Annotated[list[str] | None, typer.Option("--box", help="Bounds of a coordinate, q1=-1:1; repeatable.")]
-Energy = Annotated[float | None, typer.Option("--energy", help="Energy of the starts; that of the case if left out.")]
-
-MAKER = "daebench ensemble"
-"""Who made a file, as the text beside it says."""
 
 
 def ensemble(
@@ -62,7 +50,7 @@ def ensemble(
     method: Method,
     h: Annotated[float | None, typer.Option("--h", help="Step size, s, where it is not in a --grid.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in its place.")] = None,
+    steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in place of --t-end.")] = None,
     members: Annotated[int | None, typer.Option("--members", help="Number of starts [1024]; a grid has its own.")] = None,
     starts: Starts = Distribution.neighbourhood,
     size: Size = None,
@@ -80,7 +68,7 @@ def ensemble(
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for starts.csv, ends.csv and a picture.")] = None,
     store: Store = None,
-    workers: Annotated[int | None, typer.Option("--workers", help="Processes that make pieces of it; this one if left out.")] = None,
+    workers: Workers = None,
     scheduler: Scheduler = None,
     tls_ca_file: TlsCaFile = None,
     tls_cert: TlsCert = None,
@@ -94,31 +82,32 @@ def ensemble(
     """
     from daebench.studies.ensemble.run import ensemble as made
 
-    _check_place(out, overwrite=overwrite)
+    distribution = "grid" if grid and starts is Distribution.neighbourhood else starts.value
+    asked: dict[str, Any] = {"starts": distribution, "vary": bounds("--vary", vary)}
+    asked |= {"drawn": settings_of(distribution, size=size, box=box, energy=energy, grid=grid)}
+    asked |= {"h": h, "t_end": t_end, "steps": steps, "members": members, "seed": seed, "points": points}
+    asked |= {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
+    asked |= {"compensated": compensated, "on_singular": on_singular, "anyway": anyway}
     executors = _executors(workers, scheduler, Tls(tls_ca_file, tls_cert, tls_key), kept=bool(store or out))
-    drawn = {"size": size, "box": bounds("--box", box), "E": energy, "values": _values(grid)}
+    folder = Folder(out, "daebench ensemble", TABLES)
+    folder.check(overwrite=overwrite)
     with _kept(store, out) as opened, executors.opened() as executor, bar(f"{method} on {problem}") as progress:
-        asked: dict[str, Any] = {"starts": "grid" if grid else starts.value, "vary": bounds("--vary", vary)}
-        asked |= {"drawn": {name: value for name, value in drawn.items() if value is not None}}
-        asked |= {"h": h, "t_end": t_end, "steps": steps, "members": members, "seed": seed, "points": points}
-        asked |= {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
-        asked |= {"compensated": compensated, "on_singular": on_singular, "anyway": anyway}
         result = made(problem, method=method, **asked, progress=progress, store=opened, executor=executor)
-    _tell(result, out, as_json=as_json)
+    _tell(result, _write(folder, result), as_json=as_json)
     raise typer.Exit(1 if len(result.run.failed) else 0)
 
 
-def _tell(result: "Ensemble", out: Path | None, *, as_json: bool) -> None:
-    """Write what an ensemble says to a folder, and print it."""
-    summary = result.summary() | {"files": _write(out, result) or None}
+def _tell(result: "Ensemble", written: list[str], *, as_json: bool) -> None:
+    """Print what came out, and what was written."""
     if as_json:
-        print_json(summary)
+        print_json(result.summary() | {"written": written})
     else:
-        _print(summary, result)
+        _print(result.summary(), result)
+        print_written(written)
 
 
 def _executors(workers: int | None, scheduler: str | None, tls: Tls, *, kept: bool) -> Executors:
-    """Return what makes the pieces of an ensemble: this process, unless another is asked for."""
+    """Return what makes the pieces of an ensemble: this process, unless others are asked for."""
     if not kept and (workers is not None or scheduler is not None):
         raise BadInput("--workers and --scheduler make pieces of an ensemble that are kept; name a file by --store, or a folder by --out.")
     return Executors(timed=False, workers=1 if scheduler is None and workers is None else workers, scheduler=scheduler, tls=tls)
@@ -136,64 +125,19 @@ def _kept(store: Path | None, out: Path | None) -> "Iterator[GridStore | None]":
         yield runs
 
 
-def bounds(option: str, given: list[str] | None) -> dict[str, tuple[float, float]] | None:
-    """Return bounds by name, given as name=lo:hi."""
-    return {name: (lo, hi) for name, (lo, hi) in _ranges(option, given, 2).items()} or None
-
-
-def _values(given: list[str] | None) -> dict[str, list[float]] | None:
-    """Return values by name, given as name=lo:hi:number."""
-    values = {}
-    for name, (lo, hi, count) in _ranges("--grid", given, 3).items():
-        if not (count >= 1 and count == int(count)):
-            raise BadInput(f"--grid {name}: {count:g} must be a whole number of values, at least 1.")
-        values[name] = [lo + (hi - lo) * k / max(1, int(count) - 1) for k in range(int(count))]
-    return values or None
-
-
-def _ranges(option: str, given: list[str] | None, parts: int) -> dict[str, list[float]]:
-    """Return so many numbers by name, given as name=1:2."""
-    ranges = {}
-    for text in given or []:
-        name, equals, numbers = text.partition("=")
-        if not equals or numbers.count(":") != parts - 1:
-            raise BadInput(f"{option} {text!r} must be of the form {'name=lo:hi' if parts == 2 else 'name=lo:hi:number'}.")
-        ranges[name.strip()] = [number(f"{option} {name.strip()}", part) for part in numbers.split(":")]
-    return ranges
-
-
-def _check_place(out: Path | None, *, overwrite: bool) -> None:
-    """Refuse, before the runs, a folder that cannot be written to, and files of other commands."""
-    from daebench.runs import provenance
-    from daebench.runs.files import make_folder
-
-    if out is None:
-        return
-    make_folder(out)
-    for name in FILES:
-        provenance.require_own(out / name, MAKER, overwrite=overwrite)
-
-
-FILES = ("starts.csv", "ends.csv")
-"""Tables that are written, a row a member."""
-
-
-def _write(out: Path | None, result: "Ensemble") -> list[str]:
-    """Write tables of starts and ends and the picture; return the paths."""
-    from daebench.runs import provenance
+def _write(folder: Folder, result: "Ensemble") -> list[str]:
+    """Write tables of starts and ends and the picture with its table; return the paths."""
     from daebench.runs.csv_files import write_frame
     from daebench.runs.files import atomic
     from daebench.studies.ensemble.figure import draw
 
-    if out is None:
+    if folder.out is None:
         return []
-    about = provenance.made_by(MAKER) | provenance.definition(result.ivp)
-    about |= {"Method": result.run.method, "Starts": f"{result.starts}; seed {result.seed}"}
-    for name, table in zip(FILES, (result.start_table, result.end_table), strict=True):
-        with atomic(out / name) as scratch:
+    for name, table in zip(TABLES, (result.start_table, result.end_table), strict=False):
+        with atomic(folder.out / name) as scratch:
             write_frame(scratch, table)
-        provenance.write_beside(out / name, about)
-    return [*(str(out / name) for name in FILES), str(draw(out, "bands", result))]
+    about = {"Method": result.run.method, "Starts": result.starts, "Seed": str(result.seed)}
+    return folder.described(result.ivp, about, draw(folder.out, "bands", result))
 
 
 def _print(summary: Mapping[str, Any], result: "Ensemble") -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Param, Problem
-from daebench.cli.console import bar, method_names, pairs, print_json, print_table
+from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -90,7 +90,7 @@ def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "
     if not json:
         _print(findings)
         if path:
-            print(f"written: {path.with_suffix('.csv')}, {path}")
+            print_written((path.with_suffix(".csv"), path))
     return findings
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, Param, Problem
-from daebench.cli.console import bar, method_names, pairs, print_json, print_table
+from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
 
 if TYPE_CHECKING:
     from daebench.studies.orders.series import OrderStudy, Series
@@ -97,4 +97,4 @@ def _write(out: Path, result: "OrderStudy", *, tell: bool) -> None:
 
     paths = write(out, result)
     if tell:
-        print(f"written: {', '.join(str(path) for path in paths)}")
+        print_written(paths)

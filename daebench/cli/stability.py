@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import numbers, print_json, words
+from daebench.cli.console import numbers, print_json, print_written, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import asked_of, making, outdated, plan
 from daebench.studies.grid.tls import Tls
@@ -61,7 +61,7 @@ def stability(
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
-    summary: dict[str, Any] = {"said": {}, "left_out": refused, "files": []}
+    summary: dict[str, Any] = {"said": {}, "left_out": refused, "written": []}
     with opened(store or out / "studies.db") as run_store:
         if dry_run:
             _tell_plan(extremes, asked, run_store, executors)
@@ -71,7 +71,7 @@ def stability(
         )
         for extreme in extremes:
             summary["said"][extreme.name], path = _made(extreme, asked, run_store, executors, out)
-            summary["files"].append(str(path))
+            summary["written"].append(str(path))
             if not as_json:
                 print(f"{extreme.name}: {extreme.about}")
                 for sentence in summary["said"][extreme.name]:
@@ -88,7 +88,7 @@ def _tell_rest(summary: dict[str, Any]) -> None:
         print(f"no {name}: {why}.")
     if summary["made_again"]:
         print(summary["made_again"])
-    print(f"written: {', '.join(summary['files'])}")
+    print_written(summary["written"])
 
 
 def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", run_store: "RunStore", executors: Executors) -> None:

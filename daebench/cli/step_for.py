@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Method, Overwrite, Param, Problem
-from daebench.cli.console import bar, pairs, print_json, print_table
-from daebench.cli.ensemble import Distribution, bounds
+from daebench.cli.console import bar, pairs, print_json, print_table, print_written
+from daebench.cli.folder import Folder
+from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
 
 if TYPE_CHECKING:
     from daebench.studies.step_for.result import StepFor
 
-MAKER = "daebench step-for"
-"""Who made a file, as the text beside it says."""
-
 TABLE = "steps.csv"
-"""Table that is written, a row a step and a quantity."""
+"""Table that is written, a row a step size and a quantity."""
 
 
 def step_for(
@@ -28,15 +26,14 @@ def step_for(
     h: Annotated[float, typer.Option("--h", help="Largest step size, s; its half, a quarter and so on are tried after it.")],
     t_end: Annotated[float, typer.Option("--t-end", help="End time, s.")],
     members: Annotated[int, typer.Option("--members", help="Number of starts.")] = 1024,
-    halvings: Annotated[int, typer.Option("--halvings", help="Number of steps that are tried at most.")] = 6,
-    level: Annotated[float, typer.Option("--level", help="Probability of passing a step that should not, of the whole search.")] = 0.05,
-    starts: Annotated[
-        Distribution,
-        typer.Option("--starts", help="A neighbourhood of the case, the liouville measure in a --box, or that at one energy."),
-    ] = Distribution.neighbourhood,
-    size: Annotated[float | None, typer.Option("--size", help="Relative size of the neighbourhood [0.01].")] = None,
-    box: Annotated[list[str] | None, typer.Option("--box", help="Bounds of a coordinate, q1=-1:1; repeatable.")] = None,
-    energy: Annotated[float | None, typer.Option("--energy", help="Energy of the starts; that of the case if left out.")] = None,
+    halvings: Annotated[int, typer.Option("--halvings", help="Number of step sizes that are tried at most.")] = 6,
+    level: Annotated[
+        float, typer.Option("--level", help="Probability that the search passes a step size that differs by the margin or more.")
+    ] = 0.05,
+    starts: Starts = Distribution.neighbourhood,
+    size: Size = None,
+    box: Box = None,
+    energy: Energy = None,
     case: Case = None,
     param: Param = None,
     option: Free = None,
@@ -47,39 +44,33 @@ def step_for(
     as_json: Json = False,
 ) -> None:
     """Find the largest step size that does, in a statistic, as half of it does; exit 1 if none of those tried passes."""
-    from daebench.runs import provenance
-    from daebench.runs.files import make_folder
     from daebench.studies.step_for.run import step_for as made
 
-    if out is not None:
-        make_folder(out)
-        provenance.require_own(out / TABLE, MAKER, overwrite=overwrite)
-    drawn = {"size": size, "box": bounds("--box", box), "E": energy}
     asked: dict[str, Any] = {"statistic": statistic, "margin": margin, "method": method, "h": h, "t_end": t_end, "members": members}
     asked |= {"halvings": halvings, "level": level, "starts": starts.value, "seed": seed, "case": case, "anyway": anyway}
-    asked |= {"drawn": {name: value for name, value in drawn.items() if value is not None}}
+    asked |= {"drawn": settings_of(starts.value, size=size, box=box, energy=energy)}
     asked |= {"parameters": pairs("param", param or []), "options": pairs("option", option or [])}
+    folder = Folder(out, "daebench step-for", (TABLE,))
+    folder.check(overwrite=overwrite)
     with bar(f"{method} on {problem}") as progress:
         found = made(problem, **asked, progress=progress)
-    summary = found.summary() | {"files": _write(out, found) or None}
+    summary, written = found.summary(), _write(folder, found)
     if as_json:
-        print_json(summary)
+        print_json(summary | {"written": written})
     else:
         _print(summary)
+        print_written(written)
     raise typer.Exit(1 if found.h is None else 0)
 
 
-def _write(out: Path | None, found: "StepFor") -> list[str]:
+def _write(folder: Folder, found: "StepFor") -> list[str]:
     """Write the picture, with the table of tests beside it; return the paths."""
-    from daebench.runs import provenance
     from daebench.studies.step_for.figure import draw
 
-    if out is None:
+    if folder.out is None:
         return []
-    picture = draw(out, "steps", found)
-    about = provenance.made_by(MAKER) | provenance.definition(found.ivp)
-    provenance.write_beside(out / TABLE, about | {"Method": found.method, "Starts": f"{found.starts} Seed {found.seed}."})
-    return [str(out / TABLE), str(picture)]
+    about = {"Method": found.method, "Starts": found.starts, "Seed": str(found.seed)}
+    return folder.described(found.ivp, about, draw(folder.out, "steps", found))
 
 
 def _print(summary: Mapping[str, Any]) -> None:

@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import numbers, pairs, print_frame, print_json, words
-from daebench.cli.ensemble import Box, Distribution, Energy, Size, Starts, bounds
+from daebench.cli.console import numbers, pairs, print_frame, print_json, print_written, words
 from daebench.cli.executors import Executors
 from daebench.cli.grids import study_runs
+from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
 from daebench.cli.work_precision_starts import FromStarts, from_starts, without_slow
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.tls import Tls
 
 DEFECT = "defect"
 """Column and metric that is measured only where it is asked for: it takes the longest."""
+
+SOLVER_STARTS = 16
+"""Starts of solvers, where their number is not said."""
 
 NO_ERRORS = ("bound", "growth", "energy_verdict", "energy_scale")
 """How columns begin that are no errors."""
@@ -36,9 +39,7 @@ Ensemble = Annotated[
     int | None,
     typer.Option("--ensemble", help="Number of starts in place of one: bands of errors, and in how many of them a method is the cheapest."),
 ]
-SolverStarts = Annotated[
-    int, typer.Option("--solver-starts", help="How many of them methods get whose starts are run one by one: solvers, by tolerance.")
-]
+SolverStarts = Annotated[int, typer.Option("--solver-starts", help="Number of those that solvers get, whose starts are run one by one.")]
 
 
 def work_precision(
@@ -51,7 +52,7 @@ def work_precision(
     param: arguments.Param = None,
     error: Error = None,
     ensemble: Ensemble = None,
-    solver_starts: SolverStarts = 16,
+    solver_starts: SolverStarts = SOLVER_STARTS,
     starts: Starts = Distribution.neighbourhood,
     size: Size = None,
     box: Box = None,
@@ -74,8 +75,8 @@ def work_precision(
     Errors are against the certified reference where it has these parameters and reaches the end, else against the closed form or a finer
     run, which is said with its bound.
 
-    With --ensemble methods run from many starts, drawn as --starts says, and errors are against runs of heyoka's batch mode, or where it
-    is not installed of a composition of order 8 with a third of the least step size.
+    With --ensemble methods run from many starts, drawn as --starts says. Errors are then against runs of heyoka's batch mode, or, where
+    heyoka is not installed or does not take the problem, of a composition of order 8 with a third of the least step size.
 
     Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
     series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).
@@ -88,12 +89,14 @@ def work_precision(
     asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
     study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
     where: dict[str, Any] = {"store": store, "out": out, "executors": executors, "dry_run": dry_run, "json": json, "left_out": left_out}
-    settings = {"size": size, "box": bounds("--box", box), "E": energy}
     if ensemble is not None:
         study = study if methods else without_slow(study, left_out)
+        settings = settings_of(starts.value, size=size, box=box, energy=energy)
         from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, _column(error, study), **where)
         return
-    _refuse_of_no_use(settings, starts)
+    of_no_use = {"--size": size is not None, "--box": bool(box), "--energy": energy is not None, "--seed": seed != 0}
+    of_no_use |= {"--starts": starts is not Distribution.neighbourhood, "--solver-starts": solver_starts != SOLVER_STARTS}
+    _refuse_of_no_use([name for name, given in of_no_use.items() if given])
     _from_one_start(study, _column(error, study), **where)
 
 
@@ -118,15 +121,13 @@ def _from_one_start(
     path = _drawn(out, table, error)
     _tell(table, error, "seconds" if study.repeat else "evaluations", left_out, again, json=json)
     if not json:
-        print(f"written: {out / 'work_precision.csv'}, {path}")
+        print_written((out / "work_precision.csv", path))
 
 
-def _refuse_of_no_use(settings: Mapping[str, object], starts: Distribution) -> None:
-    """Refuse settings of starts where there is one start."""
-    given = ["--energy" if name == "E" else f"--{name}" for name, value in settings.items() if value is not None]
-    given += ["--starts"] if starts != Distribution.neighbourhood else []
+def _refuse_of_no_use(given: list[str]) -> None:
+    """Refuse options of many starts where there is one start."""
     if given:
-        raise BadInput(f"{', '.join(given)} is for many starts; give their number with --ensemble.")
+        raise BadInput(f"{', '.join(given)} {'is' if len(given) == 1 else 'are'} for many starts; give their number with --ensemble.")
 
 
 def _drawn(out: Path, table: "pd.DataFrame", error: str) -> Path:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.cli.console import print_json, print_table
+from daebench.cli.console import print_json, print_table, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.grids import study_runs
 from daebench.errors import BadInput
@@ -41,7 +41,7 @@ class FromStarts:
     distribution : str
         What they are drawn from.
     settings : mapping of str
-        Settings of the distribution; those that are None are left out.
+        Settings of the distribution.
     seed : int
         Seeds them.
     """
@@ -56,8 +56,7 @@ class FromStarts:
         """Return the runs."""
         from daebench.studies.work_precision.starts import runs_from_starts
 
-        settings = {name: value for name, value in self.settings.items() if value is not None}
-        given: dict[str, Any] = {"distribution": self.distribution, "settings": settings, "seed": self.seed}
+        given: dict[str, Any] = {"distribution": self.distribution, "settings": self.settings, "seed": self.seed}
         return runs_from_starts(study, members=self.members, solver_members=self.solver_members, **given)
 
 
@@ -103,10 +102,10 @@ def from_starts(
     summary |= {"made_again": again, "left_out": dict(left_out)} | _about(specifications, table, curves)
     if json:
         records = {"winners": ranks.to_dict("records"), "bands": quantiles.to_dict("records"), "sentences": sentences(ranks)}
-        print_json({"ensemble": asked.members, "solver_starts": min(asked.members, asked.solver_members), **records, **summary})
+        print_json({"members": asked.members, "solver_starts": min(asked.members, asked.solver_members), **records, **summary})
         return
     _tell(ranks, summary, error)
-    print(f"written: {out / 'winners.csv'}, {path}")
+    print_written((out / "winners.csv", path))
 
 
 def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "list[Curves]") -> dict[str, Any]:

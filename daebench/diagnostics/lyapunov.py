@@ -40,8 +40,8 @@ BATCHES = 16
 TRANSIENT = 0.1
 """Part of the time that is left out of the exponent, in which the vector turns into the direction of fastest growth."""
 
-LEVEL = 0.95
-"""Level of the intervals of exponents."""
+CONFIDENCE = 0.95
+"""Confidence of the intervals of exponents."""
 
 FEWEST = 2 * BATCHES
 """Fewest intervals of time of which an exponent is taken."""
@@ -54,7 +54,7 @@ class Exponents:
     Parameters
     ----------
     exponent, low, high : ndarray, shape(n,)
-        Largest Lyapunov exponent, 1/s, and an interval of level :data:`LEVEL`; its lower end is 0 where chaos is not found.
+        Largest Lyapunov exponent, 1/s, and an interval of :data:`CONFIDENCE`; its lower end is 0 where chaos is not found.
     megno : ndarray, shape(n,)
         Mean <Y> at the end.
     verdict : ndarray of str, shape(n,)
@@ -118,7 +118,7 @@ def exponents(growth: Array, interval: float) -> Exponents:
         size = int((1 - TRANSIENT) * count) // BATCHES
         batches = growth[:, count - size * BATCHES :].reshape(len(growth), BATCHES, size).mean(axis=2) / interval
         exponent = batches.mean(axis=1)
-        reach = float(student.ppf(0.5 + LEVEL / 2, BATCHES - 1)) * batches.std(axis=1, ddof=1) / np.sqrt(BATCHES)
+        reach = float(student.ppf(0.5 + CONFIDENCE / 2, BATCHES - 1)) * batches.std(axis=1, ddof=1) / np.sqrt(BATCHES)
         low, high = np.maximum(exponent - reach, 0.0), np.maximum(exponent + reach, 0.0)
     known = np.isfinite(last)
     verdict = np.select([~known, chaotic, regular], ["", CHAOTIC, REGULAR], UNDETERMINED)

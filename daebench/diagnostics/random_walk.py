@@ -23,7 +23,7 @@ WINDOW_OCTAVES = 14
 """The same where means over windows are given, which go back further: 4.2 decades."""
 
 CONFIDENCE = 2.0
-"""An exponent is known to within so many of its standard errors: 94 in 100 intervals hold it."""
+"""An exponent is known to within so many of its standard errors: the interval of 95 % of a normal distribution; 94 in 100 held it."""
 
 ROUNDED = 8 * float(np.finfo(float).eps)
 """Part of the largest error below which an error counts as none."""
@@ -89,7 +89,7 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, wind
     linearly, HLW VIII.5. So two things are looked at:
 
     - the mean over members, by the rule of :func:`daebench.diagnostics.energy.energy_drift`. Its change is a drift where the changes of the
-      members, fitted with the same shape, have a mean beyond 4 of its standard errors; the scatter of its window means has to be beaten
+      members, fitted with the same shape, have a mean beyond 4.5 of its standard errors; the scatter of its window means has to be beaten
       besides, unless independent members explain it;
     - the spread, the standard deviation s_w over members of their means over windows w of half an octave, or over those given. The
       exponent alpha of s ~ t^alpha is fitted over the last eight octaves, of windows that are given over the last fourteen, with a

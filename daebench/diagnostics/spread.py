@@ -14,7 +14,7 @@ SHORTEST_OCTAVES = 8.0
 """The spread is followed over the last so many octaves of the time at least, where there are as many."""
 
 GROWS = 0.25
-"""A spread grows whose exponent is larger than this, and may have a constant beside it."""
+"""A spread grows whose exponent is larger than this by two of its standard errors, and may have a constant beside it."""
 
 LONG = 11.0
 """Octaves from which on a constant is told from a power."""
@@ -57,11 +57,12 @@ def spread_exponent(t: Array, means: Array, resolution: float, octaves: float) -
         s_w^2 = a^2 t_w^(2 alpha) + b
 
     is fitted to log s_w by least squares over the last octaves of the time. The constant b is what H(x0) was rounded by, and whatever else
-    of the errors does not grow; it is left out where s hardly grows, alpha < 1/4, and over fewer than eleven octaves, for then it is not
-    told from the rest. Windows of one
-    member are not independent, members are: the standard error is the jackknife's, leaving out one member at a time, the fit linearised
-    for that, but not less than that of a straight line, for where members hardly differ it is the same motion that makes the windows of
-    all of them scatter.
+    of the errors does not grow. It is left out where s hardly grows, that is where alpha less two of its standard errors is at most 1/4,
+    and over eleven octaves or fewer, for then it is not told from the rest.
+
+    Windows of one member are not independent, members are. So the standard error is the jackknife's, which leaves out one member at a
+    time, with the fit linearised. It is not less than that of a straight line: where members hardly differ, it is the same motion that
+    makes the windows of all of them scatter.
 
     What comes first may follow another law. While the slopes of what the fit leaves over both halves of log t differ by more than three
     standard errors, the jackknife's again, and by more than 0.02, the first half octave is left out, down to the last eight octaves.

@@ -23,6 +23,7 @@ from functools import cache
 from typing import Any, cast
 
 from daebench.errors import BadInput, unknown
+from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.lifted import Lifted
@@ -43,6 +44,7 @@ __all__ = [
     "POISSON",
     "Code",
     "Kind",
+    "fixed_step_method_of",
     "free_numbers",
     "kind_of",
     "method_of",
@@ -209,6 +211,22 @@ def method_of(
     """
     _require_kind(ivp, [name], anyway)
     return parse(name, options, kind=kind_of(ivp), compensated=compensated, anyway=anyway)
+
+
+def fixed_step_method_of(
+    ivp: Ivp, name: Code, options: Mapping[str, float] | None = None, *, anyway: bool = False
+) -> FixedStepMethod[Any, Any]:
+    """Return the method of this name, which runs from many starts at once.
+
+    Raises
+    ------
+    BadInput
+        As :func:`method_of`, or if it has no fixed steps of daebench's own.
+    """
+    method = method_of(ivp, name, options, anyway=anyway)
+    if not isinstance(method, FixedStepMethod):
+        raise BadInput(f"{name} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+    return method
 
 
 def methods_of(

@@ -85,6 +85,20 @@ def require_memory(grid: Grid, size: int) -> None:
         )
 
 
+OTHERS = 8
+"""States of a member of an ensemble that are in memory besides those that are stored, about: start, end, and what starts are drawn by."""
+
+
+def require_memory_of_members(rows: int, size: int, members: int) -> None:
+    """Refuse members of an ensemble whose states, so many numbers each, of which ``rows`` are stored, do not fit into the free memory."""
+    need, free = 2 * 8 * size * (rows + OTHERS) * members, _free_memory()
+    if need > free:
+        raise BadInput(
+            f"{_short(members)} members with {_short(rows)} stored states each take {need / 1e9:.3g} GB and {free / 1e9:.3g} GB are free; "
+            "take fewer."
+        )
+
+
 def _free_memory() -> float:
     """Return the memory that can be had, in bytes; where the system does not say, a cautious 2 GB."""
     meminfo = Path("/proc/meminfo")

@@ -40,6 +40,10 @@ class InitialValueProblem:
         """Return the same problem with other initial values, in the order of :attr:`start`."""
         raise NotImplementedError
 
+    def vectors(self, states: NDArray[Any]) -> list[NDArray[Any]]:
+        """Return the vectors of states as they are stored, shape(..., N), in the order of :attr:`start`."""
+        return np.split(states, np.cumsum([len(vector) for vector in self.start])[:-1], axis=-1)
+
     @property
     def size(self) -> int:
         """Number of numbers in a state."""

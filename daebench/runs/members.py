@@ -123,6 +123,11 @@ class Members:
         values = np.array([problems[k % len(self)].value(name, *point) for k, point in enumerate(points)])
         return values.reshape(*rows, *values.shape[1:])
 
+    def of_states(self, name: str, states: Array) -> Array:
+        """Return the same of states as they are stored, shape(..., n, N); of "g" the positions alone are given."""
+        vectors = self.ivp.vectors(states)
+        return self.along(name, *(vectors[1:] if name == "g" else vectors))
+
 
 def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:
     """Return members whose numbers are as they must be.

@@ -47,5 +47,4 @@ def beside(ivp: InitialValueProblem, size: float, xi: Array) -> tuple[Array, ...
     -------
     tuple of ndarray, each shape(n, d)
     """
-    parts = np.split(xi, np.cumsum([len(x) for x in ivp.start])[:-1], axis=1)
-    return tuple(x + size * (float(np.max(np.abs(x))) or 1.0) * part for x, part in zip(ivp.start, parts, strict=True))
+    return tuple(x + size * (float(np.max(np.abs(x))) or 1.0) * part for x, part in zip(ivp.start, ivp.vectors(xi), strict=True))

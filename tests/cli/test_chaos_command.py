@@ -29,16 +29,22 @@ def test_json_counts_cells_and_files_have_a_row_a_cell(daebench, folder):
     assert (folder / "chaos.svg").is_file()
 
 
-def test_people_read_the_largest_exponent_with_its_interval(daebench):
-    status, out, _ = daebench(*RUN, "--plane", "q2,q4", "--cells", 3)
+def test_people_read_the_largest_exponent_with_its_interval_and_what_was_written(daebench, tmp_path):
+    status, out, _ = daebench(*RUN, "--plane", "q2,q4", "--cells", 3, "--out", tmp_path)
     assert status == 0
     assert "95 % interval" in out
+    assert out.splitlines()[-1] == f"written: {tmp_path / 'chaos.csv'}, {tmp_path / 'chaos.svg'}"
 
 
 @pytest.mark.parametrize(
     ("given", "sentence"),
-    [(("--plane", "q1=1"), "of the form q1=-1:1,p2=-2:2"), (("--plane", "q1=a:1,q3"), "--plane q1"), (("--energy", "much"), "--energy")],
-    ids=["half a range", "no number", "no energy"],
+    [
+        (("--plane", ","), "two coordinates, as q1 and p2, not 0"),
+        (("--plane", "q1=1"), "of the form name=lo:hi."),
+        (("--plane", "q1=a:1,q3"), "--plane q1"),
+        (("--energy", "much"), "--energy"),
+    ],
+    ids=["no coordinate", "half a range", "no number", "no energy"],
 )
 def test_bad_options_are_one_sentence(daebench, given, sentence):
     status, _, complaint = daebench(*RUN, *given)

@@ -29,6 +29,7 @@ def test_json_has_numbers_and_quantiles(printed):
     assert list(printed["quantiles"]["energy"]) == ["0.05", "0.25", "0.5", "0.75", "0.95"]
     assert energy == sorted(energy)
     assert "neighbourhood" in printed["starts"]
+    assert [path.rpartition("/")[2] for path in printed["written"]] == ["starts.csv", "ends.csv", "bands.csv", "bands.svg"]
 
 
 def test_files_have_a_row_a_member(printed, folder):
@@ -67,11 +68,16 @@ def test_files_of_others_are_not_replaced(daebench, tmp_path):
         (("--points", 0), "points = 0 must be at least 1"),
         (("--param", "mas=1"), "did you mean mass?"),
         (("--size", "-1"), "size"),
-        (("--starts", "energy", "--size", "0.1"), "unknown setting of energy 'size'"),
+        (("--starts", "energy", "--size", "0.1"), "--size is for --starts neighbourhood, not for --starts energy."),
+        (("--energy", "-5"), "--energy is for --starts energy, not for --starts neighbourhood."),
+        (("--starts", "energy", "--grid", "gravity=1:2:3"), "--grid is for starts of its own, not for --starts energy."),
+        (("--grid", "gravity=1:2:3", "--size", "0.1"), "--size is for --starts neighbourhood, not for a --grid."),
         (("--starts", "energy", "--energy", "-5"), "give a larger E"),
         (("--vary", "gravity=1"), "must be of the form name=lo:hi."),
         (("--grid", "gravity=1:2"), "must be of the form name=lo:hi:number."),
         (("--grid", "gravity=1:2:2.5"), "must be a whole number of values"),
+        (("--grid", "gravity=1:2:1e12"), "must be a whole number of values, from 1 to 1048576"),
+        (("--vary", "gravity=1:2", "--vary", "gravity=3:4"), "--vary names gravity twice; give it once."),
         (("--vary", "gravty=1:2"), "did you mean gravity?"),
     ],
 )

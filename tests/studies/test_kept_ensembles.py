@@ -13,7 +13,7 @@ from daebench.studies.grid import schedulers
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.member_runs import MemberRuns
+from daebench.studies.grid.member_runs import MemberRuns, members_of
 from daebench.studies.grid.reproduce import EQUAL, compared
 from daebench.studies.grid.schedulers import dask_cluster, local_processes
 from daebench.studies.grid.specification import specification_of
@@ -116,9 +116,9 @@ def test_a_piece_is_what_its_plain_fields_say_and_is_made_again_to_the_bit(small
             assert isinstance(piece, MemberRuns)
             assert key_of(piece) == stored.key
             assert compared(stored.row, row_of(piece), rtol=0, atol=0).verdict == EQUAL
-        assert estimate([piece], store).runs == len(piece.values)
+        assert estimate([piece], store).runs == piece.members
         with pytest.raises(BadInput, match="have not the numbers that they need"):
-            _ = replace(piece, numbers=piece.numbers[:-8]).members
+            members_of(replace(piece, numbers=piece.numbers[:-8]))
 
 
 def test_a_damaged_row_is_made_again_and_that_is_said(small_pieces, tmp_path):

@@ -219,4 +219,4 @@ def test_the_command_gives_exponent_standard_error_verdict_and_bands(daebench, t
     assert run["verdict"].startswith("random walk: the spread of 64 members grows as t^(0.")
     picture = next(tmp_path.glob("*.svg")).read_text()
     assert "random walk: spread" in picture
-    assert "90 of 100 members" in picture
+    assert "90 % of members" in picture

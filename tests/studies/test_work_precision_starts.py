@@ -253,7 +253,7 @@ def test_the_command_says_who_is_cheapest_in_how_many_starts(daebench, tmp_path)
     status, out, err = daebench(*asked, "--json")
     assert (status, err) == (0, "")
     said = json.loads(out)
-    assert (said["ensemble"], said["runs"], said["failed"]) == (12, 72, 0)
+    assert (said["members"], said["runs"], said["failed"]) == (12, 72, 0)
     first = next(row for row in said["winners"] if row["level"] == 1e-3)
     assert first["starts"] == 12
     assert 0 <= first["before_low"] <= first["before"] <= first["before_high"] <= 1
@@ -282,15 +282,16 @@ def test_solvers_in_python_are_left_out_unless_they_are_named():
     [
         (("--size", 0.1), "--size is for many starts; give their number with --ensemble."),
         (("--starts", "energy"), "--starts is for many starts; give their number with --ensemble."),
-        (("--ensemble", 0), "an ensemble has at least one member; 0 and 16 were asked for."),
-        (("--ensemble", 4, "--solver-starts", 0), "an ensemble has at least one member; 4 and 0 were asked for."),
-        (("--ensemble", 4, "--starts", "grid"), "are drawn, for what is said of all starts; take neighbourhood, liouville or energy."),
+        (("--ensemble", 0), "0 starts for methods with fixed steps and 16 for solvers: each must be at least 1."),
+        (("--ensemble", 4, "--solver-starts", 0), "4 starts for methods with fixed steps and 0 for solvers: each must be at least 1."),
+        (("--ensemble", 4, "--starts", "grid"), "'grid' is not one of 'neighbourhood', 'liouville', 'energy'"),
         (("--ensemble", 4, "--repeat", 0), "methods are ranked by time over many starts; take --repeat 1 or more."),
         (("--ensemble", 4, "--error", "energy_error"), "over many starts errors are error_q, error_p; energy_error is of one start"),
         (("--ensemble", 4, "--h", "0.3,0.7"), "step sizes 0.3, 0.7 have fewer than 3 common multiples up to t = 2"),
         (("--ensemble", 4, "--h", "1e-12"), "fewer than 3 common multiples"),
-        (("--ensemble", 4, "--box", "q1=0:1"), "unknown setting of neighbourhood"),
-        (("--ensemble", 4, "--seed", -1), "seed"),
+        (("--ensemble", 4, "--box", "q1=0:1"), "--box is for --starts liouville or energy, not for --starts neighbourhood."),
+        (("--seed", 1, "--solver-starts", 8), "--seed, --solver-starts are for many starts"),
+        (("--ensemble", 4, "--seed", -1), "seed = -1 must be at least 0."),
     ],
     ids=lambda value: " ".join(map(str, value)) if isinstance(value, tuple) else "",
 )

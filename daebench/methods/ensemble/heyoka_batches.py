@@ -69,8 +69,7 @@ def in_batches(members: Members, times: Array, tol: float) -> Array:
         if not np.all(np.isfinite(states)):
             states = np.stack([_propagated(batch, start[np.full_like(some, i)], times)[:, 0] for i in some], axis=1)
         rows[:, some] = states
-    parts = np.split(rows, np.cumsum([vectors.shape[1] for vectors in members.start[::-1]])[:-1], axis=2)
-    return np.concatenate(parts[::-1], axis=2)  # heyoka has q before p
+    return np.concatenate(members.ivp.vectors(rows)[::-1], axis=2)  # heyoka has q before p, which is as long
 
 
 def _propagated(batch: Any, start: Array, times: Array) -> Array:

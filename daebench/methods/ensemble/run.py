@@ -16,7 +16,7 @@ from daebench.methods.ensemble.table import Table
 from daebench.methods.ensemble.width import width_for
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.stepping import Linked, Run
-from daebench.runs.grid import Grid, require_memory
+from daebench.runs.grid import Grid, require_memory_of_members
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.machine import cores
 from daebench.runs.members import Members
@@ -101,7 +101,7 @@ class _Ensemble:
             composed = f"{method.name} takes {len(method.weights)} in a step" if len(method.weights) else f"{method.name} is no composition"
             raise BadInput(f"members have {members.weights.shape[1]} weights each, and {composed}; give as many, one for each substep.")
         self.grid: Grid = method.grid(self.ivp, self.request)
-        require_memory(self.grid, self.ivp.size * len(members))
+        require_memory_of_members(self.grid.rows, self.ivp.size, len(members))
         constrained = isinstance(self.ivp, ConstrainedIvp)
         self.watch = self.request.watched(CONSTRAINED if constrained else POISSON) if watch is None else watch
         self.names = monitored_names(self.watch, self.ivp)
@@ -235,8 +235,7 @@ class _Ensemble:
         """Find members whose H is not finite at their end, where it was not monitored."""
         if "energy" in self.names:
             return
-        lengths = np.cumsum([len(vector) for vector in self.ivp.start])[:-1]
-        energies = self.members.along("H", *np.split(table.ends, lengths, axis=1))
+        energies = self.members.of_states("H", table.ends)
         table.status[(table.status == 0) & ~np.isfinite(energies)] = ERROR_NOT_FINITE
 
     def _result(self, table: Table, lanes: int, compiled: float, run: LaneRun | None = None) -> EnsembleRun:
@@ -273,6 +272,6 @@ class _Ensemble:
         if self._losses is None:
             self._losses = np.zeros(len(self.members), dtype=bool)
             if self.mode:
-                p, q = np.split(table.ends, 2, axis=1)
+                p, q = self.ivp.vectors(table.ends)
                 self._losses = ~np.isnan(upcoming_losses(self.members, p, q, AFTER_FAILURE))
         return self._losses

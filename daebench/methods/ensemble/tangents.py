@@ -160,8 +160,7 @@ def _grown(
     """Fill the growth of one member; return the intervals done, the steps after these, those tried, and status and residual."""
     direction = Directions({}, np.zeros((len(ivp.par), 1)), vector[:, None], np.ones(1))
     begin = seeds(ivp, direction, lambda moved: linked.enter, len(linked.par) - len(ivp.par))
-    ends = np.cumsum([len(part) for part in ivp.start])[:-1]
-    parts = typed(tuple(np.split(units, ends)))
+    parts = typed(tuple(ivp.vectors(units)))
     empty = np.empty((0, ivp.size)), np.empty((1, 0, ivp.size))
     with np.errstate(all="ignore"):
         done, after, tried, status, residual = linked.kernel.integrate_tangent(

@@ -48,12 +48,10 @@ def seeds(ivp: InitialValueProblem, chosen: Directions, enter: Any, data: int) -
     data : int
         Number of run-time data that are no parameters of the problem.
     """
-    ends = np.cumsum([len(vector) for vector in ivp.start])[:-1]
     start = np.concatenate(ivp.start)
     columns = []
     for par, moved in zip(chosen.par.T, chosen.start.T, strict=True):
-        vectors = np.split(start + 1j * STEP * moved, ends)
-        columns.append(enter(moved_by(ivp, par))(vectors))
+        columns.append(enter(moved_by(ivp, par))(ivp.vectors(start + 1j * STEP * moved)))
     form = enter(ivp)(ivp.start)
     if np.ndim(form[0]) == 0:
         x: Any = _entries(np.array([imaginary(column) for column in columns]))

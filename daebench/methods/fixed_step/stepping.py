@@ -306,8 +306,7 @@ class Run:
 
     def _energy(self) -> float:
         """Return H at the last state."""
-        ends = np.cumsum([len(part) for part in self.ivp.start])[:-1]
-        return float(self.ivp.value("H", *np.split(np.asarray(self.linked.leave(self.x), dtype=float), ends)))
+        return float(self.ivp.value("H", *self.ivp.vectors(np.asarray(self.linked.leave(self.x), dtype=float))))
 
     def states(self) -> tuple[Array, Array]:
         """Return the times and the rows of states: the start, what the loop stored, and the end."""

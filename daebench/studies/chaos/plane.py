@@ -27,7 +27,7 @@ ASIDE = 0.05
 """Relative change of a start from which nearby ones are sought: a symmetric start can be one from which Newton's iteration cannot leave."""
 
 MOST_CELLS = 256
-"""Most cells along a side, whose growth in a thousand intervals is half a gigabyte."""
+"""Most cells along a side, whose growth in two thousand intervals is a gigabyte."""
 
 Solve = Callable[[Array, NDArray[np.intp]], tuple[Array, NDArray[np.bool_]]]
 """From guesses in some cells to what meets the conditions there, and whether it does."""
@@ -172,7 +172,7 @@ def _level(ivp: InitialValueProblem, energy: float | str | None) -> float | None
 def _bounds(ivp: InitialValueProblem, names: Mapping[str, tuple[float, float] | None] | None) -> dict[str, tuple[float, float]]:
     """Return the names of two coordinates with their bounds."""
     known = coordinates(ivp)
-    chosen = dict(names) if names else dict.fromkeys(_independent(ivp))
+    chosen = dict(names) if names is not None else dict.fromkeys(_independent(ivp))
     if len(chosen) != 2:
         raise BadInput(f"a plane has two coordinates, as q1 and p2, not {len(chosen)}.")
     for name in chosen:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.lyapunov import CHAOTIC, LEVEL, REGULAR, UNDETERMINED, Exponents, exponents
+from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, UNDETERMINED, Exponents, exponents
 from daebench.methods.ensemble.tangents import TangentGrowth
 from daebench.studies.chaos.plane import Plane
 from daebench.studies.chaos.section import Section
@@ -121,7 +121,7 @@ class Chaos:
             "reasons": dict(reasons.most_common()),
             "exponent": self._largest(),
             "median": float(np.median(found.exponent[chaotic])) if np.any(chaotic) else None,
-            "level": LEVEL,
+            "confidence": CONFIDENCE,
         }
 
     def _largest(self) -> dict[str, Any] | None:

@@ -8,9 +8,8 @@ import numpy as np
 from daebench.diagnostics.lyapunov import FEWEST
 from daebench.errors import BadInput, positive, whole
 from daebench.methods.ensemble.tangents import tangent_growth, tangent_vectors
-from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import method_of
+from daebench.methods.names import fixed_step_method_of
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -29,7 +28,8 @@ CELLS = 64
 """Cells along a side."""
 
 INTERVALS = 1000
-"""Intervals of time, at most, after each of which the tangent vector is brought back to length 1."""
+"""Intervals of time, after each of which the tangent vector is brought back to length 1: from so many up to twice as many, or all steps
+where these are fewer."""
 
 
 def chaos(
@@ -110,9 +110,7 @@ def chaos(
         If the request cannot be met, the method has no fixed steps, there are too few steps, or no start is on the plane.
     """
     ivp = initial_value_problem(problem, case, parameters)
-    solver = method_of(ivp, method, options, anyway=anyway)
-    if not isinstance(solver, FixedStepMethod):
-        raise BadInput(f"{method} has no fixed steps of daebench's own, whose tangent is wanted; choose one as rattle.")
+    solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     grid = solver.grid(ivp, Request(value=positive("h", h), t_end=t_end, steps=steps, every=0, sensitivities=()))
     if grid.steps < FEWEST:
         raise BadInput(f"an exponent takes at least {FEWEST} steps, and {grid.steps} are asked for; give a larger t_end.")

@@ -68,7 +68,7 @@ def surface(
     if name not in known:
         raise unknown(f"position of {ivp.problem} to cut at", name, known)
     if not plane or name in plane:
-        raise BadInput(f"the section {name} is cut by a plane of two other coordinates; name them.")
+        raise BadInput(f"a section at {name} takes a plane of two other coordinates; name them.")
     return name, real(name, value)
 
 

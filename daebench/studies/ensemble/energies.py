@@ -40,10 +40,9 @@ def along_members(some: Members, t: Array, states: Array) -> Along:
     H, T = np.empty((2, n, m))
     off, way = np.zeros((2, m))
     poisson = isinstance(some.ivp, PoissonIvp)
-    ends = np.cumsum([x.shape[1] for x in some.start])[:-1]
     length = max(2, AT_ONCE // m)
     for k in range(0, n, length):
-        vectors = np.split(states[k : k + length + 1], ends, axis=2)
+        vectors = some.ivp.vectors(states[k : k + length + 1])
         H[k : k + length + 1] = some.along("H", *vectors)
         if not poisson:
             v = some.along("H_p", *vectors)

@@ -5,14 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from daebench.draw.bands import column, fill
 from daebench.draw.figures import BLUE, VERMILION, drawing, grid_of_axes, legend_below, save
 from daebench.studies.ensemble.result import Ensemble
 
 if TYPE_CHECKING:
     import pandas as pd
-
-SHADES = ((("q05", "q95"), 0.22, "90 % of members"), (("q25", "q75"), 0.4, "50 %"))
-"""Bands: their quantiles, how dark they are, and what they are called."""
 
 TITLES = {"g": ("constraints", "largest $|g|$"), "casimirs": ("Casimirs", "largest change")}
 """Title and label of the panel of what the structure keeps."""
@@ -31,7 +29,7 @@ def draw(out: Path, stem: str, ensemble: Ensemble) -> Path:
         if kept:
             _bands(axes[0, 1], bands, kept, BLUE)
             axes[0, 1].set(title=TITLES[kept][0], ylabel=TITLES[kept][1])
-            if (bands[f"{kept}_q05"][1:] > 0).all():
+            if (bands[column(0.05, kept)][1:] > 0).all():
                 axes[0, 1].set_yscale("log")
         _line(axes[0, -1], bands["t"], bands["spread"])
         axes[0, -1].set(title="spread", ylabel="rms distance from the mean")
@@ -51,10 +49,8 @@ def _title(ensemble: Ensemble) -> str:
 
 def _bands(axis: Any, bands: "pd.DataFrame", name: str, color: str) -> None:
     """Draw bands of quantiles, and the median."""
-    for (low, high), alpha, label in SHADES:
-        lower, upper = (bands[f"{name}_{level}"] for level in (low, high))
-        axis.fill_between(bands["t"], lower, upper, color=color, alpha=alpha, linewidth=0, label=label)
-    axis.plot(bands["t"], bands[f"{name}_q50"], color=color, linewidth=1.2, label="median")
+    fill(axis, bands["t"], lambda level: bands[column(level, name)], color, of="members")
+    axis.plot(bands["t"], bands[column(0.5, name)], color=color, linewidth=1.2, label="median")
 
 
 def _line(axis: Any, t: Any, spread: Any) -> None:

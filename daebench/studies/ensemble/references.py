@@ -93,8 +93,7 @@ def member_references(members: Members, t_end: float, outputs: int, h: float) ->
     else:
         used, other, words = _composed(members, t_end, outputs, h, why)
     names = PARTS["poisson" if isinstance(members.ivp, PoissonIvp) else "constrained"]
-    lengths = np.cumsum([vectors.shape[1] for vectors in members.start])[:-1]
-    states, others = (dict(zip(names, np.split(rows, lengths, axis=2), strict=True)) for rows in (used, other))
+    states, others = (dict(zip(names, members.ivp.vectors(rows), strict=True)) for rows in (used, other))
     lost = _lost(members, [states[name] for name in names])
     bound = {name: np.where(lost, np.inf, bounds_of(states[name], others[name])) for name in names}
     return MemberReferences(words, t, states, bound)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import FAILED
+from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.runs.trajectory import Array
@@ -17,9 +18,6 @@ from daebench.studies.ensemble.energies import ended_members, member_energies
 
 if TYPE_CHECKING:
     import pandas as pd
-
-LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Quantiles that tables and pictures have."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +77,7 @@ class Ensemble:
         name : str
             "H", "g", "Gv", "casimirs" or another name of ``daebench/schemes/kernels/language.py``; of "g" the positions alone are given.
         """
-        lengths = np.cumsum([len(vector) for vector in self.ivp.start])[:-1]
-        members, rows = self.run.members, []
-        for states in self.run.states:
-            vectors = np.split(states, lengths, axis=1)
-            rows.append(members.along(name, *(vectors[1:] if name == "g" else vectors)))
-        return np.array(rows)
+        return np.array([self.run.members.of_states(name, states) for states in self.run.states])
 
     @cached_property
     def energy_errors(self) -> Array:
@@ -141,7 +134,7 @@ class Ensemble:
         shown = {"energy": self.energy_errors} | ({self.kept: self.constraint_errors} if self.kept else {})
         for name, errors in shown.items():
             quantiles = self.quantiles(errors)
-            table |= {f"{name}_q{100 * level:02.0f}": row for level, row in zip(LEVELS, quantiles, strict=True)}
+            table |= {column(level, name): row for level, row in zip(LEVELS, quantiles, strict=True)}
         return pd.DataFrame(table | {"spread": self.spread})
 
     @property

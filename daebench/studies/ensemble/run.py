@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, whole
 from daebench.methods.ensemble.run import run_members
-from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import method_of
+from daebench.methods.names import fixed_step_method_of
 from daebench.methods.run import prepare
-from daebench.runs.grid import require_memory
+from daebench.runs.grid import require_memory_of_members
 from daebench.runs.request import Progress
 from daebench.studies.ensemble.distributions.draw import distribution_of, draw_starts
 from daebench.studies.ensemble.distributions.grid import Grid
@@ -131,15 +130,14 @@ def ensemble(
     settings = {"count": False} | settings
     given = dict(settings)
     where = initial_value_problem(problem, settings.pop("case", None), settings.pop("parameters", None))
-    if not isinstance(method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False)), FixedStepMethod):
-        raise BadInput(f"{method} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+    fixed_step_method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False))
     largest = h if sizes is None else float(max(sizes))
     solver, ivp, request = prepare(where, method=method, h=largest, t_end=t_end, steps=steps, every=0, progress=progress, **settings)
     grid = solver.grid(ivp, request)
     every = max(1, grid.steps // (points - 1)) if points > 1 else 0
     if members is None:
         members = distribution.size if isinstance(distribution, Grid) else MEMBERS
-    require_memory(replace(grid, every=every), ivp.size * max(1, whole("members", members)))
+    require_memory_of_members(replace(grid, every=every).rows, ivp.size, whole("members", members))
     made = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
     some = made.members if weights is None else made.members.weighted(weights)
@@ -151,7 +149,7 @@ def ensemble(
 
 def _require(points: int, store: "Store | None", executor: "Executor | None", weights: Any) -> None:
     if whole("points", points) < 1:
-        raise BadInput(f"points = {points} must be at least 1: the start and the end.")
+        raise BadInput(f"points = {points} must be at least 1, which stores the start and the end.")
     if store is not None and weights is not None:
         raise BadInput("weights of members are not kept in a store; leave one of them out.")
     if executor is not None and store is None:

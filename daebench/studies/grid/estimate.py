@@ -7,10 +7,8 @@ from typing import Any
 
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.parameter_rows import made_together
-from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.start_runs import StartRuns
 from daebench.studies.grid.store import Store
 
 STEP_SECONDS = 1e-6
@@ -111,7 +109,7 @@ def _usual(specification: GridRun) -> tuple[str, float]:
     solver = specification.solver
     if solver.knob != "h":
         return solver.knob, TOLERANCE_SECONDS
-    together = isinstance(specification, ParameterRuns | StartRuns) and made_together(solver, specification.ivp)
+    together = type(specification) is not GridRun and made_together(solver, specification.ivp)
     return "h", MEMBER_STEP_SECONDS if together else STEP_SECONDS
 
 

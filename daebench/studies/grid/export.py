@@ -15,7 +15,7 @@ from daebench.studies.grid.store import Store, StoredRow
 if TYPE_CHECKING:
     import pandas as pd
 
-NOT_FIELDS = ("parameters", "options", "varied", "values", "differing", "numbers", "watch", "work")
+NOT_FIELDS = ("parameters", "options", "varied", "values", "first", "differing", "numbers", "watch", "work")
 """Fields of runs that are no columns: their rows have what they say."""
 
 FORMATS = (".csv", ".parquet")

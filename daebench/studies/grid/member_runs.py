@@ -18,7 +18,7 @@ from daebench.runs.machine import cores
 from daebench.runs.members import Members, members
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.parameter_runs import ParameterRuns
+from daebench.studies.grid.run_specification import GridRun
 
 Row = dict[str, Any]
 
@@ -27,14 +27,15 @@ PER_MEMBER = ("ends", "steps", "status", "pivots")
 
 
 @dataclass(frozen=True, kw_only=True)
-class MemberRuns(ParameterRuns):
+class MemberRuns(GridRun):
     """Runs of one method from several starts, each with a step size and parameters of its own if they differ.
 
-    ``values`` are the numbers of the members in their ensemble, ``value`` the largest step size, and ``parameters`` those that all have in
-    common.
+    ``value`` is the largest step size, and ``parameters`` are those that all have in common.
 
     Parameters
     ----------
+    first, members : int
+        Number of the first member in its ensemble, and how many members these are.
     differing : tuple of str
         Names of the parameters that differ from member to member.
     numbers : str
@@ -49,7 +50,8 @@ class MemberRuns(ParameterRuns):
         Whether work is counted.
     """
 
-    varied: str = "member"
+    first: int
+    members: int
     differing: tuple[str, ...]
     numbers: str
     every: int
@@ -58,32 +60,13 @@ class MemberRuns(ParameterRuns):
     work: bool
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the columns with an entry for each run."""
-        return ("steps", "failure")
-
-    @property
-    def members(self) -> Members:
-        """The members.
-
-        Raises
-        ------
-        BadInput
-            If there are not as many numbers as they have.
-        """
-        ivp, n = self.ivp, len(self.values)
-        raw = base64.b64decode(self.numbers)
-        if len(raw) != 8 * n * (ivp.size + 1 + len(self.differing)):
-            raise BadInput(f"members of {self.problem} in this row have not the numbers that they need; remove the store.")
-        rows = np.frombuffer(raw, dtype="<f8").astype(float).reshape(-1, n)
-        lengths = np.cumsum([len(vector) for vector in ivp.start])
-        *start, more = np.split(rows, lengths)
-        h = float(more[0, 0]) if np.all(more[0] == more[0, 0]) else more[0]
-        return members(ivp, tuple(part.T for part in start), h, dict(zip(self.differing, more[1:], strict=True)))
+    def count(self) -> int:
+        """How many runs these are."""
+        return self.members
 
     def of_any_kind(self) -> Self:
         """Return the runs without what compiles nothing anew."""
-        return replace(super().of_any_kind(), differing=(), numbers="", every=0, steps=0, watch=())
+        return replace(super().of_any_kind(), first=0, members=1, differing=(), numbers="", every=0, steps=0, watch=())
 
     def rows(self, row: Mapping[str, Any]) -> Iterator[Row]:
         """Give the row of each member, of what was computed for all of them; states are left out."""
@@ -91,9 +74,27 @@ class MemberRuns(ParameterRuns):
         failures = dict(zip(row["failed"], row["failure"], strict=True))
         common = {name: row[name] for name in ("problem", "case", "method", "value", "t_end")}
         maxima = {name.replace("maxima ", "max_"): values for name, values in found.items() if name.startswith("maxima ")}
-        for i, number in enumerate(self.values):
+        for i in range(self.members):
             of_member = {name: float(values[i]) for name, values in maxima.items()}
-            yield {**common, "member": int(number), "steps": int(found["steps"][i]), "failure": failures.get(i, ""), **of_member}
+            yield {**common, "member": self.first + i, "steps": int(found["steps"][i]), "failure": failures.get(i, ""), **of_member}
+
+
+def members_of(specification: MemberRuns) -> Members:
+    """Return the members.
+
+    Raises
+    ------
+    BadInput
+        If there are not as many numbers as they have.
+    """
+    ivp, n, differing = specification.ivp, specification.members, specification.differing
+    raw = base64.b64decode(specification.numbers)
+    if len(raw) != 8 * n * (ivp.size + 1 + len(differing)):
+        raise BadInput(f"members of {specification.problem} in this row have not the numbers that they need; remove the store.")
+    rows = np.frombuffer(raw, dtype="<f8").astype(float).reshape(-1, n)
+    start, h = tuple(ivp.vectors(rows[: ivp.size].T)), rows[ivp.size]
+    numbers = dict(zip(differing, rows[ivp.size + 1 :], strict=True))
+    return members(ivp, start, float(h[0]) if np.all(h == h[0]) else h, numbers)
 
 
 def packed(array: Array) -> str:
@@ -111,7 +112,7 @@ def member_row(specification: MemberRuns) -> Row:
         count=specification.work,
         on_singular=specification.on_singular or None,
     )
-    run = run_members(specification.solver, specification.members, asked, threads=_threads())
+    run = run_members(specification.solver, members_of(specification), asked, threads=_threads())
     arrays = {"states": run.states, "index": run.index} | {name: getattr(run, name) for name in PER_MEMBER}
     arrays |= {f"maxima {name}": values for name, values in run.maxima.items()}
     arrays |= {f"work {name}": values for name, values in run.work.items()}

@@ -13,9 +13,8 @@ def specification_of(given: Mapping[str, Any]) -> GridRun:
     """Return a run, or several, with the fields that :meth:`GridRun.plain` gives; raise BadInput if there are others."""
     if "distribution" in given:
         return StartRuns.of_plain(given)
-    if "varied" not in given:
-        return GridRun.of_plain(given)
-    several = {**given, "values": tuple(map(float, given["values"]))}
-    if "numbers" not in given:
-        return ParameterRuns.of_plain(several)
-    return MemberRuns.of_plain(several | {name: tuple(given[name]) for name in ("differing", "watch")})
+    if "varied" in given:
+        return ParameterRuns.of_plain({**given, "values": tuple(map(float, given["values"]))})
+    if "numbers" in given:
+        return MemberRuns.of_plain({**given, **{name: tuple(given[name]) for name in ("differing", "watch")}})
+    return GridRun.of_plain(given)

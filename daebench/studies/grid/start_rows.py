@@ -88,8 +88,7 @@ def _together(specification: StartRuns, solver: Any, reference: MemberReferences
     every = round(specification.t_end / outputs / h)
     asked = Request(value=h, steps=every * outputs, every=every, watch=(), count=False)
     run = run_members(solver, Members(some.ivp, some.start, h, some.parameters), asked)
-    parts = np.split(run.states, np.cumsum([vectors.shape[1] for vectors in some.start])[:-1], axis=2)
-    states = dict(zip(reference.states, parts, strict=True))
+    states = dict(zip(reference.states, some.ivp.vectors(run.states), strict=True))
     columns: Row = {name: values.tolist() for name, values in errors(states, reference, specification.metrics).items()}
     columns |= {"steps": run.steps.tolist(), "failure": [run.reason(i) for i in range(len(some))]}
     ended = np.flatnonzero(run.status == 0)

@@ -174,7 +174,8 @@ class Store:
     @property
     def runs(self) -> int:
         """Number of runs, of which a row may have several."""
-        return sum(len(json.loads(cell).get("values", [None])) for (cell,) in self._base.execute("SELECT cell FROM rows"))
+        fields = (json.loads(cell) for (cell,) in self._base.execute("SELECT cell FROM rows"))
+        return sum(some["members"] if "members" in some else len(some.get("values", [None])) for some in fields)
 
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the row of a key, or None.

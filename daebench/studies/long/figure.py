@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from daebench.draw.bands import fill
 from daebench.draw.figures import BLUE, QUIET, VERMILION, drawing, grid_of_axes, save, save_table
 from daebench.runs.trajectory import Array
 
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
 MANY = 16
 """Members from which on quantiles are drawn in place of each member."""
 
-BANDS = ((0.05, 0.95), (0.25, 0.75))
-"""Quantiles over members between which there is a band."""
-
 BELOW = 30.0
 """Factor below the least value over all members that is drawn: where a member's error changes sign it is as small as can be."""
 
@@ -26,7 +24,7 @@ def draw(out: Path, stem: str, title: str, member_windows: "pd.DataFrame", table
     """Write ``STEM.svg``, PNG and CSV of the windows over all members, and ``STEM-members.csv``; return the path of the SVG.
 
     Left is the rms error of each member and of all; right, where there are several, how far each member's mean is from the mean of all,
-    and the spread. Of sixteen members or more there are bands that hold the middle 50 and 90 of 100. Thin lines have the slopes 1/2 of a
+    and the spread. Of sixteen members or more there are bands that hold the middle 50 and 90 %. Thin lines have the slopes 1/2 of a
     random walk and 1 of a linear drift. The tables are those of :mod:`daebench.studies.long.table`, the title is written above.
     """
     several = int(table["members"].max()) > 1
@@ -65,9 +63,7 @@ def _bands(axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]"
     full = member_windows["samples"] == member_windows.groupby("window")["samples"].transform("max")
     groups = values[full].groupby(member_windows["window"][full])
     t = member_windows[full].groupby("window")["t"].first()
-    for (low, high), alpha in zip(BANDS, (0.15, 0.4), strict=True):
-        label = f"{100 * (high - low):.0f} of 100 members"
-        axis.fill_between(t, groups.quantile(low), groups.quantile(high), color=color, alpha=alpha, linewidth=0, label=label)
+    fill(axis, t, groups.quantile, color, of="members")
 
 
 def _guides(axis: Any, t: Array, all_: Array) -> None:

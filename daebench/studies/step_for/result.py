@@ -48,13 +48,15 @@ class StepFor:
     margin : float
         Largest difference of means and quantiles, in the unit of the quantity.
     level : float
-        Probability that a step is found which does not pass, of the whole search.
+        Probability that the search passes a step size that differs from its half by the margin or more.
     planned : int
         Number of step sizes that would have been tried at most; each is tested at level / planned.
     t : float
         Time of the runs, s.
     starts : str
         What the starts are, as a sentence.
+    members : int
+        Number of starts.
     seed : int
         Seeds starts and bootstrap.
     tried : tuple of Tried
@@ -69,6 +71,7 @@ class StepFor:
     planned: int
     t: float
     starts: str
+    members: int
     seed: int
     tried: tuple[Tried, ...]
 
@@ -107,6 +110,7 @@ class StepFor:
             "planned": self.planned,
             "t": self.t,
             "starts": self.starts,
+            "members": self.members,
             "seed": self.seed,
             "h": self.h,
             "tried": [

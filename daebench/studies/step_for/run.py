@@ -10,8 +10,8 @@ from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import method_of
-from daebench.runs.grid import require_memory
+from daebench.methods.names import fixed_step_method_of
+from daebench.runs.grid import require_memory_of_members
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
 from daebench.studies.ensemble.distributions.draw import draw_starts
@@ -30,8 +30,11 @@ MEMBERS = 1024
 HALVINGS = 6
 """Step sizes that are tried at most, each half of the one before."""
 
+MOST_HALVINGS = 32
+"""Step sizes that may be asked for: the last of them takes 4e9 times the steps of the first."""
+
 POINTS = 200
-"""Times, at most, that a mean over time is taken of."""
+"""Times that a mean is taken over: from so many up to twice as many, or all steps where these are fewer."""
 
 
 def step_for(
@@ -91,9 +94,9 @@ def step_for(
     members : int
         Number of starts, at least 32.
     halvings : int
-        Number of steps that are tried at most.
+        Number of step sizes that are tried at most.
     level : float
-        Probability of passing a step that should not, of the whole search.
+        Probability that the search passes a step size that differs from its half by the margin or more.
     starts : str or Distribution
         What the starts are drawn from, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
     drawn : mapping of str, optional
@@ -121,16 +124,15 @@ def step_for(
         If the request cannot be met, the method has no fixed steps, the quantity is unknown, or states do not fit into memory.
     """
     ivp = initial_value_problem(problem, case, parameters)
-    solver = method_of(ivp, method, options, anyway=anyway)
-    if not isinstance(solver, FixedStepMethod):
-        raise BadInput(f"{method} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+    solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     of = quantity(ivp, statistic)
     positive("margin", margin)
-    if whole("halvings", halvings) < 1 or whole("members", members) < FEWEST or not 0 < level < 0.5:
-        raise BadInput(f"a search takes halvings of at least 1, members of at least {FEWEST}, and a level between 0 and 0.5.")
+    if not 1 <= whole("halvings", halvings) <= MOST_HALVINGS or whole("members", members) < FEWEST or not 0 < level < 0.5:
+        raise BadInput(f"a search takes 1 to {MOST_HALVINGS} halvings, at least {FEWEST} members, and a level between 0 and 0.5.")
+    require_memory_of_members(2 * 2 * POINTS, ivp.size, members)
     begun = draw_starts(ivp, starts, members=members, h=positive("h", h), seed=seed, **(drawn or {}))
     search = _Search(solver, begun.members, t_end, threads)
-    search.require_memory(halvings)
+    search.check(halvings)
     tried: list[Tried] = []
     run = search.run(0)
     for k in range(halvings):
@@ -141,7 +143,7 @@ def step_for(
         if tried[-1].verdict == "equivalent":
             break
         run = half
-    return StepFor(ivp, solver.name, statistic, margin, level, halvings, search.steps * float(h), begun.about, seed, tuple(tried))
+    return StepFor(ivp, solver.name, statistic, margin, level, halvings, search.steps * float(h), begun.about, members, seed, tuple(tried))
 
 
 def _tested(run: EnsembleRun, half: EnsembleRun, x: Any, y: Any, margin: float, level: float, seed: int) -> Tried:
@@ -167,13 +169,9 @@ class _Search:
     def _request(self, k: int) -> Request:
         return Request(value=self.members.h / 2**k, steps=self.steps * 2**k, every=self.every * 2**k, watch=(), count=False)
 
-    def require_memory(self, halvings: int) -> None:
-        """Refuse, before the runs, what does not fit into memory."""
-        grid = self.method.grid(self.members.ivp, self._request(halvings))
-        try:
-            require_memory(grid, 2 * self.members.ivp.size * len(self.members))
-        except BadInput:
-            raise BadInput(f"the states of {len(self.members)} members at {grid.rows} times do not fit into memory; take fewer.") from None
+    def check(self, halvings: int) -> None:
+        """Refuse, before the runs, more steps than can be counted."""
+        self.method.grid(self.members.ivp, self._request(halvings))
 
     def run(self, k: int) -> EnsembleRun:
         """Return the runs at h / 2^k."""

@@ -16,16 +16,12 @@ Quantity = Callable[[Members, Array], Array]
 """From members and one state of each, shape(n, c), to one number of each."""
 
 
-def _vectors(members: Members, states: Array) -> list[Array]:
-    return np.split(states, np.cumsum([len(vector) for vector in members.ivp.start])[:-1], axis=1)
-
-
 def _of(name: str) -> Quantity:
-    return lambda members, states: members.along(name, *_vectors(members, states))
+    return lambda members, states: members.of_states(name, states)
 
 
 def _component(name: str, i: int) -> Quantity:
-    return lambda members, states: members.along(name, *_vectors(members, states))[:, i]
+    return lambda members, states: members.of_states(name, states)[:, i]
 
 
 def _coordinate(column: int) -> Quantity:
@@ -33,19 +29,15 @@ def _coordinate(column: int) -> Quantity:
 
 
 def _largest(name: str) -> Quantity:
-    def largest(members: Members, states: Array) -> Array:
-        vectors = _vectors(members, states)
-        return np.asarray(np.max(np.abs(members.along(name, *(vectors[1:] if name == "g" else vectors))), axis=1))
-
-    return largest
+    return lambda members, states: np.asarray(np.max(np.abs(members.of_states(name, states)), axis=1))
 
 
 def _potential(members: Members, states: Array) -> Array:
-    return Mechanics(members).U(_vectors(members, states)[1].T)
+    return Mechanics(members).U(members.ivp.vectors(states)[1].T)
 
 
 def _kinetic(members: Members, states: Array) -> Array:
-    return np.asarray(members.along("H", *_vectors(members, states)) - _potential(members, states))
+    return np.asarray(members.of_states("H", states) - _potential(members, states))
 
 
 def known(ivp: InitialValueProblem) -> Mapping[str, Quantity]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from textwrap import fill
+from textwrap import fill as wrapped
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from daebench.draw.bands import LEVELS, column, fill
 from daebench.draw.figures import QUIET, curve, drawing, grid_of_axes, save
 from daebench.errors import DaebenchError
 from daebench.studies.work_precision.figure import COSTS, HIGHEST, MARGIN, OTHERS
@@ -14,12 +15,6 @@ from daebench.studies.work_precision.starts import Curves
 
 if TYPE_CHECKING:
     import pandas as pd
-
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Quantiles of errors over starts."""
-
-BANDS = (("q05", "q95", 0.18), ("q25", "q75", 0.3))
-"""Bands: their quantiles, and how dark they are."""
 
 ROOM = 15.0
 """Factor between the largest time and the frame, for the legend."""
@@ -44,8 +39,8 @@ def bands(curves: Sequence[Curves]) -> "pd.DataFrame":
             spent = some.seconds[k][np.isfinite(some.seconds[k])]
             row = {"method": some.method, "knob": some.knob, "value": value, "starts": some.starts, "failed": some.failed[k]}
             row |= {"seconds": np.median(spent) if len(spent) else np.nan}
-            levels = np.quantile(some.errors[k], QUANTILES, method="inverted_cdf")
-            row |= {f"q{100 * level:02.0f}": x for level, x in zip(QUANTILES, levels, strict=True)}
+            levels = np.quantile(some.errors[k], LEVELS, method="inverted_cdf")
+            row |= {column(level): x for level, x in zip(LEVELS, levels, strict=True)}
             rows.append(row | {"reference": reference, "reference_q95": high})
     return pd.DataFrame(rows)
 
@@ -101,7 +96,7 @@ def draw_bands(out: Path, table: "pd.DataFrame", families: Mapping[str, list[str
             axis.legend(loc="upper right", fontsize=7, handlelength=2.0, labelspacing=0.25, borderaxespad=0.1)
         for axis in axes.flat[len(families) :]:
             axis.set_visible(False)
-        figure.suptitle("\n".join(fill(sentence, LETTERS, subsequent_indent="   ") for sentence in title), fontsize=8, x=0.02, ha="left")
+        figure.suptitle("\n".join(wrapped(sentence, LETTERS, subsequent_indent="   ") for sentence in title), fontsize=8, x=0.02, ha="left")
         return save(figure, out, stem, table)
 
 
@@ -113,9 +108,8 @@ def _panel(axis: Any, table: "pd.DataFrame", names: Sequence[str]) -> None:
             axis.plot(rows["seconds"], rows["q50"], color=OTHERS, linewidth=0.7, zorder=1)
     for k, name in enumerate(name for name in names if name in curves):
         rows, style = curves[name], curve(k)
-        for low, high, alpha in BANDS:
-            top = rows[high].clip(upper=HIGHEST * MARGIN)
-            axis.fill_between(rows["seconds"], rows[low], top, color=style["color"], alpha=alpha, linewidth=0, zorder=2)
+        errors = {level: rows[column(level)].clip(upper=HIGHEST * MARGIN) for level in LEVELS}
+        fill(axis, rows["seconds"], errors.__getitem__, style["color"], zorder=2)
         fixed = (rows["knob"] == "h").all()
         label = f"{name} ({rows['starts'].iloc[0]})"
         line = {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1, "markersize": 3.5}

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput, whole
+from daebench.runs.grid import require_memory_of_members
 from daebench.runs.trajectory import Array
 from daebench.studies.ensemble.distributions.draw import distribution_of
 from daebench.studies.grid.parameter_rows import made_together
@@ -67,20 +68,24 @@ def runs_from_starts(
     if distribution == "grid":
         raise BadInput("starts of work-precision are drawn, for what is said of all starts; take neighbourhood, liouville or energy.")
     distribution_of(distribution, settings or {})
-    if min(whole("ensemble", members), whole("solver members", solver_members)) < 1:
-        raise BadInput(f"an ensemble has at least one member; {members} and {solver_members} were asked for.")
+    if min(whole("members", members), whole("solver members", solver_members)) < 1:
+        raise BadInput(f"{members} starts for methods with fixed steps and {solver_members} for solvers: each must be at least 1.")
+    if whole("seed", seed) < 0:
+        raise BadInput(f"seed = {seed} must be at least 0.")
     if study.repeat < 1:
         raise BadInput("methods are ranked by time over many starts; take --repeat 1 or more.")
     sizes = [value for name, values in study.values.items() if name != "tol" for value in values]
     t_end, outputs = output_times(sizes, study.t_end)
     single = replace(study, t_end=t_end, metrics=("energy",)).specifications()
+    if single:
+        require_memory_of_members(2 * outputs, single[0].ivp.size, members)
     poisson = "y" in study.metrics
     fields: dict[str, Any] = {
         "metrics": ("y",) if poisson else ("q", "p"),
         "outputs": outputs,
         "finest": min(sizes, default=t_end / OUTPUTS / 16),
     }
-    fields |= {"distribution": distribution, "settings": json.dumps(settings or {}, sort_keys=True), "seed": whole("seed", seed)}
+    fields |= {"distribution": distribution, "settings": json.dumps(settings or {}, sort_keys=True), "seed": seed}
     return [_from_starts(run, fields, members, solver_members) for run in single]
 
 

@@ -31,8 +31,7 @@ class Energy:
     {g = 0} in the metric M(q), and momenta are uniform on the sphere p^T M^-1 p = 2 (E - U) in the plane G M^-1 p = 0, in the metric M^-1:
     T. Lelièvre, M. Rousset, G. Stoltz, Langevin dynamics with constraints and computation of free energy differences, Math. Comp. 81
     (2012), 2071-2125. Positions are drawn by random walks, one for each member, see :mod:`daebench.studies.ensemble.distributions.walk`.
-    With k = 1
-    their density has no bound where the motion turns back; the walk is then on the curve of (q, s) with s^2 / 2 + U = E, see
+    With k = 1 their density has no bound where the motion turns back; the walk is then on the curve of (q, s) with s^2 / 2 + U = E, see
     :class:`daebench.studies.ensemble.distributions.energy_surface.EnergyCurve`.
 
     What a walk does not reach is not drawn: of a manifold in several pieces, such as the two assemblies of a linkage, only that in which

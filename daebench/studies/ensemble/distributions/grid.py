@@ -61,7 +61,8 @@ class Grid:
         axes, size = self._axes(ivp), self.size
         if n is not None and n != size:
             shape = " x ".join(str(len(axis)) for axis in axes.values())
-            raise BadInput(f"the grid has {shape} = {size} members, not {n}; leave their number out.")
+            product = f"{shape} = {size}" if len(axes) > 1 else shape
+            raise BadInput(f"the grid has {product} members, not {n}; leave their number out.")
         mesh = dict(zip(axes, (array.ravel() for array in np.meshgrid(*axes.values(), indexing="ij")), strict=True))
         places = coordinates(ivp)
         of_parameters = {name: values for name, values in mesh.items() if name in ivp.parameters}

@@ -41,8 +41,8 @@ class Liouville:
     start of the problem lies, but for pieces so near to each other that a step goes from one to the other. Where that start is not in the
     box, walks begin where a search has come to, and may begin in several pieces, which then weigh as often as they were found.
 
-    States of a Poisson system are uniform in y, in the box, of which each coordinate needs bounds. The flow preserves dy if
-    the divergence of B grad H vanishes, which is looked at and stated; it does not mix values of the Casimir functions.
+    States of a Poisson system are uniform in y, in the box, of which each coordinate needs bounds. The flow preserves dy if the divergence
+    of B grad H vanishes, which is measured and stated; it does not mix values of the Casimir functions.
 
     Parameters
     ----------
