@@ -27,7 +27,8 @@ def chaos(
     plane: Annotated[
         str | None,
         typer.Option(
-            "--plane", help="Two coordinates, q1=-1:1,p2=-2:2, or q1,p2 for bounds about the start [the first two that are independent]."
+            "--plane",
+            help="Two coordinates, q1=-1:1,p2=-2:2, or q1,p2 for bounds about the start; the first two that are independent if left out.",
         ),
     ] = None,
     cells: Annotated[int, typer.Option("--cells", help="Cells along a side.")] = 64,
