@@ -187,9 +187,9 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
     if algebra == "arrays":
         raise BadInput("the problem is not written as a chain of nodes, so that its vectors cannot be arrays; leave out the algebra.")
     if isinstance(problem, ConstrainedHamiltonian):
-        from daebench.compiler.constrained.derivation import Derivation
+        from daebench.compiler.constrained.extended import derived as derived_in_time
 
-        return Derivation(problem)
+        return derived_in_time(problem)
     from daebench.systems.lattice import PoissonLattice
 
     if isinstance(problem, PoissonLattice):

@@ -37,7 +37,7 @@ from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files.package import text_of
 
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
-_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
+_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
 _WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
@@ -125,23 +125,27 @@ class Linker:
         self.algebra = derivation.algebra(target)
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
-        self.constants: dict[str, bool | int | float] = derivation.constants | {
-            "MULTISTEP": False,
-            "COMPOSED": options.composed,
-            "COMPENSATED": options.compensated,
-            "PROJECTED": options.projection == "proj",
-            "LOCAL": options.form in ("local", "darboux"),
-            "STIFF": options.form == "stiff",
-            "STAGES": options.stages,
-            "RANK_WATCHED": bool(options.singular),
-            "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
-            "ONCE": self.number.lanes > 0 and not options.sweeps,
-            "ONE_UNKNOWN": self.number.lanes > 0 and not options.sweeps and derivation.constants.get("CONSTRAINTS") == 1,
-            "AGAIN": self.number.again if options.roundings == ROUNDINGS else 1,
-            "ITERATIONS_ASKED": options.sweeps,
-            "ROUNDINGS": options.roundings,
-            "TANGENTS": self.number.directions > 0,
-        }
+        self.constants: dict[str, bool | int | float] = (
+            {"EXTENDED": False, "FORCED": False}
+            | derivation.constants
+            | {
+                "MULTISTEP": False,
+                "COMPOSED": options.composed,
+                "COMPENSATED": options.compensated,
+                "PROJECTED": options.projection == "proj",
+                "LOCAL": options.form in ("local", "darboux"),
+                "STIFF": options.form == "stiff",
+                "STAGES": options.stages,
+                "RANK_WATCHED": bool(options.singular),
+                "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
+                "ONCE": self.number.lanes > 0 and not options.sweeps,
+                "ONE_UNKNOWN": self.number.lanes > 0 and not options.sweeps and derivation.constants.get("CONSTRAINTS") == 1,
+                "AGAIN": self.number.again if options.roundings == ROUNDINGS else 1,
+                "ITERATIONS_ASKED": options.sweeps,
+                "ROUNDINGS": options.roundings,
+                "TANGENTS": self.number.directions > 0,
+            }
+        )
         self.monitored = derivation.monitored(options.watch, len(self.kinds) if options.count else 0, options.stage_multipliers)
         self.monitored.tangents = self.number.directions > 0
         self.files: dict[str, SourceFile] = {}

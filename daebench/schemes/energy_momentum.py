@@ -3,6 +3,7 @@
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.eliminate import eliminate
 from daebench.schemes.kernels.language import EPS, G, H, H_p, H_pp, H_q, H_qp, H_qq, curvature, dot, g, norm, zero
+from daebench.schemes.kernels.mixed import by_position
 from daebench.schemes.kernels.newton import newton
 from daebench.schemes.kernels.spaces import LENGTH, Multiplier, Number, Rows, Step, Update, Vector
 
@@ -46,7 +47,9 @@ def update(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Num
     r_p = dp + h * (gradient + DG.T @ lam)
     r_q = dq - h * H_p(p, q)
     by_mass, stiffness, G1 = H_pp(p, q), H_qq(p, q) + curvature(q, lam), G(q0 + dq)
-    back_p, back_q, change, pivot = eliminate(half, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, h * DG, G1)
+    H_qp_ = H_qp(p, q)
+    mixed = (H_qp_, by_position(p, q, H_qp_))
+    back_p, back_q, change, pivot = eliminate(half, (r_p, r_q, value), mixed, by_mass, stiffness, h * DG, G1)
     x = (dp - back_p, dq - back_q, lam - change)
     residual = norm(r_p) + norm(r_q) + norm(value)
     return x, norm(back_q) + abs(half) * norm(by_mass @ back_p), max(LENGTH, norm(q)), residual, pivot

@@ -5,6 +5,7 @@ from typing import Any
 
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.language import STAGES, STIFF, G, H_pp, H_qp, H_qq, curvature, f, g, norm, solve_2s
+from daebench.schemes.kernels.mixed import by_position
 from daebench.schemes.kernels.newton import newton
 from daebench.schemes.kernels.spaces import DATA, FORM_DATA, LENGTH, RATE, I, Matrix, Number, Step, Update, Vector
 from daebench.schemes.kernels.stages import weighted
@@ -63,13 +64,14 @@ if STIFF:
         P, Q = states(p0, F, h), states(q0, V, h)
         slopes = tuple(f(P[i], Q[i]) for i in range(STAGES))
         mixed, by_mass = tuple(H_qp(P[i], Q[i]) for i in range(STAGES)), tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
+        turned = tuple(by_position(P[i], Q[i], mixed[i]) for i in range(STAGES))
         K = tuple(stiffness(P[i], Q[i]) for i in range(STAGES))
         upper = tuple(
             tuple(block(h, mixed[i], i, j) for j in range(STAGES)) + tuple(h * DATA[0][i][j] * K[i] for j in range(STAGES))
             for i in range(STAGES)
         )
         lower = tuple(
-            tuple(-h * DATA[0][i][j] * by_mass[i] for j in range(STAGES)) + tuple(block(-h, mixed[i].T, i, j) for j in range(STAGES))
+            tuple(-h * DATA[0][i][j] * by_mass[i] for j in range(STAGES)) + tuple(block(-h, turned[i], i, j) for j in range(STAGES))
             for i in range(STAGES)
         )
         r_F = tuple(slopes[i][0] - F[i] for i in range(STAGES))

@@ -4,9 +4,30 @@ At the default rho_inf = 0.8 it loses the motion where steps turn the constraint
 are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manifold grow without bound. A run that is lost is warned of.
 """
 
+from typing import Any
+
 from daebench.errors import BadInput, real
 from daebench.schemes.kernels.claims import Claims, Member
-from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, H_qq, curvature, f, g, mass, norm, rows, solve, zero
+from daebench.schemes.kernels.language import (
+    EXTENDED,
+    SEPARABLE,
+    G,
+    H_p,
+    H_pp,
+    H_pq,
+    H_q,
+    H_qq,
+    curvature,
+    dot,
+    f,
+    g,
+    mass,
+    norm,
+    rate_of_time,
+    rows,
+    solve,
+    zero,
+)
 from daebench.schemes.kernels.newton import linear, newton
 from daebench.schemes.kernels.spaces import DATA, LENGTH, I, Multiplier, Number, Report, Update, Vector
 
@@ -43,11 +64,24 @@ MEMBERS = {
     "generalized_alpha": Member(claims=CLAIMS, numbers=numbers, options={"rho_inf": 0.8}, multipliers=lambda: {"lam_n": 1.0}),
 }
 
+if EXTENDED:
+
+    def by_mass_alone(dp: Vector, q: Vector) -> Vector:
+        """Return M^-1 p', without the rate at which time goes on."""
+        return H_p(dp, q) - rate_of_time(q)
+
+else:
+
+    def by_mass_alone(dp: Vector, q: Vector) -> Vector:
+        """Return M^-1 p'."""
+        return H_p(dp, q)
+
+
 if SEPARABLE:
 
     def change_of_velocity(dp: Vector, p: Vector, q: Vector, v: Vector) -> Vector:
         """Return v' = M^-1 p'."""
-        return H_p(dp, q)
+        return by_mass_alone(dp, q)
 
     def momentum(p0: Vector, q: Vector, v: Vector) -> Vector:
         """Return any momentum: the forces do not depend on it."""
@@ -57,7 +91,7 @@ else:
 
     def change_of_velocity(dp: Vector, p: Vector, q: Vector, v: Vector) -> Vector:
         """Return v' = H_pp p' + d/dq[H_p] v."""
-        return H_qp(p, q).T @ v + H_pp(p, q) @ dp
+        return H_pq(p, q) @ v + H_pp(p, q) @ dp
 
     def momentum(p0: Vector, q: Vector, v: Vector) -> Vector:
         """Return p = M(q) v."""
@@ -82,7 +116,7 @@ def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Vector, Vec
     return x, norm(back), max(LENGTH, norm(q)), norm(r) + norm(value), min(pivot, pivot_z)
 
 
-def start(p0: Vector, q0: Vector, h: Number) -> tuple[Memory, Report]:
+def begun(p0: Vector, q0: Vector, h: Number) -> tuple[Memory, Report]:
     """Return v0, a0 and v'(0) such that lam has no error of first order in the first steps, and a report.
 
     v'(0) is that of (1.18), and a0 approximates v'((alpha_m - alpha_f) h), the time that the averages a belong to, up to h^2. The
@@ -104,8 +138,8 @@ def start(p0: Vector, q0: Vector, h: Number) -> tuple[Memory, Report]:
     return memory, linear(min(pivot, min(pivot_next, pivot_share)), norm(dp) + norm(dp_next))
 
 
-def step(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector, Vector, Memory, tuple[Multiplier], Report]:
-    """Return p1, q1, the next v, a and v', lam of q1 and a report.
+def advanced(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector, Memory, Multiplier, Report]:
+    """Return q1, the next v, a and v', lam of q1 and a report.
 
     ::
 
@@ -126,4 +160,37 @@ def step(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector, Vec
     w = beta * share * h * h
     (z, nu), report = newton(update, (w * rate0, zero(q0)), (p0, q0, dq, v_free, w, gamma / (beta * h)))
     q1, v1, rate1 = q0 + (z + dq), v_free + gamma / (beta * h) * z, z / w
-    return mass(p0, q1) @ v1, q1, (v1, a_free + share * rate1, rate1), (nu / w,), report
+    return q1, (v1, a_free + share * rate1, rate1), nu / w, report
+
+
+if EXTENDED:
+
+    def start(p0: Vector, q0: Vector, h: Number) -> Any:
+        """Return the memory of the velocities, p'(0), and a report."""
+        memory, report = begun(p0, q0, h)
+        return (memory, f(p0, q0)[0]), report
+
+    def step(p0: Vector, q0: Vector, memory: Any, h: Number) -> tuple[Vector, Vector, Any, tuple[Multiplier], Report]:
+        """Return p1, q1, the next memory, lam of q1 and a report; p_t goes on by the trapezoidal rule, of order 2 as the rest.
+
+        ::
+
+            p1 = M(q1) v1,      p_t1 = p_t0 + h/2 (p_t'(0) + p_t'(1)),      p' = -H_q - G^T lam
+        """
+        q1, memory1, lam, report = advanced(p0, q0, memory[0], h)
+        e = rate_of_time(q0)
+        p = mass(p0, q1) @ (memory1[0] - e)
+        dp = -(H_q(p, q1) + G(q1).T @ lam)
+        p_t = dot(e, p0) + h / 2 * dot(e, memory[1] + dp)
+        return p + p_t * e, q1, (memory1, dp), (lam,), report
+
+else:
+
+    def start(p0: Vector, q0: Vector, h: Number) -> Any:
+        """Return v0, a0 and v'(0), and a report."""
+        return begun(p0, q0, h)
+
+    def step(p0: Vector, q0: Vector, memory: Any, h: Number) -> tuple[Vector, Vector, Any, tuple[Multiplier], Report]:
+        """Return p1, q1, the next v, a and v', lam of q1 and a report."""
+        q1, memory1, lam, report = advanced(p0, q0, memory, h)
+        return mass(p0, q1) @ memory1[0], q1, memory1, (lam,), report

@@ -4,6 +4,7 @@ from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.constrain import project_momentum
 from daebench.schemes.kernels.eliminate import eliminate
 from daebench.schemes.kernels.language import G, H_p, H_pp, H_q, H_qp, H_qq, curvature, g, norm, zero
+from daebench.schemes.kernels.mixed import by_position
 from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, Multiplier, Number, Step, Update, Vector
 
@@ -21,8 +22,9 @@ def update(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Num
     r_p = p - p0 + h * force
     r_q = q - q0 - h * H_p(p, q)
     value, by_mass = g(q), H_pp(p, q)
-    stiffness = H_qq(p, q) + curvature(q, lam)
-    dp, dq, change, pivot = eliminate(h, (r_p, r_q, value), H_qp(p, q), by_mass, stiffness, h * G1, G1)
+    stiffness, H_qp_ = H_qq(p, q) + curvature(q, lam), H_qp(p, q)
+    mixed = (H_qp_, by_position(p, q, H_qp_))
+    dp, dq, change, pivot = eliminate(h, (r_p, r_q, value), mixed, by_mass, stiffness, h * G1, G1)
     x = (p - dp, q - dq, lam - change)
     residual = norm(r_p) + norm(r_q) + norm(value)
     return x, norm(dq) + abs(h) * norm(by_mass @ dp), max(LENGTH, norm(q)), residual, pivot

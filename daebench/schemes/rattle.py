@@ -2,7 +2,7 @@
 
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.constrain import momentum_correction, project_position
-from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
+from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_pq, H_q, H_qp, g, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
 
@@ -42,7 +42,7 @@ else:
         by_p, P, pivot_p = solve(I + half * H_qp(p, q0), r_p, half * G0)
         S = H_pp(p, q) + H_pp(p, q0)
         r_q = r_q + half * S @ by_p
-        by_q, Q, pivot_q = solve(I - half * H_qp(p, q).T, r_q, half * P @ S.T)
+        by_q, Q, pivot_q = solve(I - half * H_pq(p, q), r_q, half * P @ S.T)
         change, pivot = solve(G1 @ Q.T, G1 @ by_q - value)
         back_p = by_p - P.T @ change
         back_q = by_q - Q.T @ change

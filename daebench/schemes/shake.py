@@ -7,7 +7,15 @@ from daebench.schemes.kernels.spaces import Multiplier, Number, Report, Vector
 from daebench.schemes.rattle import increment as rattle_increment
 
 CLAIMS = Claims(
-    order=2, symmetric=False, symplectic=True, keeps_g=True, keeps_Gv=False, system="constrained", source="HLW (1.23)", separable_only=True
+    order=2,
+    symmetric=False,
+    symplectic=True,
+    keeps_g=True,
+    keeps_Gv=False,
+    system="constrained",
+    source="HLW (1.23)",
+    separable_only=True,
+    autonomous_only=True,
 )
 MEMBERS = {"shake": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 1.0})}
 

@@ -2,7 +2,7 @@
 
 from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.constrain import project_momentum, project_position
-from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
+from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_pq, H_q, g, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
 
@@ -38,7 +38,7 @@ else:
         value = g(q)
         G1 = G(q)
         S, down = h * H_pp(p, q), h * G0
-        by_q, Q, pivot_q = solve(I - h * H_qp(p, q).T, r_q, down @ S.T)
+        by_q, Q, pivot_q = solve(I - h * H_pq(p, q), r_q, down @ S.T)
         change, pivot = solve(G1 @ Q.T, G1 @ by_q - value)
         dq = by_q - Q.T @ change
         x = (q - dq, mu - change)

@@ -82,11 +82,14 @@ class Chart:
 
 @dataclass(frozen=True, kw_only=True)
 class ConstrainedHamiltonian:
-    """A holonomically constrained Hamiltonian system, HLW (1.9).
+    """A holonomically constrained Hamiltonian system, HLW (1.9), which may depend on time and be acted on by forces without potential.
 
     ::
 
-        q' = H_p(p, q)      p' = -H_q(p, q) - G(q)^T lam      0 = g(q)      G = g_q
+        q' = H_p(p, q, t)      p' = -H_q(p, q, t) + F(q, q', t) - G(q, t)^T lam      0 = g(q, t)      G = g_q
+
+    With t or F it is treated in extended phase space, see :mod:`daebench.systems.extended`: the state has the time as its last
+    position, and what the energy has lost to F, to drivers and to the time in H as its last momentum.
 
     Parameters
     ----------
@@ -101,12 +104,18 @@ class ConstrainedHamiltonian:
         unless it is diagonal.
     U : Expr, optional
         Potential energy U(q), given together with M.
+    t : Symbol, optional
+        The time, where g, H, M, U or F contain it. Motions start at t = 0.
+    force : sequence of Expr, optional, shape(d,)
+        Forces F that have no potential, as those of dampers and motors, functions of q, v or p, and t.
+    v : sequence of Symbol, optional, shape(d,)
+        The velocities q' = H_p, as ``force`` has them.
     parameters : mapping of Symbol to number
         The run-time parameters with their present values.
     cases : mapping of str to Case
         Named initial values.
     integrals : mapping of str to Expr
-        First integrals besides H, functions of p and q.
+        First integrals besides H, functions of p and q (and t).
     closed_form : callable, optional
         ``closed_form(t, q0, p0, parameters) -> (q, p)`` with mpmath numbers, at mpmath's working precision.
     kinetic_flow : KineticFlow, optional
@@ -130,6 +139,9 @@ class ConstrainedHamiltonian:
     H: sp.Expr | None = None
     M: sp.Matrix | None = None
     U: sp.Expr | None = None
+    t: sp.Symbol | None = None
+    force: Sequence[sp.Expr] | None = None
+    v: Sequence[sp.Symbol] | None = None
     parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
     cases: Mapping[str, Case] = field(default_factory=dict)
     integrals: Mapping[str, sp.Expr] = field(default_factory=dict)
@@ -158,10 +170,17 @@ class ConstrainedHamiltonian:
         """Number of constraints."""
         return len(self.g)
 
+    @property
+    def in_time(self) -> bool:
+        """Whether energy may come and go: there is a time, or a force without potential."""
+        return self.t is not None or self.force is not None
+
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
         parts = [self.q, self.p, self.g, self.H, self.M, self.U, list(self.parameters), list(self.integrals.values())]
+        if self.in_time:
+            parts += [self.t, self.force, self.v]
         if (flow := self.kinetic_flow) is not None:
             parts += [flow.t, flow.p, flow.q]
         if (chart := self.chart) is not None:
@@ -188,16 +207,21 @@ class ConstrainedHamiltonian:
         require_plain("position", self.q)
         require_plain("momentum", self.p)
         require_checked(self.parameters)
-        check_distinct([*self.q, *self.p, *self.parameters], "position, momentum or parameter")
-        positions, state, known = set(self.q), {*self.q, *self.p}, set(self.parameters)
+        time, velocities = [] if self.t is None else [self.t], list(self.v or ())
+        require_plain("time", time)
+        require_plain("velocity", velocities)
+        names = "position, momentum, velocity, time or parameter" if self.in_time else "position, momentum or parameter"
+        check_distinct([*self.q, *self.p, *velocities, *time, *self.parameters], names)
+        positions, state, known = {*self.q, *time}, {*self.q, *self.p, *time}, set(self.parameters)
         allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("g", sp.Matrix(list(self.g)), positions), ("H", self.H, state)]
+        allowed += [("force", sp.Matrix(list(self.force or ())), {*state, *velocities})]
         allowed += [("M", self.M, positions), ("U", self.U, positions)]
         allowed += [(f"integral {name}", expression, state) for name, expression in self.integrals.items()]
         allowed += [(f"case {name}", sp.Matrix([*case.q, *case.p]), set()) for name, case in self.cases.items()]
         for where, expression, symbols in allowed:
             extra = set() if expression is None else sp.sympify(expression).free_symbols - symbols - known
             if extra:
-                raise strange(where, extra, {*state, *known})
+                raise strange(where, extra, {*state, *velocities, *known})
 
     def _check_kinetic_flow(self, flow: KineticFlow) -> None:
         check_coordinates("the time of the kinetic flow", [flow.t])

@@ -36,6 +36,7 @@ def check_parts(problem: Problem) -> None:
     """Accept a definition whose parts are of the right types; InvalidProblem names the part, and what it is instead."""
     for name, symbols in (("q", problem.q), ("p", problem.p)):
         check_coordinates(name, symbols)
+    check_time_and_force(problem)
     check_parameters(problem.parameters)
     check_cases(problem.cases, "Case", ("q", "p"), problem.parameters)
     check_functions("integral", problem.integrals)
@@ -53,6 +54,16 @@ def check_parts(problem: Problem) -> None:
         raise InvalidProblem(f"closed_form is a {type(problem.closed_form).__name__}; it must be a function, or be left out.")
 
 
+def check_time_and_force(problem: Problem) -> None:
+    """Accept a time, velocities and forces of the right types and sizes; InvalidProblem names the part."""
+    check_coordinates("t", [] if problem.t is None else [problem.t])
+    check_coordinates("v", problem.v or [])
+    check_real("force", several("force", problem.force or []))
+    for name, values in (("force", problem.force), ("v", problem.v)):
+        if values is not None and len(values) != len(problem.q):
+            raise InvalidProblem(f"{name} has {len(values)} entries, but there are {len(problem.q)} positions; give one for each.")
+
+
 def check_mass(M: Any) -> None:
     """Accept a matrix of real expressions in which no position is without mass; InvalidProblem names the entry."""
     if not isinstance(M, sp.MatrixBase):
@@ -66,8 +77,9 @@ def check_mass(M: Any) -> None:
 
 def check_second_derivatives(problem: Problem) -> None:
     """Accept a definition whose H, or M and U, and g are made of functions that are twice differentiable."""
-    state = {*problem.q, *problem.p}
+    state = {*problem.q, *problem.p, problem.t, *(problem.v or ())}
     parts = {f"g[{k}]": constraint for k, constraint in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
+    parts |= {f"force[{k}]": force for k, force in enumerate(problem.force or ())}
     parts |= {f"integral {name}": integral for name, integral in problem.integrals.items()}
     for name, expression in parts.items():
         if expression is not None:
@@ -95,4 +107,9 @@ def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) 
         return InvalidProblem(
             f"{where} contains {names} with other assumptions than those declared; use one and the same symbol throughout."
         )
-    return InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+    names, remedy = ", ".join(sorted(map(str, extra))), "declare it"
+    if {str(symbol) for symbol in extra} <= {"t", "time"}:
+        remedy = "declare the time with t="
+    elif where == "force":
+        remedy = "a force is a function of q, v or p, t and parameters, and not of multipliers, as dry friction is"
+    return InvalidProblem(f"{where} contains {names}, which it may not depend on; {remedy}.")

@@ -120,6 +120,15 @@ class Derivation(Derived):
         return self.G * self.H_p
 
     @cached_property
+    def velocity(self) -> sp.Matrix:
+        """Velocity in terms of v, shape(d,): v itself."""
+        return self.v
+
+    def acceleration(self, v_rate: sp.Matrix) -> sp.Matrix:
+        """Return the derivative of the velocity, given that of v, shape(d,)."""
+        return v_rate
+
+    @cached_property
     def N(self) -> sp.Matrix:
         """Derivative of M(q) v with respect to q, shape(d, d)."""
         return (self.M * self.v).jacobian(self.q)
@@ -187,7 +196,10 @@ class Derivation(Derived):
         return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
-        """Return sizes D and M, names of INTEGRALS, properties of H, and whether CLOSED_FORM, KINETIC_FLOW and CHART are declared."""
+        """Return sizes D and M, names of INTEGRALS, properties of H, and whether CLOSED_FORM, KINETIC_FLOW and CHART are declared.
+
+        EXTENDED and FORCED: whether the last position is the time, and whether there are forces without potential.
+        """
         return {
             "D": self.d,
             "M": self.m,
@@ -198,6 +210,8 @@ class Derivation(Derived):
             "CLOSED_FORM": self.problem.closed_form is not None,
             "KINETIC_FLOW": self.problem.kinetic_flow is not None,
             "CHART": self.problem.chart is not None,
+            "EXTENDED": False,
+            "FORCED": False,
         }
 
     def initial(self, name: str, case: Case) -> str:

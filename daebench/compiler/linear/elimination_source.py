@@ -55,9 +55,12 @@ def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     return f"from daebench.compiler.linear.elimination import solve_rows\n\n\n{array_solver('', name, n, target.dtype, rows)}"
 
 
-def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:
-    """Source of elimination block by block, for a symmetric matrix whose rows couple within these sets of indices alone."""
-    if len(blocks) == 1:
+def blocked(name: str, n: int, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:
+    """Source of elimination block by block, for a symmetric matrix whose rows couple within these sets of indices alone.
+
+    What belongs to an index in no set is 0, as if its row of the matrix were infinite.
+    """
+    if len(blocks) == 1 and len(blocks[0]) == n:
         return eliminating(name, len(blocks[0]), target, rows)
     sizes = sorted({len(block) for block in blocks})
     inner = "".join(eliminating(f"_{name}_{size}", size, target, rows) for size in sizes)
@@ -67,10 +70,11 @@ def blocked(name: str, blocks: Sequence[Sequence[int]], target: Target, rows: in
         arguments += [pack(pack(f"X[{r}][{i}]" for i in block) for r in range(rows))] if rows else []
         lines.append(f"x{k}, {f'y{k}, ' if rows else ''}pivot{k} = _{name}_{len(block)}({', '.join(arguments)})")
     place = {i: (k, j) for k, block in enumerate(blocks) for j, i in enumerate(block)}
-    where = [place[i] for i in range(len(place))]
-    outputs = [pack(f"x{k}[{j}]" for k, j in where)]
-    outputs += [pack(pack(f"y{k}[{r}][{j}]" for k, j in where) for r in range(rows))] if rows else []
-    outputs.append(f"min({', '.join(f'pivot{k}' for k in range(len(blocks)))})")
+    where = [place.get(i) for i in range(n)]
+    outputs = [pack(f"x{at[0]}[{at[1]}]" if at else "0.0 * x0[0]" for at in where)]
+    outputs += [pack(pack(f"y{at[0]}[{r}][{at[1]}]" if at else "0.0 * x0[0]" for at in where) for r in range(rows))] if rows else []
+    pivots = [f"pivot{k}" for k in range(len(blocks))]
+    outputs.append(f"min({', '.join(pivots)})" if len(pivots) > 1 else pivots[0])
     return inner + function(f"{name}(A, b{', X' * bool(rows)})", *lines, f"return {', '.join(outputs)}")
 
 

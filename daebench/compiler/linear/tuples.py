@@ -39,7 +39,9 @@ class Values:
     target : Target
         What it is written for.
     mass : sequence of sequence of int, optional
-        Positions that M couples with each other, set by set; all in one set if left out.
+        Positions that M couples with each other, set by set; all in one set if left out. One in no set has no mass.
+    unmeasured : int
+        Number of last entries that norms leave out, unless they are not finite.
     """
 
     elementwise = True
@@ -53,9 +55,10 @@ class Values:
         inverse_mass: Sequence[Sequence[bool]],
         target: Target,
         mass: Sequence[Sequence[int]] | None = None,
+        unmeasured: int = 0,
     ) -> None:
         self.d, self.m, self.structure, self.inverse_mass = d, m, structure, inverse_mass
-        self.target, self.mass = target, mass or [range(d)]
+        self.target, self.mass, self.measured = target, mass or [range(d)], d - unmeasured
 
     def source(self, name: str) -> str | None:
         """Return the source of the operation of this name, or None if there is none."""
@@ -90,7 +93,7 @@ class Values:
             "zero_m": vector("zero_m(q)", "0.0 * q[0]", m),
             "dot": lambda: function("dot(x, y)", "return " + _sum([f"x[{i}] * y[{i}]" for i in d])),
             "dot_moduli": lambda: function("dot_moduli(x, y)", "return " + _sum([f"abs(x[{i}] * y[{i}])" for i in d])),
-            "norm": lambda: function("norm(x)", "return " + _sum([f"{modulus}(x[{i}])" for i in d])),
+            "norm": lambda: function("norm(x)", "return " + _sum([f"{'0.0 * ' * (i >= self.measured)}{modulus}(x[{i}])" for i in d])),
             "norm_m": lambda: function("norm_m(x)", "return " + _sum([f"{modulus}(x[{i}])" for i in m])),
             "mul": lambda: function("mul(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in columns[a]]) for a in m)),
             "mul_full": lambda: function("mul_full(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in d]) for a in m)),
@@ -149,9 +152,9 @@ class Values:
             "solve_d": lambda: eliminating("solve_d", self.d, self.target),
             "solve_dm": lambda: eliminating("solve_dm", self.d, self.target, self.m),
             "solve_dd": lambda: eliminating("solve_dd", self.d, self.target, self.d),
-            "solve_mass": lambda: blocked("solve_mass", self.mass, self.target),
-            "solve_mass_m": lambda: blocked("solve_mass_m", self.mass, self.target, self.m),
-            "solve_mass_d": lambda: blocked("solve_mass_d", self.mass, self.target, self.d),
+            "solve_mass": lambda: blocked("solve_mass", self.d, self.mass, self.target),
+            "solve_mass_m": lambda: blocked("solve_mass_m", self.d, self.mass, self.target, self.m),
+            "solve_mass_d": lambda: blocked("solve_mass_d", self.d, self.mass, self.target, self.d),
             "solve_2m": self._solve_2m,
             "solve_stages": lambda: self._solve_blocks("solve_stages", self.target.stages, self.m),
             "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.target.stages - 1, self.m),

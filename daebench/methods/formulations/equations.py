@@ -31,7 +31,7 @@ class Equations:
     @property
     def velocity(self) -> sp.Matrix:
         """Velocity, v itself or H_p, shape(d,)."""
-        return self.of.v if self.of.mechanical else self.of.H_p
+        return self.of.velocity if self.of.mechanical else self.of.H_p
 
     def positions(self, formulation: str) -> sp.Matrix:
         """Kinematic rows of (1.9), shape(d,)."""
@@ -55,7 +55,7 @@ class Equations:
     def second(self) -> sp.Matrix:
         """Acceleration constraint (1.12), shape(m,)."""
         of = self.of
-        return of.g_qv * of.v + of.G * self.w_rate if of.mechanical else of.a
+        return of.g_qv * of.velocity + of.G * of.acceleration(self.w_rate) if of.mechanical else of.a
 
     def rows(self, formulation: str) -> sp.Matrix:
         """All rows of a formulation, shape(n,)."""
@@ -82,5 +82,5 @@ class Equations:
     def slope(self) -> sp.Matrix:
         """Right side of (1.18) in terms of z, shape(2d,)."""
         if self.of.mechanical:
-            return sp.Matrix.vstack(self.of.v, self.w_rate)
+            return sp.Matrix.vstack(self.of.velocity, self.w_rate)
         return sp.Matrix.vstack(self.of.H_p, -self.of.H_q - self.of.G.T * self.of.lam)

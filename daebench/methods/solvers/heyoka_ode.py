@@ -106,6 +106,8 @@ def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tu
         return equations, None
     variables = [variable for variable, _ in equations]
     velocities = [rate for _, rate in equations[: derivation.d]]
+    if source.facts.EXTENDED:
+        velocities[-1] = variables[-1]  # p_t, which stands for the velocity of the time
     return equations, hy.cfunc(velocities, vars=variables)
 
 

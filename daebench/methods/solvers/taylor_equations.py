@@ -48,13 +48,14 @@ def own_coordinates(definition: Exact) -> Equations:
         W = [[dotted(entries, row) for entries in H_pp] for row in G]
         rest = column(derivation.a.subs(dict.fromkeys(derivation.lam, 0)))
     else:
-        M = spelled(derivation.M)
-        v = solved(M, p)
-        say.known |= dict(zip(derivation.v, v, strict=True))
-        force = column(derivation.T_q - derivation.U_q)
-        W = [solved(M, row) for row in G]
+        massive = sorted(i for indices in derivation.coupled for i in indices)
+        M = spelled(derivation.M[massive, massive])
+        say.known |= dict(zip((derivation.v[i] for i in massive), solved(M, [p[i] for i in massive]), strict=True))
+        v, force = column(derivation.velocity), column(derivation.T_q - derivation.U_q)
+        by_mass = [dict(zip(massive, solved(M, [row[i] for i in massive]), strict=True)) for row in G]
+        W = [[row.get(i, 0 * p[0]) for i in range(derivation.d)] for row in by_mass]
         pull = column(derivation.U_q + derivation.c)
-        rest = [a - dotted(w, pull) for a, w in zip(column(derivation.g_qv * derivation.v), W, strict=True)]
+        rest = [a - dotted(w, pull) for a, w in zip(column(derivation.g_qv * derivation.velocity), W, strict=True)]
     lam = solved([[dotted(row, w) for w in W] for row in G], rest)
     rates = [f - dotted(column_of_G, lam) for f, column_of_G in zip(force, zip(*G, strict=True), strict=True)]
     return list(zip([*q, *p], [*v, *rates], strict=True))

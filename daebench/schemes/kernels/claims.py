@@ -34,6 +34,8 @@ class Claims:
         Whether it needs the flow of the kinetic energy on the manifold, which a problem declares.
     any_form : bool
         Whether it asks the problem for the right side f of an ODE alone, so that it can be run on every form of the system.
+    autonomous_only : bool
+        Whether it needs a system without time and without forces that have no potential.
     canonical : bool
         Whether it is symplectic for a canonical Hamiltonian ODE, so on the penalised system, which is one.
     """
@@ -50,6 +52,7 @@ class Claims:
     quadratic_only: bool = False
     needs_kinetic_flow: bool = False
     any_form: bool = False
+    autonomous_only: bool = False
     canonical: bool = False
 
     @property

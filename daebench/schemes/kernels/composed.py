@@ -1,6 +1,6 @@
 """Functions of any problem that are composed of its own: velocity constraint, hidden constraint, multiplier, mass."""
 
-from daebench.schemes.kernels.language import G, Gv_p, Gv_q, H_p, H_pp, H_q, identity_d, solve, zero
+from daebench.schemes.kernels.language import EXTENDED, G, Gv_p, Gv_q, H_p, H_pp, H_pp_and_time, H_q, H_qp, identity_d, solve, zero
 from daebench.schemes.kernels.spaces import Gram, Jacobian, Matrix, Multiplier, Number, Rows, Vector
 
 
@@ -35,9 +35,22 @@ def lam(p: Vector, q: Vector) -> Multiplier:
     return lam_and_pivot(p, q)[0]
 
 
-def mass(p: Vector, q: Vector) -> Matrix:
-    """Mass matrix, the inverse of H_pp, shape(d, d)."""
-    return solve(H_pp(p, q), p, identity_d(q))[1]
+if EXTENDED:
+
+    def mass(p: Vector, q: Vector) -> Matrix:
+        """Mass matrix, the inverse of H_pp, with a 1 in the place of the time."""
+        return solve(H_pp_and_time(p, q), p, identity_d(q))[1]
+
+else:
+
+    def mass(p: Vector, q: Vector) -> Matrix:
+        """Mass matrix, the inverse of H_pp, shape(d, d)."""
+        return solve(H_pp(p, q), p, identity_d(q))[1]
+
+
+def H_pq(p: Vector, q: Vector) -> Matrix:
+    """Derivative of H_p with respect to q, of a Hamiltonian system."""
+    return H_qp(p, q).T
 
 
 def rows(X: Jacobian, p: Vector, q: Vector) -> Rows:

@@ -5,21 +5,27 @@ from daebench.schemes.kernels.spaces import I, Jacobian, Matrix, Multiplier, Num
 
 
 def eliminate(
-    w: Number, residuals: tuple[Vector, Vector, Multiplier], mixed: Matrix, by_mass: Matrix, stiffness: Matrix, down: Rows, G1: Jacobian
+    w: Number,
+    residuals: tuple[Vector, Vector, Multiplier],
+    mixed: tuple[Matrix, Matrix],
+    by_mass: Matrix,
+    stiffness: Matrix,
+    down: Rows,
+    G1: Jacobian,
 ) -> tuple[Vector, Vector, Multiplier, Number]:
-    """Return dp, dq, dlam and the smallest relative pivot.
+    """Return dp, dq, dlam and the smallest relative pivot; ``mixed`` is (H_qp, H_pq).
 
     ::
 
         (I + w H_qp) dp + w stiffness dq + down^T dlam = r_p
-        (I - w H_qp^T) dq - w H_pp dp                  = r_q
+        (I - w H_pq) dq - w H_pp dp                  = r_q
         G1 dq                                          = r_g
     """
     r_p, r_q, r_g = residuals
     K = w * stiffness
-    by_q, S_T, pivot_q = solve(I - w * mixed.T, r_q, w * by_mass)
+    by_q, S_T, pivot_q = solve(I - w * mixed[1], r_q, w * by_mass)
     S = S_T.T
-    A = I + w * mixed + K @ S
+    A = I + w * mixed[0] + K @ S
     by_p, P, pivot_p = solve(A, r_p - K @ by_q, down)
     change, pivot = solve(G1 @ (S @ P.T), G1 @ (by_q + S @ by_p) - r_g)
     dp = by_p - P.T @ change

@@ -42,6 +42,12 @@ SEPARABLE: bool = False
 QUADRATIC: bool = False
 """H is quadratic in p, so that G H_p = 0 is linear in p."""
 
+EXTENDED: bool = False
+"""The last position is the time, and the last momentum its conjugate: H is K = H + p_t, see ``daebench/systems/extended.py``."""
+
+FORCED: bool = False
+"""There are forces without potential: H_q and T_q have them, and are no gradients."""
+
 MULTISTEP: bool = False
 """The scheme carries a memory from step to step, made by its function ``start``."""
 
@@ -116,8 +122,16 @@ def H_pp(p: Vector, q: Vector) -> InverseMass:
     """Inverse mass d2H/dp2, shape(d, d)."""
 
 
+def H_pp_and_time(p: Vector, q: Vector) -> Matrix:
+    """H_pp with a 1 in the place of the time, which makes it regular."""
+
+
 def H_qp(p: Vector, q: Vector) -> Matrix:
     """Derivative of H_q with respect to p, shape(d, d)."""
+
+
+def H_pq(p: Vector, q: Vector) -> Matrix:
+    """Derivative of H_p with respect to q, shape(d, d): the transpose of H_qp, but where forces without potential depend on velocities."""
 
 
 def H_qq(p: Vector, q: Vector) -> Matrix:
@@ -154,6 +168,14 @@ def T_q(q: Vector, v: Vector) -> Vector:
 
 def T_qq(q: Vector, v: Vector) -> Matrix:
     """Derivative of T_q with respect to q at fixed v, shape(d, d)."""
+
+
+def T_qv(q: Vector, v: Vector) -> Matrix:
+    """Derivative of T_q, with the forces without potential, with respect to v, shape(d, d): N^T where there are none."""
+
+
+def rate_of_time(q: Vector) -> Vector:
+    """Velocity of a system at rest: 1 in the place of the time, where it is a position, and 0 elsewhere."""
 
 
 def c_v(q: Vector, v: Vector) -> Matrix:

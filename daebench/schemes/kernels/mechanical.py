@@ -1,17 +1,45 @@
 """H = 1/2 p^T M(q)^-1 p + U(q) with a mass matrix that is solved with and never inverted symbolically."""
 
-from daebench.schemes.kernels.language import G, M, N, T_q, T_qq, U, U_q, U_qq, c_v, dot, g_qv, identity_d, solve_mass
+from daebench.schemes.kernels.language import (
+    EXTENDED,
+    FORCED,
+    G,
+    M,
+    N,
+    T_q,
+    T_qq,
+    T_qv,
+    U,
+    U_q,
+    U_qq,
+    c_v,
+    dot,
+    g_qv,
+    identity_d,
+    rate_of_time,
+    solve_mass,
+)
 from daebench.schemes.kernels.spaces import Matrix, Multiplier, Number, Rows, Vector
 
+if EXTENDED:
 
-def H(p: Vector, q: Vector) -> Number:
-    """Hamiltonian 1/2 p^T M^-1 p + U."""
-    return 0.5 * dot(p, H_p(p, q)) + U(q)
+    def H(p: Vector, q: Vector) -> Number:
+        """Energy K = 1/2 p^T M^-1 p + U + p_t; the inverse mass of the time is 0."""
+        return 0.5 * dot(p, solve_mass(M(q), p)[0]) + U(q) + dot(p, rate_of_time(q))
 
+    def H_p(p: Vector, q: Vector) -> Vector:
+        """Velocity (M^-1 p, 1)."""
+        return solve_mass(M(q), p)[0] + rate_of_time(q)
 
-def H_p(p: Vector, q: Vector) -> Vector:
-    """Velocity v = M^-1 p."""
-    return solve_mass(M(q), p)[0]
+else:
+
+    def H(p: Vector, q: Vector) -> Number:
+        """Hamiltonian 1/2 p^T M^-1 p + U."""
+        return 0.5 * dot(p, H_p(p, q)) + U(q)
+
+    def H_p(p: Vector, q: Vector) -> Vector:
+        """Velocity v = M^-1 p."""
+        return solve_mass(M(q), p)[0]
 
 
 def H_q(p: Vector, q: Vector) -> Vector:
@@ -25,14 +53,32 @@ def H_pp(p: Vector, q: Vector) -> Matrix:
 
 
 def H_qp(p: Vector, q: Vector) -> Matrix:
-    """Derivative of H_q with respect to p: -N(q, v)^T M^-1."""
+    """Derivative of H_q with respect to p: -N(q, v)^T M^-1, or -T_qv M^-1 with forces."""
     return -columns_solved(p, q)
 
 
-def columns_solved(p: Vector, q: Vector) -> Matrix:
-    """Rows M^-1 n_k for the columns n_k of N(q, v): N^T M^-1."""
-    mass = M(q)
-    return solve_mass(mass, p, N(q, solve_mass(mass, p)[0]).T)[1]
+if FORCED:
+
+    def columns_solved(p: Vector, q: Vector) -> Matrix:
+        """Rows M^-1 t_k for the rows t_k of T_qv: T_qv M^-1."""
+        return solve_mass(M(q), p, T_qv(q, H_p(p, q)))[1]
+
+    def H_pq(p: Vector, q: Vector) -> Matrix:
+        """Derivative of H_p with respect to q: -M^-1 N(q, v)."""
+        return -solve_mass(M(q), p, N(q, H_p(p, q)).T)[1].T
+
+elif EXTENDED:
+
+    def columns_solved(p: Vector, q: Vector) -> Matrix:
+        """Rows M^-1 n_k for the columns n_k of N(q, v): N^T M^-1."""
+        return solve_mass(M(q), p, N(q, H_p(p, q)).T)[1]
+
+else:
+
+    def columns_solved(p: Vector, q: Vector) -> Matrix:
+        """Rows M^-1 n_k for the columns n_k of N(q, v): N^T M^-1."""
+        mass = M(q)
+        return solve_mass(mass, p, N(q, solve_mass(mass, p)[0]).T)[1]
 
 
 def H_qq(p: Vector, q: Vector) -> Matrix:

@@ -10,7 +10,7 @@ tangents of both conditions at q1, those of positions and of velocities apart.
 """
 
 from daebench.schemes.kernels.constrain import momentum_correction
-from daebench.schemes.kernels.language import G, g, norm, rows, solve
+from daebench.schemes.kernels.language import EXTENDED, G, dot, g, norm, rate_of_time, rows, solve
 from daebench.schemes.kernels.newton import both, linear, newton
 from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Report, Rows, Update, Vector
 
@@ -37,6 +37,29 @@ def nearest(p: Vector, q: Vector) -> tuple[Vector, Report]:
     return newton(update_nearest, 0 * q, (p, q))
 
 
+if EXTENDED:
+
+    def full(v: Vector, q: Vector) -> Vector:
+        """Return the velocity (v, 1) of the unknowns (v, p_t)."""
+        e = rate_of_time(q)
+        return v + (1 - dot(e, v)) * e
+
+    def at_rest(v: Vector, q: Vector) -> Vector:
+        """Return the change (v, 0) of a velocity, given that of the unknowns (v, p_t)."""
+        e = rate_of_time(q)
+        return v - dot(e, v) * e
+
+else:
+
+    def full(v: Vector, q: Vector) -> Vector:
+        """Return the velocity: the unknown itself."""
+        return v
+
+    def at_rest(v: Vector, q: Vector) -> Vector:
+        """Return the change of the velocity: that of the unknown itself."""
+        return v
+
+
 def tangent(x: Vector, G1: Jacobian, normals: Rows) -> tuple[Vector, Report]:
     """Return by what x is to be changed to become tangent, G x = 0, the shortest in the metric of M; and a report."""
     value = G1 @ x
@@ -49,8 +72,8 @@ def of_velocities(v: Vector, q: Vector, error_v: Vector, error_q: Vector) -> Pro
     dq, report = nearest(v, q)
     q1 = q + dq
     G1, normals = G(q1), rows(G(q1), v, q1)
-    dv, settled = tangent(v, G1, normals)
-    off_v, _ = tangent(error_v, G1, normals)
+    dv, settled = tangent(full(v, q1), G1, normals)
+    off_v, _ = tangent(at_rest(error_v, q1), G1, normals)
     off_q, _ = tangent(error_q, G1, normals)
     return dv, dq, error_v + off_v, error_q + off_q, both(report, settled)
 

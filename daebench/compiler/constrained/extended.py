@@ -1,0 +1,141 @@
+"""What follows from a problem in time, or under forces without potential: the same functions, in extended phase space."""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.tuples import Values
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+from daebench.systems.extended import extended, force
+
+
+class ExtendedDerivation(Derivation):
+    """The expressions of one problem with the time as last position, see :mod:`daebench.systems.extended`.
+
+    The functions have the names and the shapes of those of a Hamiltonian system, with d + 1 for d. Three of them mean more::
+
+        H_p  (M^-1 p, 1)                              the time has no mass, and goes on at the rate 1
+        H_q  H_q - F, and H_t + F.v in the last place minus all forces at fixed p, those without potential among them
+        T_q  T_q + F, and T_t - F.v in the last place, of a mass matrix that is solved with
+
+    H itself is K = H + p_t. Where M is given, w = (v, p_t) are the unknowns of the formulations, and M is (M, 1) there.
+    """
+
+    def __init__(self, problem: ConstrainedHamiltonian) -> None:
+        super().__init__(extended(problem))
+        self.definition = self.declared = problem
+
+    @property
+    def forced(self) -> bool:
+        """Whether there are forces without potential."""
+        return self.declared.force is not None
+
+    @cached_property
+    def H(self) -> sp.Expr:
+        """K = H(p, q, t) + p_t as an expression, of an explicit problem."""
+        if self.problem.H is not None:
+            return sp.sympify(self.problem.H)
+        return sum(self.p[i] ** 2 / self.M[i, i] for i in range(self.d - 1)) / 2 + self.U + self.p[self.d - 1]
+
+    @cached_property
+    def H_q(self) -> sp.Matrix:
+        """Minus all forces at fixed p, K_q - (F, -F.v), shape(d + 1,)."""
+        return super().H_q - force(self.declared, list(self.p), list(self.H_p))
+
+    @cached_property
+    def separable(self) -> bool:
+        """Whether K = 1/2 p^T M^-1 p + p_t + U(q, t) with constant M, and forces that do not depend on the velocity."""
+        if not self.explicit:
+            return self.constant_mass and not self.T_q.free_symbols & set(self.v)
+        return super().separable
+
+    @cached_property
+    def velocity(self) -> sp.Matrix:
+        """Velocity (v, 1), shape(d + 1,); the last entry of the vector of symbols stands for p_t."""
+        return sp.Matrix([*self.v[: self.d - 1], 1])
+
+    def acceleration(self, v_rate: sp.Matrix) -> sp.Matrix:
+        """Return (v', 0), shape(d + 1,)."""
+        return sp.Matrix([*v_rate[: self.d - 1], 0])
+
+    @cached_property
+    def momenta(self) -> sp.Matrix:
+        """Momenta M(q, t) v of the positions, shape(d + 1,), the last 0."""
+        p = self.M * self.velocity
+        return sp.Matrix([*p[: self.d - 1], 0])
+
+    @cached_property
+    def N(self) -> sp.Matrix:
+        """Derivative of M(q, t) v with respect to q and t, shape(d + 1, d + 1)."""
+        return self.momenta.jacobian(self.q)
+
+    @cached_property
+    def T_q(self) -> sp.Matrix:
+        """Derivative of 1/2 v^T M v with respect to q and t at fixed v, and the forces without potential, shape(d + 1,)."""
+        T = (self.velocity.T * self.momenta)[0] / 2
+        return sp.Matrix([T]).jacobian(self.q).T + force(self.declared, list(self.momenta), list(self.velocity))
+
+    @cached_property
+    def c(self) -> sp.Matrix:
+        """Velocity terms M'(q)[v] v - T_q less the forces without potential, shape(d + 1,)."""
+        return self.N * self.velocity - self.T_q
+
+    @cached_property
+    def g_qv(self) -> sp.Matrix:
+        """Derivative of G v + g_t with respect to q and t at fixed v, shape(m, d + 1)."""
+        return (self.G * self.velocity).jacobian(self.q)
+
+    @cached_property
+    def coupled(self) -> list[list[int]]:
+        """Sets of positions that M couples with each other; the time, which has no mass, is in none."""
+        return [indices for indices in super().coupled if self.d - 1 not in indices]
+
+    @cached_property
+    def inverse_mass(self) -> list[list[bool]]:
+        """Where H_pp is not zero, shape(d + 1, d + 1)."""
+        known = super().inverse_mass
+        return [[known[i][j] and self.d - 1 not in (i, j) for j in range(self.d)] for i in range(self.d)]
+
+    @cached_property
+    def constants(self) -> dict[str, bool | int]:
+        """Constants of ``kernels/language.py`` that the problem settles."""
+        return super().constants | {"EXTENDED": True, "FORCED": self.forced}
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of a constrained problem; D counts the time."""
+        return super().facts() | {"EXTENDED": True, "FORCED": self.forced}
+
+    def initial(self, name: str, case: Case) -> str:
+        """Return the source of name(par), which returns initial p and q, with p_t = 0 and t = 0."""
+        values = [sp.sympify(value) for value in (*case.p, 0, *case.q, 0)]
+        return codegen.expressions(name, {}, values, (2, self.d), self.parameters)
+
+    def algebra(self, target: Target) -> Values:
+        """Return the algebra of its vectors, whose norms leave out time and p_t."""
+        return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled, unmeasured=1)
+
+    @cached_property
+    def _rules(self) -> dict[str, Callable[[], Rule]]:
+        d = self.d
+        pq: Arguments = {"p": list(self.p), "q": list(self.q)}
+        qv: Arguments = {"q": list(self.q), "v": list(self.v)}
+        rules: dict[str, Callable[[], Rule]] = super()._rules | {"rate_of_time": lambda: ({"q": list(self.q)}, [0] * (d - 1) + [1], (d,))}
+        if self.explicit:
+            return rules | {
+                "H_pq": lambda: (pq, self.H_p.jacobian(self.q), (d, d)),
+                "H_pp_and_time": lambda: (pq, self.H_pp + sp.diag(*[0] * (d - 1), 1), (d, d)),
+            }
+        return rules | {
+            "T_qv": lambda: (qv, self.T_q.jacobian(self.v), (d, d)),
+            "c_v": lambda: (qv, self.c.jacobian(self.v), (d, d)),
+        }
+
+
+def derived(problem: ConstrainedHamiltonian) -> Derivation:
+    """Return what follows from a constrained problem, with the time where it has one."""
+    return ExtendedDerivation(problem) if problem.in_time else Derivation(problem)
