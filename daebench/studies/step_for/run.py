@@ -1,10 +1,10 @@
 """``daebench.step_for``: the largest step size whose statistics over many starts are those of half of it."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from daebench.diagnostics.equivalence import FEWEST, LEVEL, equivalence
+from daebench.diagnostics.equivalence import EQUIVALENT, FEWEST, LEVEL, equivalence
 from daebench.errors import BadInput, positive, whole
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.run import run_members
@@ -12,11 +12,12 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
 from daebench.runs.grid import require_memory_of_members
+from daebench.runs.ivp import Array
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.step_for.result import STOPPED, StepFor, Tried
-from daebench.studies.step_for.statistics import means, quantity
+from daebench.studies.step_for.statistics import Quantity, means, quantity
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem
@@ -129,32 +130,55 @@ def step_for(
     positive("margin", margin)
     if not 1 <= whole("halvings", halvings) <= MOST_HALVINGS or whole("members", members) < FEWEST or not 0 < level < 0.5:
         raise BadInput(f"a search takes 1 to {MOST_HALVINGS} halvings, at least {FEWEST} members, and a level between 0 and 0.5.")
-    require_memory_of_members(2 * 2 * POINTS, ivp.size, members)
+    require_memory_of_members(2 * POINTS, ivp.size, members)
     begun = draw_starts(ivp, starts, members=members, h=positive("h", h), seed=seed, **(drawn or {}))
     search = _Search(solver, begun.members, t_end, threads)
     search.check(halvings)
     tried: list[Tried] = []
-    run = search.run(0)
+    run = _averaged(search.run(0), of)
     for k in range(halvings):
-        half = search.run(k + 1)
-        tried.append(_tested(run, half, means(run, of), means(half, of), margin, level / halvings, seed))
+        half = _averaged(search.run(k + 1), of)
+        tried.append(_tested(run, half, margin, level / halvings, seed))
         if progress:
             progress((k + 1) / halvings)
-        if tried[-1].verdict == "equivalent":
+        if tried[-1].verdict == EQUIVALENT:
             break
         run = half
     return StepFor(ivp, solver.name, statistic, margin, level, halvings, search.steps * float(h), begun.about, members, seed, tuple(tried))
 
 
-def _tested(run: EnsembleRun, half: EnsembleRun, x: Any, y: Any, margin: float, level: float, seed: int) -> Tried:
+@dataclass(frozen=True)
+class _Averaged:
+    """What a test needs of the runs at one step size, so that their states need not be kept.
+
+    Parameters
+    ----------
+    h : float
+        The step size.
+    means : ndarray, shape(n,)
+        Mean of the quantity over time, one a member.
+    stopped : str
+        How many members stopped early, and why the first of them did; "" where none did.
+    """
+
+    h: float
+    means: Array
+    stopped: str
+
+
+def _averaged(run: EnsembleRun, of: Quantity) -> _Averaged:
+    h, averages, stopped = float(run.members.h), means(run, of), ""
+    if len(run.failed):
+        stopped = f"{len(run.failed)} of {len(averages)} members stopped at h = {h:g}: {run.reason(int(run.failed[0]))}"
+    return _Averaged(h, averages, stopped)
+
+
+def _tested(run: _Averaged, half: _Averaged, margin: float, level: float, seed: int) -> Tried:
     """Return what the statistics at a step and at its half say."""
-    h = float(run.members.h)
-    for one in (run, half):
-        if len(one.failed):
-            why = f"{len(one.failed)} of {len(x)} members stopped at h = {float(one.members.h):g}: {one.reason(int(one.failed[0]))}"
-            return Tried(h, STOPPED, None, why)
-    test = equivalence(x, y, margin, level=level, seed=seed)
-    return Tried(h, test.verdict, test)
+    if why := run.stopped or half.stopped:
+        return Tried(run.h, STOPPED, None, why)
+    test = equivalence(run.means, half.means, margin, level=level, seed=seed)
+    return Tried(run.h, test.verdict, test)
 
 
 class _Search:
