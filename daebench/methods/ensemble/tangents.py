@@ -20,10 +20,8 @@ from daebench.runs.machine import cores
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
 from daebench.runs.trajectory import Array
+from daebench.schemes.kernels.newton import UNSETTLED
 from daebench.schemes.kernels.rank import RANK_LOST
-
-UNSETTLED = 8
-"""Status of a run whose tangent vector is not finite any more."""
 
 
 @dataclass(frozen=True)
