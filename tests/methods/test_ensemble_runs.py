@@ -10,6 +10,7 @@ from memberwise import differences, moving, request
 
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput
+from daebench.methods.ensemble import width
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
@@ -131,6 +132,17 @@ def test_results_do_not_depend_on_lanes_threads_and_neighbours():
     few = {"gravity": some.parameters["gravity"][7:10]}
     part = members(some.ivp, tuple(vectors[7:10] for vectors in some.start), some.h[7:10], few)
     assert np.array_equal(run_members(method, part, asked, **FEW).ends, runs[0].ends[7:10])
+
+
+def test_a_number_of_lanes_that_was_measured_counts_where_it_cannot_be_kept(monkeypatch, tmp_path):
+    (tmp_path / "no folder").write_text("")
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "no folder"))
+    monkeypatch.setattr(width, "measured", lambda: {4: 8.0, 8: 4.0, 16: 2.0, 32: 1.0})
+    assert width.best_width.__wrapped__() == 32
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    assert width.best_width.__wrapped__() == 32
+    monkeypatch.setattr(width, "measured", lambda: pytest.fail("measured again"))
+    assert width.best_width.__wrapped__() == 32
 
 
 @pytest.mark.parametrize("mode", ["stop", "continue"])

@@ -2,6 +2,7 @@
 
 import json
 import time
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
@@ -29,14 +30,12 @@ def best_width() -> int:
     processor = config.CPU_NAME or llvm.get_host_cpu_name()
     purpose = "\n".join(["lanes", processor, str(config.CPU_FEATURES), toolchain(), *MADE_BY])
     path = cache_directory() / f"daebench_generated_lanes_{processor}"
-    try:
-        content = sealed.read(path, purpose)
-        if content is not None:
-            return int(json.loads(content)["lanes"])
-        width = fastest(measured())
+    content = sealed.read(path, purpose)
+    if content is not None:
+        return int(json.loads(content)["lanes"])
+    width = fastest(measured())
+    with suppress(OSError):  # what cannot be kept is measured again by the next process
         sealed.write(path, purpose, json.dumps({"lanes": width}).encode())
-    except OSError:  # nothing can be kept; what is known of processors must do
-        return 8
     return width
 
 
