@@ -270,17 +270,21 @@ SMUGGLED = {
     "a file that leads out": (lambda c: c["code"]["files"].update({"../evil.py": "0"}), "leads out of its folder"),
     "an absolute file": (lambda c: c["code"]["files"].update({"/evil.py": "0"}), "leads out of its folder"),
     "a file that is not there": (lambda c: c["code"]["files"].update({"evil.py": "0"}), "is missing, or is no file"),
-    "another method": (lambda c: c.update(method="/tmp/evil.py:step"), "is not among the files beside the certificate; nothing is run"),
-    "a program of this machine": (lambda c: c.update(method="exec:rm -r ball.py"), "it is other code")
-    if False
-    else (lambda c: c.update(method="exec:/bin/sh -c true"), "is not among the files beside the certificate; nothing is run"),
+    "another method": (
+        lambda c: c.update(method="/elsewhere/evil.py:step"),
+        "is not among the files beside the certificate; nothing is run",
+    ),
+    "a program of this machine": (
+        lambda c: c.update(method="exec:/bin/sh -c true"),
+        "is not among the files beside the certificate; nothing is run",
+    ),
     "a method that no shell takes": (lambda c: c.update(method="exec:'"), "is not among the files beside the certificate; nothing is run"),
     "a method of daebench with files": (
         lambda c: c.update(method="rattle"),
         "is not among the files beside the certificate; nothing is run",
     ),
     "a problem file of this machine": (
-        lambda c: c["problems"][0].update(problem="/tmp/evil.py"),
+        lambda c: c["problems"][0].update(problem="/elsewhere/evil.py"),
         "is not among the files beside the certificate; nothing is run",
     ),
     "another hash": (lambda c: c["code"].update(hash="0" * 64), "it is other code"),
