@@ -22,10 +22,8 @@ import ast
 import copy
 from collections.abc import Iterator, Sequence
 
+from daebench.compiler.lanes.common import Common, names
 from daebench.errors import InvalidProblem
-
-COMMON = frozenset({"steps", "left", "every", "weights", "states", "stage_lams", "row"})
-"""Parameters that all runs have in common."""
 
 STEPPING = ("integrate", "advance")
 """Functions whose loops take steps: what a run that has returned goes on with is NaN there, for which no iteration goes on."""
@@ -57,57 +55,11 @@ def _both(a: ast.expr | None, b: ast.expr) -> ast.expr:
     return b if a is None else ast.BinOp(a, ast.BitAnd(), b)
 
 
-def names(node: ast.AST | Sequence[ast.AST], *, stored: bool = False) -> set[str]:
-    """Return the names that are read in a piece of source, or that are assigned."""
-    nodes = [node] if isinstance(node, ast.AST) else node
-    context = ast.Store if stored else ast.Load
-    return {n.id for part in nodes for n in ast.walk(part) if isinstance(n, ast.Name) and isinstance(n.ctx, context)}
-
-
-class _Common:
-    """Which names of a function hold what all runs have in common."""
-
-    def __init__(self, node: ast.FunctionDef) -> None:
-        parameters = {argument.arg for argument in node.args.args}
-        self.different = parameters - COMMON
-        self.assigned = names(node.body, stored=True)
-        before = -1
-        while len(self.different) != before:
-            before = len(self.different)
-            self._statements(node.body, apart=False)
-
-    def __call__(self, node: ast.expr) -> bool:
-        """Whether an expression has the same value for all runs."""
-        calls = {n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
-        return not (names(node) & self.different) and calls <= {"len", "range"}
-
-    def _statements(self, body: Sequence[ast.stmt], *, apart: bool) -> None:
-        for node in body:
-            if isinstance(node, ast.If):
-                inside = apart or not self(node.test)
-                self._statements(node.body, apart=inside)
-                self._statements(node.orelse, apart=inside)
-            elif isinstance(node, ast.For):
-                self._assigned(node.target, node.iter, apart)
-                self._statements(node.body, apart=apart)
-            elif isinstance(node, ast.Assign):
-                self._assigned(node.targets[0], node.value, apart)
-            elif isinstance(node, ast.AugAssign):
-                self._assigned(node.target, node.value, apart)
-
-    def _assigned(self, target: ast.expr, value: ast.expr, apart: bool) -> None:
-        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            for item, part in zip(target.elts, value.elts, strict=True):
-                self._assigned(item, part, apart)
-        elif apart or not self(value):
-            self.different |= names(target, stored=True)
-
-
 class _Straight(ast.NodeTransformer):
     """Rewrites one function."""
 
     def __init__(self, node: ast.FunctionDef) -> None:
-        self.node, self.common = node, _Common(node)
+        self.node, self.common = node, Common(node)
         self.defined = {argument.arg for argument in node.args.args}
         self.loops: list[ast.For] = []
         self.stepping = node.name in STEPPING

@@ -1,0 +1,153 @@
+"""One function of the scheme language, rewritten for one problem: names resolved, parameters threaded, constants settled, work counted."""
+
+import ast
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from daebench.compiler.syntax import DATA, LANGUAGE, RUN_TIME, SourceFile, call, called, gathered, parameters_of
+from daebench.compiler.unroll import Unroller
+from daebench.errors import InvalidProblem
+
+
+class Linking(Protocol):
+    """What rewriting a function takes of the linker: :class:`daebench.compiler.link.Linker` says what each of these returns."""
+
+    derivation: Any
+    constants: dict[str, bool | int | float]
+
+    @property
+    def kinds(self) -> Sequence[str]:
+        """Kinds of work that are counted."""
+        ...
+
+    def file(self, module: str) -> SourceFile:
+        """Return a source file as syntax."""
+        ...
+
+    def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
+        """Emit a function of a file with these functions in place of its callable parameters; return its name."""
+        ...
+
+    def resolve(self, module: str, name: str) -> str:
+        """Return the emitted name of what a file's imported name stands for."""
+        ...
+
+    def given(self, emitted: str) -> list[str]:
+        """Return what a function is given behind its arguments."""
+        ...
+
+    def takes_par(self, module: str, name: str) -> bool:
+        """Whether calls of this function hand on the problem's parameters."""
+        ...
+
+    def work_of(self, emitted: str, name: str) -> list[int]:
+        """Return what one call of this function counts for."""
+        ...
+
+    def tally(self, update: str) -> str:
+        """Emit the function that turns a number of iterations into work; return its name."""
+        ...
+
+
+class Specialise(Unroller):
+    """Rewrites one function: names resolved, parameters threaded, constants settled, annotations gone; and counts its calls."""
+
+    def __init__(self, linker: Linking, file: SourceFile, bound: Mapping[str, str]) -> None:
+        super().__init__(file.name)
+        self.linker, self.file, self.bound = linker, file, bound
+        self.work = [0] * len(linker.kinds)
+        self.branches = 0
+        self.reads = False
+
+    def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
+        """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
+        body = self.visited(node.body)
+        arguments = [*(a for a in parameters_of(node) if a not in self.bound), "par", *[DATA] * self.reads]
+        signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
+        assert isinstance(signature, ast.FunctionDef)
+        signature.body = body
+        return ast.fix_missing_locations(signature)
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """Put values in place of the language's constants and of a file's literals."""
+        if node.id in self.indices:
+            return ast.Constant(self.indices[node.id])
+        module, name = self._target(node.id)
+        if module == LANGUAGE and name in self.linker.constants:
+            return ast.Constant(self.linker.constants[name])
+        if module == LANGUAGE and name in RUN_TIME:
+            self.reads |= RUN_TIME[name].startswith(DATA)
+            return ast.parse(RUN_TIME[name].format(len(self.linker.derivation.parameters)), mode="eval").body
+        return node if module == LANGUAGE else self.linker.file(module).literals.get(name, node)
+
+    def visit_If(self, node: ast.If) -> ast.stmt | list[ast.stmt]:
+        """Settle a branch on a constant of the language; visit any other."""
+        if isinstance(node.test, ast.Name) and isinstance(test := self.visit_Name(node.test), ast.Constant):
+            return self.visited(node.body if test.value else node.orelse)
+        visited = self.generic_visit(node)
+        assert isinstance(visited, ast.If)
+        return visited
+
+    def counts(self, name: str) -> bool:
+        """Whether a name stands for the number of stages or of constraints."""
+        return self._target(name) in ((LANGUAGE, "STAGES"), (LANGUAGE, "CONSTRAINTS"))
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        """Keep track of branches and loops: what is called there is called we know not how often."""
+        inside = isinstance(node, ast.If | ast.For | ast.While | ast.IfExp | ast.BoolOp | ast.comprehension)
+        self.branches += inside
+        visited = super().generic_visit(node)
+        self.branches -= inside
+        return visited
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Resolve the function that is called and hand the parameters on."""
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        if len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
+            return gathered(name, self.written_out(node.args[0]))
+        module, target = self._target(name)
+        if module == LANGUAGE and target == "tally":
+            assert isinstance(node.args[0], ast.Name)
+            return call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
+        if name in self.bound:
+            return call(self.bound[name], [*map(self.visit, node.args), *self._given(self.bound[name])])
+        if name not in self.file.imports and name not in self.file.functions:
+            return call(name, [self.visit(a) for a in node.args])
+        bound, handed = self._split(module, target, node.args)
+        emitted = self.linker.function(module, target, bound) if bound else self.linker.resolve(module, target)
+        if not bound:
+            self._count(target, self.linker.work_of(emitted, target))
+        if self.linker.takes_par(module, target):
+            handed += self._given(emitted)
+        return call(emitted, handed)
+
+    def _given(self, emitted: str) -> list[ast.expr]:
+        """Return what a function is given behind its arguments."""
+        given = self.linker.given(emitted)
+        self.reads |= DATA in given
+        return [ast.Name(name, ast.Load()) for name in given]
+
+    def _count(self, name: str, work: Sequence[int]) -> None:
+        """Add the work of one call; the loop over steps counts its own steps, and nothing else may have branches around work."""
+        if any(work) and self.branches and not self.file.name.endswith(".loop"):
+            raise InvalidProblem(
+                f"{self.file.name} calls {name} in a branch or a loop, where its work cannot be counted; a step is straight."
+            )
+        self.work = [mine + more for mine, more in zip(self.work, work, strict=True)]
+
+    def _target(self, name: str) -> tuple[str, str]:
+        return self.file.imports.get(name, (self.file.name, name))
+
+    def _split(self, module: str, target: str, arguments: Sequence[ast.expr]) -> tuple[dict[str, str], list[ast.expr]]:
+        """Split a call's arguments into functions passed by name, emitted and bound to their parameters, and the others."""
+        function = None if module == LANGUAGE else self.linker.file(module).functions[target]
+        slots = [] if function is None else called(function)
+        bound, handed = {}, []
+        for position, argument in enumerate(arguments):
+            if function is not None and (parameter := parameters_of(function)[position]) in slots:
+                assert isinstance(argument, ast.Name)
+                bound[parameter] = self.bound.get(argument.id) or self.linker.resolve(*self._target(argument.id))
+            else:
+                handed.append(self.visit(argument))
+        return bound, handed
