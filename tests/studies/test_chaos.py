@@ -9,8 +9,9 @@ import pytest
 import daebench
 from daebench import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.studies.chaos.cells import NO_ENERGY, NO_POSITION
 from daebench.studies.chaos.figure import draw
-from daebench.studies.chaos.plane import NO_ENERGY, NO_POSITION, plane_of
+from daebench.studies.chaos.plane import plane_of
 
 INTEGRABLE = [
     ("spherical_pendulum", "fig1.2", "rattle", {"q1": (-0.6, 0.6), "p2": (-2, 2)}),
