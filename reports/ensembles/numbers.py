@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pandas as pd
 
+from daebench.diagnostics.energy import FAILED
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
@@ -17,7 +18,6 @@ from daebench.runs.members import Members
 from daebench.runs.request import Request
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.ensemble.energies import ended_members, member_energies
-from daebench.studies.ensemble.result import Ensemble
 
 OUTPUTS = 400
 """States of each run from which the verdict on its energy is read, about."""
@@ -104,14 +104,13 @@ def measured(motion: Motion, some: Members, method: str, fraction: int, ratio: i
     steps = int(motion.t_end / h + 1e-9)
     asked = Request(value=h, steps=steps, every=max(1, steps // OUTPUTS), count=False)
     run = run_members(method_of(cast("Ivp", some.ivp), method), replace(some, h=h), asked)
-    sizes, ended = np.full(len(some), np.inf), ended_members(run)
+    sizes, verdicts, ended = np.full(len(some), np.inf), np.full(len(some), FAILED, dtype="U12"), ended_members(run)
     if len(ended):
         with np.errstate(all="ignore"):  # a motion that is lost may have squares beyond all numbers
-            found = np.array(member_energies(run, ended)["energy_size"], dtype=float)
+            columns = member_energies(run, ended)
+        found = np.array(columns["energy_size"], dtype=float)
         sizes[ended] = np.where(np.isfinite(found), found, np.inf)
-    ensemble = Ensemble(run, "", SEED)
-    with np.errstate(all="ignore"):
-        verdicts = ensemble.verdicts
+        verdicts[ended] = columns["energy_verdict"]
     return pd.DataFrame(
         {"motion": motion.key, "method": method, "price": fraction, "h": h, "start": np.arange(len(some)), "size": sizes}
         | {"verdict": verdicts, "failure": [run.reason(i) for i in range(len(some))]}

@@ -67,9 +67,13 @@ def energy_columns(t: Array, along: Along, largest: Array, steps: int) -> dict[s
     }
 
 
-def member_energies(run: EnsembleRun, some: NDArray[np.int64]) -> dict[str, Any]:
-    """Return the same of some members of an ensemble, by their numbers."""
+def along_run(run: EnsembleRun, some: NDArray[np.int64]) -> tuple[Array, Along]:
+    """Return the times of a run, shape(n,), the mean where members have steps of their own, and what is computed of some members."""
     states = np.take(run.states.transpose(0, 2, 1), some, axis=2).transpose(0, 2, 1)
     t = run.t if run.t.ndim == 1 else run.t.mean(axis=1)
-    steps = int(run.index[-1])
-    return energy_columns(t, along_members(run.members.some(some), t, states), run.maxima["energy"][some], steps)
+    return t, along_members(run.members.some(some), t, states)
+
+
+def member_energies(run: EnsembleRun, some: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the columns of the energy of some members of an ensemble, by their numbers."""
+    return energy_columns(*along_run(run, some), run.maxima["energy"][some], int(run.index[-1]))

@@ -16,7 +16,7 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.runs.ivp import Array, Ivp, PoissonIvp
 from daebench.runs.members import members
 from daebench.runs.request import Request
-from daebench.studies.ensemble.energies import along_members, ended_members, energy_columns
+from daebench.studies.ensemble.energies import along_run, ended_members, energy_columns
 from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import FEWEST, GridRun, Where, ivp_of
 
@@ -115,15 +115,13 @@ def _stopped(specification: ParameterRuns, run: EnsembleRun) -> Row:
 
 def _measured(specification: ParameterRuns, run: EnsembleRun, ended: Indices) -> Row:
     """Return the columns of runs that came to their end."""
-    some = run.members.some(ended)
-    t, states = run.t, np.take(run.states.transpose(0, 2, 1), ended, axis=2).transpose(0, 2, 1)
+    t, along = along_run(run, ended)
     columns: Row = {"steps": run.steps[ended].tolist(), "failure": [""] * len(ended)}
-    along = along_members(some, t, states)
     if "energy" in specification.metrics:
         columns |= energy_columns(t, along, run.maxima["energy"][ended], int(run.index[-1]))
     if "manifold" in specification.metrics:
         columns |= {name: run.maxima[name][ended].tolist() for name in ("g", "Gv")}
     if "jump" in specification.metrics:
-        every_step = len(t) > run.index[-1] and not isinstance(some.ivp, PoissonIvp)
+        every_step = len(t) > run.index[-1] and not isinstance(run.members.ivp, PoissonIvp)
         columns["jump"] = along.jump.tolist() if every_step else [NAN] * len(ended)
     return columns
