@@ -12,6 +12,7 @@ from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, UNDETERM
 from daebench.methods.ensemble.tangents import TangentGrowth
 from daebench.studies.chaos.plane import Plane
 from daebench.studies.chaos.section import Section
+from daebench.studies.ensemble.distributions.box import coordinates
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,7 +88,7 @@ class Chaos:
         first, second = plane.names
         table: dict[str, Any] = {"across": np.tile(plane.across, len(plane.up)), "up": np.repeat(plane.up, len(plane.across))}
         start = np.concatenate(plane.members.start, axis=1)
-        for name, column in zip(_columns(self.ivp), start.T, strict=True):
+        for name, column in zip(coordinates(self.ivp), start.T, strict=True):
             table[name] = plane.spread(column).ravel()
         for name in ("exponent", "low", "high", "megno"):
             table[name] = plane.spread(getattr(found, name)).ravel()
@@ -137,8 +138,3 @@ class Chaos:
         place = dict(zip(plane.names, (float(plane.across[column]), float(plane.up[row])), strict=True))
         numbers = {"value": found.exponent[i], "low": found.low[i], "high": found.high[i], "megno": found.megno[i]}
         return {name: float(x) for name, x in numbers.items()} | {"verdict": str(found.verdict[i]), "start": place}
-
-
-def _columns(ivp: Any) -> list[str]:
-    letters = "y" if len(ivp.start) == 1 else "pq"
-    return [f"{letter}{i + 1}" for letter, vector in zip(letters, ivp.start, strict=True) for i in range(len(vector))]

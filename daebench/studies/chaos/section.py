@@ -13,7 +13,7 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.request import Request
 from daebench.studies.chaos.plane import Plane
-from daebench.studies.ensemble.distributions.box import coordinates
+from daebench.studies.ensemble.distributions.box import columns, coordinates
 
 MOTIONS = 64
 """Motions whose crossings are drawn, evenly chosen from the starts of a plane."""
@@ -89,11 +89,10 @@ def section_of(method: FixedStepMethod[Any, Any], plane: Plane, cut: tuple[str, 
         Number of cores.
     """
     chosen = np.unique(np.linspace(0, len(plane.cells) - 1, min(MOTIONS, len(plane.cells))).astype(int))
-    d = plane.members.start[1].shape[1]
     steps = max(1, min(steps, MOST_STATES // len(chosen)))
     request = Request(value=plane.members.h, steps=steps, every=1, watch=(), count=False)
     states = run_members(method, plane.members.some(chosen), request, threads=threads).states
-    places = {name: vector * d + place for name, (vector, place) in coordinates(plane.members.ivp).items()}
+    places = columns(plane.members.ivp)
     name, value = cut
     height = states[:, :, places[name]] - value
     row, motion = np.nonzero((height[:-1] < 0) & (height[1:] >= 0))

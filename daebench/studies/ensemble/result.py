@@ -14,6 +14,7 @@ from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.runs.trajectory import Array
+from daebench.studies.ensemble.distributions.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
 
 if TYPE_CHECKING:
@@ -66,8 +67,8 @@ class Ensemble:
     def _part(self, k: int) -> Array:
         if isinstance(self.ivp, PoissonIvp):
             raise AttributeError(f"{self.ivp.problem} is a Poisson system, which has states y.")
-        d = self.ivp.d
-        return self.run.states[:, :, k * d : (k + 1) * d]
+        part: Array = self.ivp.vectors(self.run.states)[k]
+        return part
 
     def along(self, name: str) -> Array:
         """Return a function of the state for each stored state of each member, shape(k, n, ...).
@@ -149,10 +150,8 @@ class Ensemble:
         some, ivp = self.run.members, self.ivp
         h = np.broadcast_to(some.h, (len(some),))
         table = {"member": np.arange(len(some)), "h": h} | {name: np.asarray(values) for name, values in some.parameters.items()}
-        if isinstance(ivp, PoissonIvp):
-            return table | {f"y{j + 1}": states[:, j] for j in range(ivp.size)}
-        q = {f"q{j + 1}": states[:, ivp.d + j] for j in range(ivp.d)}
-        return table | q | {f"p{j + 1}": states[:, j] for j in range(ivp.d)}
+        positions_first = sorted(columns(ivp).items(), key=lambda item: item[0].startswith("p"))
+        return table | {name: states[:, k] for name, k in positions_first}
 
     @property
     def start_table(self) -> "pd.DataFrame":

@@ -9,7 +9,7 @@ from daebench.errors import BadInput, unknown
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.members import Members
-from daebench.studies.ensemble.distributions.box import coordinates
+from daebench.studies.ensemble.distributions.box import columns
 from daebench.studies.ensemble.distributions.mechanics import Mechanics
 
 Quantity = Callable[[Members, Array], Array]
@@ -47,11 +47,10 @@ def known(ivp: InitialValueProblem) -> Mapping[str, Quantity]:
     vanishes on the manifold; coordinates, as q1, p2 or y1; and the problem's first integrals and Casimir functions by their names.
     """
     quantities: dict[str, Quantity] = {"energy": _of("H")}
-    offsets = np.cumsum([0, *map(len, ivp.start)])
     if isinstance(ivp, ConstrainedIvp):
         quantities |= {"kinetic": _kinetic, "potential": _potential} if ivp.facts.QUADRATIC else {}
         quantities |= {"g": _largest("g"), "Gv": _largest("Gv")}
-    quantities |= {name: _coordinate(int(offsets[vector]) + place) for name, (vector, place) in coordinates(ivp).items()}
+    quantities |= {name: _coordinate(column) for name, column in columns(ivp).items()}
     quantities |= {name: _component("integrals", i) for i, name in enumerate(ivp.integrals)}
     casimirs = ivp.casimirs if isinstance(ivp, PoissonIvp) else ()
     return quantities | {name: _component("casimirs", i) for i, name in enumerate(casimirs)}

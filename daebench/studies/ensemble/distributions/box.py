@@ -20,6 +20,12 @@ def coordinates(ivp: InitialValueProblem) -> dict[str, tuple[int, int]]:
     return {f"{letter}{i + 1}": (k, i) for k, letter in enumerate(letters) for i in range(len(ivp.start[k]))}
 
 
+def columns(ivp: InitialValueProblem) -> dict[str, int]:
+    """Return the names of the coordinates of a state, each with its column in states as they are stored, (p, q) or y."""
+    first = np.cumsum([0, *map(len, ivp.start)])
+    return {name: int(first[vector]) + place for name, (vector, place) in coordinates(ivp).items()}
+
+
 def bounds_of(name: str, given: Any, *, infinite: bool = False) -> tuple[float, float]:
     """Return a lower and an upper bound as two numbers.
 
