@@ -47,7 +47,10 @@ def chaos(
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Say which starts of a plane are chaotic, by the tangent map of the scheme; exit 1 if a run stops early."""
+    """Say which starts of a plane are chaotic, by the tangent map of the scheme; exit 1 if a run stops early.
+
+    Regular means that no exponential growth was seen in this time t: an exponent below about 10/t is not told from none.
+    """
     from daebench.studies.chaos.run import chaos as made
 
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "steps": steps, "plane": _plane(plane), "cells": cells, "energy": _energy(energy)}
@@ -93,6 +96,7 @@ def _write(folder: Folder, result: "Chaos") -> list[str]:
 
 def _print(summary: Mapping[str, Any], result: "Chaos") -> None:
     from daebench.cli.summary import print_summary
+    from daebench.diagnostics.lyapunov import REGULAR, TOLD
 
     shown = {name: value for name, value in summary.items() if name not in ("exponent", "plane", "reasons", "median", "confidence")}
     print_summary(shown | {"reasons": summary["reasons"] or None})
@@ -103,5 +107,8 @@ def _print(summary: Mapping[str, Any], result: "Chaos") -> None:
         print(f"largest exponent {largest['value']:.4g} 1/s ({ends}), {largest['verdict']}, at {place}")
     if summary["median"] is not None:
         print(f"median exponent of chaotic starts {summary['median']:.4g} 1/s")
+    if summary[REGULAR]:
+        t, least = summary["t"], TOLD / summary["t"]
+        print(f"regular: no exponential growth seen in {t:g} s; an exponent below about {least:.2g} 1/s is not told from none")
     for i in result.growth.status.nonzero()[0][:1]:
         print(f"first that stopped: {result.growth.sentence(int(i))}")

@@ -39,8 +39,10 @@ def long(
 ) -> None:
     """Follow the energy error over very many steps, and say whether it is bounded, a random walk, or drifts.
 
-    Memory is bounded, however many the steps. To tell a random walk from a drift takes an ensemble of at least 16 starts. Ctrl-C and
-    SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member stops early.
+    Memory is bounded, however many the steps. To tell a random walk from a drift takes an ensemble of at least 16 starts. A drift of
+    each start's own that adds a third to the spread mostly passes as a walk of 256 starts, with an exponent of 0.51 to 0.55, and less
+    often of more. Ctrl-C and SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member
+    stops early.
     """
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.runs.files import make_folder

@@ -43,7 +43,10 @@ def step_for(
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Find the largest step size that does, in a statistic, as half of it does; exit 1 if none of those tried passes."""
+    """Find the largest step size that does, in a statistic, as half of it does; exit 1 if none of those tried passes.
+
+    Whether that half does as the exact motion is not tested.
+    """
     from daebench.studies.step_for.run import step_for as made
 
     asked: dict[str, Any] = {"statistic": statistic, "margin": margin, "method": method, "h": h, "t_end": t_end, "members": members}
@@ -88,6 +91,15 @@ def _print(summary: Mapping[str, Any]) -> None:
         if row["verdict"] == "undecided":
             enough = f"about {row['needed']} members would decide" if row["needed"] else "the difference is the margin within rounding"
             print(f"h = {row['h']:g} s is undecided: {enough}")
-    print("no step tried passes" if summary["h"] is None else f"h = {summary['h']:g} s passes, the largest that does")
+    print(_passed(summary))
     level, planned = summary["level"], summary["planned"]
     print(f"level {level:g} of the search: each of {planned} tests at {level / planned:.3g}")
+
+
+def _passed(summary: Mapping[str, Any]) -> str:
+    """Return which step passes, and what is not shown by that."""
+    h = summary["h"]
+    if h is None:
+        return "no step tried passes"
+    which = "the largest tried" if h == summary["tried"][0]["h"] else "the largest that does"
+    return f"h = {h:g} s passes, {which}: it does as {h / 2:g} s does; whether that does as the exact motion is not tested"

@@ -43,6 +43,9 @@ TRANSIENT = 0.1
 CONFIDENCE = 0.95
 """Confidence of the intervals of exponents."""
 
+TOLD = 10.0
+"""lambda t from about which on an exponent lambda is told from none in a time t."""
+
 FEWEST = 2 * BATCHES
 """Fewest intervals of time of which an exponent is taken."""
 
@@ -90,8 +93,9 @@ def exponents(growth: Array, interval: float) -> Exponents:
 
     A start is called chaotic where <Y> is at least :data:`EXPONENTIAL` and still rises, and the second half of the time adds
     :data:`MANY_FOLDS` to log delta; regular where <Y> is at most :data:`QUASI_PERIODIC` and that half adds at most :data:`FEW_FOLDS`.
-    Regular means that no exponent above ``high`` was seen: one with lambda t below 10 cannot be told from none. The interval is that
-    of Student for the means of :data:`BATCHES` batches, after the first tenth.
+    Regular means that no exponential growth was seen in this time: an exponent below about :data:`TOLD` / t is not told from none, so
+    that a start may be regular now and chaotic in a longer run. The interval is that of Student for the means of :data:`BATCHES`
+    batches, after the first tenth.
 
     On starts with known answers, 96 about each of six integrable problems each after 50, 100, 200, 400 and 1000 s, 0 of 2880 were
     called chaotic and 17 undetermined. Of 95 chaotic ones of the double pendulum (lambda = 0.93/s) none was called regular after 25 s and

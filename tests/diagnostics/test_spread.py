@@ -77,6 +77,14 @@ def test_a_walk_that_becomes_a_drift_follows_no_single_power(random):
     assert np.mean([each.decades for each in found]) < 3
 
 
+@pytest.mark.parametrize(("members", "least", "most"), [(256, 0.85, 1.0), (1024, 0.15, 0.65)])
+def test_a_drift_that_adds_a_third_to_the_spread_passes_as_a_walk_as_often_as_is_said(members, least, most, random):
+    found = spreads(random, 40, 0.5, members=members, drift=np.sqrt((4 / 3) ** 2 - 1) / 2**8)
+    walks = [each for each in found if not each.bent and 0.25 < each.exponent < 0.75]
+    assert least <= len(walks) / 40 <= most
+    assert 0.515 < np.mean(numbers(walks)[0]) < 0.545
+
+
 def test_sixteen_members_have_honest_errors_too(random):
     exponents, errors = numbers(spreads(random, 150, 0.5, members=16))
     assert np.mean(np.abs(exponents - 0.5) < 2 * errors) >= 0.87

@@ -75,7 +75,10 @@ class Chaos:
 
     @property
     def verdict(self) -> NDArray[np.str_]:
-        """Verdicts, shape(r, c): chaotic, regular, undetermined, stopped or empty."""
+        """Verdicts, shape(r, c): chaotic, regular, undetermined, stopped or empty.
+
+        Regular says that no exponential growth was seen in this time: an exponent below about 10/t is not told from none.
+        """
         words = self.exponents.verdict
         return np.asarray(self.plane.spread(np.where(words == "", STOPPED, words), EMPTY))
 
