@@ -17,7 +17,7 @@ LOW, HIGH = 0.05, 0.95
 """Quantiles between which nine tenths of the starts lie."""
 
 DECIDED = 0.5
-"""Settings in which so many of the starts have a drift or none are decided; in others most starts are undetermined."""
+"""A setting is decided where a larger part of its starts has a drift or none; claims about trends are held in these alone."""
 
 ROUND_OFF = 1e-12
 """Errors below are rounding, and are not compared."""
@@ -96,7 +96,7 @@ def winners(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def order(first: pd.DataFrame) -> SimpleNamespace:
-    """Return how often the start of the case names the method that most starts name, and how many of these do."""
+    """Return how often the start of the case names the method that is first from the most starts, and from how many it is."""
     wrong = first[first["own"] != first["most"]]
     return SimpleNamespace(
         n=len(first),
@@ -140,7 +140,7 @@ def trends(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def agreement(verdicts: pd.DataFrame) -> SimpleNamespace:
-    """Return in how many settings the case's own verdict is that of most starts, for methods that keep the two-form and for others."""
+    """Return in how many settings the case's own verdict is the most frequent one, for methods that keep the two-form and for others."""
     finest = verdicts[(verdicts["price"] == FRACTIONS[-1]) & (verdicts["failed"] == 0)]
     decided = finest[finest["undetermined"] < 1 - DECIDED]
     structured, others = (decided[decided["method"].isin(STRUCTURED) == flag] for flag in (True, False))

@@ -33,7 +33,7 @@ def tables(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict
         "winners": (
             conclusions.winners,
             {"motion": title, "price": _price, "own": _named, "most": code, "part": percent, "error": percent} | parts,
-            {"own": "first, case", "most": "first, most starts", "part": "of the starts", "error": "±"}
+            {"own": "first, case", "most": "first from the most starts", "part": "of the starts", "error": "±"}
             | {method: str(code(method)) for method in METHODS},
         ),
         "failures": (
