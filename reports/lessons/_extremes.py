@@ -18,7 +18,7 @@ from daebench.pages.lesson.control import NO_YES, Control, Values, defaults
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most, count, number, percent
 from daebench.pages.report.claims import require
-from daebench.reports.lessons._extremes_runs import apart, cannot_turn, locked, parted, penalised, released, releases, summed, turned
+from daebench.reports.lessons._extremes_runs import alike, apart, cannot_turn, locked, parted, penalised, released, releases, summed, turned
 from daebench.reports.lessons._panels import MINUS_START, against_time, seconds, small
 
 CRANKS = {"rattle": "RATTLE", "rk4": "Runge and Kutta, index reduced (rk4)"}
@@ -31,6 +31,7 @@ PENDULUMS = {"rattle": "RATTLE", "lobatto3": "Lobatto, 3 stages"}
 APART, DELTA = tuple(float(f"1e-{k}") for k in range(14, 1, -2)), 1e-10
 LATER = (0.1, 0.2, 0.4, 1.0)
 WARM = ("#7f2704", "#d94801", "#fd8d3c", "#fdd0a2", "#bdbdbd")
+EARLY, LATE = 2.0, 4.0
 ENERGIES = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)
 COLD = ("#deebf7", "#9ecae1", "#4292c6", "#2171b5", "#08519c", "#d55e00")
 MANY = 200_000
@@ -265,6 +266,9 @@ def facts() -> SimpleNamespace:
     when, _ = turned(**defaults(MAP.controls))
     below = int(np.sum(np.isfinite(when[cannot_turn()])))
     require(below == 0, "no arm turns over that has too little energy", below)
+    length = float(defaults(MAP.controls)["t_end"])
+    early, late = alike(when, 0.0, EARLY), alike(when, LATE, length)
+    require(late < 0.25 < 0.5 < early, "most neighbours turn over together early, and few late", (early, late))
     require(all(np.isfinite(time) for time in (*chaos.values(), nearer)), "all of the pendulums part", chaos)
     require(nearer > chaos["rattle"], "a smaller difference takes longer", nearer)
     return SimpleNamespace(
@@ -281,5 +285,9 @@ def facts() -> SimpleNamespace:
         releases=when.size,
         turn=float(np.mean(np.isfinite(when))),
         cannot=float(np.mean(cannot_turn())),
-        length=float(defaults(MAP.controls)["t_end"]),
+        length=length,
+        early=EARLY,
+        late=LATE,
+        alike_early=early,
+        alike_late=late,
     )

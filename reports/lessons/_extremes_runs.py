@@ -25,6 +25,9 @@ SHOWN, PARTED = 400, 0.1
 SIDE, SEEN = 64, 0.05
 """Angles of release of each arm on the map, and about how often an arm is looked at, s."""
 
+ALIKE = 0.1 + SEEN / 2
+"""Least difference between times of two turns, s, that is more than a tenth: times are whole multiples of how often an arm is looked at."""
+
 
 @cache
 def locked(scheme: str, rod: float, h: float) -> tuple[Trajectory, Array, Array]:
@@ -101,6 +104,26 @@ def turned(scheme: str, h: float, t_end: float) -> tuple[Array, Array]:
     over = (arm[1:, :, 0] * arm[:-1, :, 0] < 0) & (np.minimum(arm[1:, :, 1], arm[:-1, :, 1]) > 0)
     when = np.where(over.any(axis=0), run.t[1 + over.argmax(axis=0)], np.inf)
     return when.reshape(SIDE, SIDE), run.maxima["energy"].reshape(SIDE, SIDE)
+
+
+def alike(when: Array, after: float, until: float) -> float:
+    """Return the part of the neighbours of releases that turn over in a span of time which do so within a tenth of a second of them.
+
+    Neighbours differ in one angle by one place on the map; one that never turns over is not alike.
+
+    Parameters
+    ----------
+    when : ndarray, shape(SIDE, SIDE)
+        Times of :func:`turned`, s.
+    after, until : float
+        The span of time, s, without its beginning.
+    """
+    close: list[NDArray[np.bool_]] = []
+    for times in (when, when.T):
+        for one, other in ((times[1:], times[:-1]), (times[:-1], times[1:])):
+            some = (one > after) & (one <= until)
+            close.append(np.abs(one[some] - other[some]) < ALIKE)
+    return float(np.mean(np.concatenate(close)))
 
 
 def cannot_turn() -> NDArray[np.bool_]:

@@ -250,6 +250,15 @@ def test_an_arm_turns_over_when_the_angle_of_a_run_by_itself_passes_the_top(monk
     assert not np.isfinite(when[_extremes_runs.cannot_turn()]).any()
 
 
+def test_neighbours_are_alike_that_turn_over_within_a_tenth_of_a_second_of_each_other():
+    from daebench.reports.lessons._extremes_runs import alike
+
+    when = np.array([[1.0, 1.1, 1.3], [1.0, np.inf, 5.0], [6.0, 6.0, np.inf]])
+    assert alike(when, 0.0, 2.0) == 4 / 10
+    assert alike(when, 4.0, 10.0) == 2 / 8
+    assert alike(when, 5.0, 10.0) == 2 / 5
+
+
 def test_asking_for_a_lesson_that_there_is_not_is_one_sentence(daebench, tmp_path):
     for words in (("--no-browser",), ("--export", tmp_path)):
         code, _, said = daebench("lesson", "why-symplectick", *words)
