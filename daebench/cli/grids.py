@@ -1,7 +1,8 @@
 """Runs of a study from the command line: what is asked, the plan of a dry run, the store, and a progress bar."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,36 @@ if TYPE_CHECKING:
     from daebench.studies.grid.runs import Runs
     from daebench.studies.grid.store import Store
     from daebench.studies.stability.extreme import Asked
+
+
+@dataclass(frozen=True)
+class StudyCommand:
+    """What a command on a study is given besides the study.
+
+    Parameters
+    ----------
+    store : Path, optional
+        The store of its runs; ``studies.db`` in the folder if left out.
+    out : Path
+        Folder of tables and pictures.
+    executors : Executors
+        Where runs are made.
+    left_out : mapping of str to str
+        Methods that are left out, each with the reason.
+    dry_run, json : bool
+        Whether the plan alone is printed, and whether results are printed as JSON.
+    """
+
+    store: Path | None
+    out: Path
+    executors: Executors
+    left_out: Mapping[str, str]
+    dry_run: bool
+    json: bool
+
+    def runs(self, specifications: "Sequence[GridRun]", label: str) -> "AbstractContextManager[tuple[Runs, str]]":
+        """Give the function that makes the rows of a study, see :func:`study_runs`."""
+        return study_runs(specifications, self.store, self.out, self.executors, label, dry_run=self.dry_run)
 
 
 def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":

@@ -9,7 +9,7 @@ import typer
 from daebench.cli import arguments
 from daebench.cli.console import numbers, pairs, print_frame, print_json, print_written, words
 from daebench.cli.executors import Executors
-from daebench.cli.grids import study_runs
+from daebench.cli.grids import StudyCommand
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
 from daebench.cli.work_precision_starts import FromStarts, from_starts, without_slow
 from daebench.errors import BadInput, DaebenchError
@@ -88,40 +88,30 @@ def work_precision(
     asked: dict[str, Any] = {"case": case, "methods": words(methods) if methods else None, "repeat": repeat, "beside": executors.beside}
     asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
     study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
-    where: dict[str, Any] = {"store": store, "out": out, "executors": executors, "dry_run": dry_run, "json": json, "left_out": left_out}
+    command = StudyCommand(store=store, out=out, executors=executors, left_out=left_out, dry_run=dry_run, json=json)
     if ensemble is not None:
         study = study if methods else without_slow(study, left_out)
         settings = settings_of(starts.value, size=size, box=box, energy=energy)
-        from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, _column(error, study), **where)
+        from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, _column(error, study), command)
         return
     of_no_use = {"--size": size is not None, "--box": bool(box), "--energy": energy is not None, "--seed": seed != 0}
     of_no_use |= {"--starts": starts is not Distribution.neighbourhood, "--solver-starts": solver_starts != SOLVER_STARTS}
     _refuse_of_no_use([name for name, given in of_no_use.items() if given])
-    _from_one_start(study, _column(error, study), **where)
+    _from_one_start(study, _column(error, study), command)
 
 
-def _from_one_start(
-    study: "Study",
-    error: str,
-    left_out: Mapping[str, str],
-    store: Path | None,
-    out: Path,
-    executors: Executors,
-    *,
-    dry_run: bool,
-    json: bool,
-) -> None:
+def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
     """Make the runs from the start of the case, write table and picture, and print who is the cheapest."""
     from daebench.studies.work_precision.study import with_costs
 
     specifications = study.specifications()
     label = f"work against precision on {study.problem}"
-    with study_runs(specifications, store, out, executors, label, dry_run=dry_run) as (runs, again):
+    with command.runs(specifications, label) as (runs, again):
         table = with_costs(runs(specifications))
-    path = _drawn(out, table, error)
-    _tell(table, error, "seconds" if study.repeat else "evaluations", left_out, again, json=json)
-    if not json:
-        print_written((out / "work_precision.csv", path))
+    path = _drawn(command.out, table, error)
+    _tell(table, error, "seconds" if study.repeat else "evaluations", command.left_out, again, json=command.json)
+    if not command.json:
+        print_written((command.out / "work_precision.csv", path))
 
 
 def _refuse_of_no_use(given: list[str]) -> None:

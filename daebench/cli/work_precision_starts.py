@@ -2,12 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daebench.cli.console import print_json, print_table, print_written
-from daebench.cli.executors import Executors
-from daebench.cli.grids import study_runs
+from daebench.cli.grids import StudyCommand
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -67,18 +65,7 @@ def without_slow(study: "Study", left_out: dict[str, str]) -> "Study":
     return replace(study, methods=[name for name in study.methods if name not in SLOW])
 
 
-def from_starts(
-    asked: FromStarts,
-    study: "Study",
-    error: str,
-    left_out: Mapping[str, str],
-    store: Path | None,
-    out: Path,
-    executors: Executors,
-    *,
-    dry_run: bool,
-    json: bool,
-) -> None:
+def from_starts(asked: FromStarts, study: "Study", error: str, command: StudyCommand) -> None:
     """Make the runs, write the picture and tables, and print who is the cheapest."""
     from daebench.draw.figures import save_table
     from daebench.studies.work_precision.band_figure import bands, draw_bands
@@ -90,22 +77,22 @@ def from_starts(
     if error.removeprefix("error_") not in specifications[0].metrics:
         known = ", ".join(f"error_{name}" for name in specifications[0].metrics)
         raise BadInput(f"over many starts errors are {known}; {error} is of one start, without --ensemble.")
-    with study_runs(specifications, store, out, executors, f"work against precision on {study.problem}", dry_run=dry_run) as (runs, again):
+    with command.runs(specifications, f"work against precision on {study.problem}") as (runs, again):
         table = runs(specifications)
     curves = curves_of(table, error)
     ranks, quantiles = winners(curves), bands(curves)
-    save_table(out / "winners.csv", ranks)
+    save_table(command.out / "winners.csv", ranks)
     label = error.replace("_", " of ").replace("error", "largest error")
-    path = draw_bands(out, quantiles, families(table), label, sentences(ranks), STEM)
+    path = draw_bands(command.out, quantiles, families(table), label, sentences(ranks), STEM)
     failures = {some.method: int(some.failed.sum()) for some in curves if some.failed.any()}
     summary = {"runs": sum(run.count for run in specifications), "failed": sum(failures.values()), "failures": failures}
-    summary |= {"made_again": again, "left_out": dict(left_out)} | _about(specifications, table, curves)
-    if json:
+    summary |= {"made_again": again, "left_out": dict(command.left_out)} | _about(specifications, table, curves)
+    if command.json:
         records = {"winners": ranks.to_dict("records"), "bands": quantiles.to_dict("records"), "sentences": sentences(ranks)}
         print_json({"members": asked.members, "solver_starts": min(asked.members, asked.solver_members), **records, **summary})
         return
     _tell(ranks, summary, error)
-    print_written((out / "winners.csv", path))
+    print_written((command.out / "winners.csv", path))
 
 
 def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "list[Curves]") -> dict[str, Any]:

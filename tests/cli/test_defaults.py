@@ -1,0 +1,52 @@
+"""What options are where they are left out: the same from the command line as in Python."""
+
+import inspect
+
+import pytest
+
+from daebench import chaos, ensemble, step_for
+from daebench.cli.chaos import chaos as chaos_command
+from daebench.cli.ensemble import ensemble as ensemble_command
+from daebench.cli.long import long as long_command
+from daebench.cli.step_for import step_for as step_for_command
+from daebench.cli.work_precision import work_precision as work_precision_command
+from daebench.studies.ensemble.distributions.neighbourhood import Neighbourhood
+from daebench.studies.ensemble.run import MEMBERS
+from daebench.studies.long.run import STRIDE
+from daebench.studies.work_precision.starts import SOLVER_MEMBERS
+from daebench.studies.work_precision.study import REPEAT
+
+
+def numbers(function):
+    """Return the numbers that parameters of a function are where they are left out, by name."""
+    parameters = inspect.signature(function).parameters.values()
+    return {p.name: p.default for p in parameters if isinstance(p.default, int | float) and not isinstance(p.default, bool)}
+
+
+def help_of(command, name):
+    """Return the help of an option."""
+    (option,) = inspect.signature(command).parameters[name].annotation.__metadata__
+    return option.help
+
+
+PAIRS = {
+    "step-for": (step_for_command, step_for, {"members", "halvings", "level", "seed"}),
+    "chaos": (chaos_command, chaos, {"cells", "seed"}),
+    "ensemble": (ensemble_command, ensemble, {"points", "seed"}),
+}
+
+
+@pytest.mark.parametrize(("command", "function", "names"), PAIRS.values(), ids=PAIRS)
+def test_numbers_that_are_left_out_are_the_same_from_the_command_line(command, function, names):
+    assert set(numbers(command)) == names
+    assert numbers(command) == numbers(function)
+
+
+def test_work_precision_has_the_starts_of_solvers_and_the_repeats_of_the_study():
+    assert numbers(work_precision_command) == {"solver_starts": SOLVER_MEMBERS, "seed": 0, "repeat": REPEAT}
+
+
+def test_the_help_says_what_is_taken():
+    assert f"; {STRIDE} if left out." in help_of(long_command, "stride")
+    assert f" [{MEMBERS}];" in help_of(ensemble_command, "members")
+    assert f" [{Neighbourhood.size:g}]." in help_of(ensemble_command, "size")
