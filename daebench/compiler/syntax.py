@@ -129,15 +129,20 @@ def imports(module: types.ModuleType) -> str:
 
 
 def _apart(tree: ast.Module, roots: AbstractSet[str], callbacks: Mapping[str, str]) -> ast.Module:
-    """Let callbacks call copies of the roots: of these nothing need be compiled that wraps them for Python."""
+    """Let callbacks call copies of the roots, and these copies of further roots: of them nothing is compiled that wraps them for Python.
+
+    A copy is for one caller, to become part of it, see :func:`_within`.
+    """
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    copies: dict[str, ast.FunctionDef] = {}
-    for name in functions.keys() & callbacks.keys():
-        for node in ast.walk(functions[name]):
+    waiting = [functions[name] for name in callbacks if name in functions]
+    while waiting:
+        caller, copies = waiting.pop(), dict[str, ast.FunctionDef]()
+        for node in ast.walk(caller):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in functions.keys() & roots:
                 copy = copies.setdefault(node.func.id, deepcopy(functions[node.func.id]))
-                node.func.id = copy.name = f"{functions[node.func.id].name}_within"
-    tree.body += copies.values()
+                node.func.id = copy.name = f"{functions[node.func.id].name}_in_{caller.name}"
+        tree.body += copies.values()
+        waiting += copies.values()
     return tree
 
 
