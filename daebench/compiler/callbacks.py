@@ -83,8 +83,9 @@ def jacobian_callback(t, cj, y, yp, res, JJ, user, a, b, c):
 EXPLICIT = """
 def rhs_callback(t, y, out, user):
     return noted(user, RESIDUALS, t, rhs(t, {vector}(user, y), {n}), {vector}(user, out), {n}), {par}))
+"""
 
-
+EXPLICIT_DENSE = """
 def rhs_jacobian_callback(t, y, out, JJ, user, a, b, c):
     entries = farray(numbers_of_matrix(user, JJ), ({n}, {n}))
     return noted(user, JACOBIANS, t, rhs_jacobian(t, {vector}(user, y), {n}), entries, {par}))

@@ -190,7 +190,6 @@ REFUSED = {
         {"method": "ida:index2", "tol": 1e-6, "callbacks": "python"},
         "a record of steps needs compiled callbacks, for scikit-sundae",
     ),
-    "least squares": ({"method": "ida:ode", "tol": 1e-6, "on_singular": "least-squares"}, "they are not compiled where constraints may be"),
     "poisson": ({"problem": "lotka_volterra", "case": None, "method": "scipy:RK45", "tol": 1e-6}, "does not tell what it thinks"),
 }
 

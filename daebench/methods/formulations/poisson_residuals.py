@@ -5,7 +5,7 @@ import inspect
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.callbacks import DENSE, EXPLICIT, SIGNATURES, called_back
+from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, SIGNATURES, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.lattice.derivation import LatticeDerivation
 from daebench.compiler.linear import elimination
@@ -77,7 +77,7 @@ def _ode(of: PoissonDerivation) -> list[str]:
         writer("field_y", {"y": y}, {"JJ": of.field.jacobian(y)}, of.parameters),
         ODE,
         IMPLICIT,
-        _called_back(of.n, len(of.parameters), EXPLICIT),
+        _called_back(of.n, len(of.parameters), EXPLICIT, EXPLICIT_DENSE),
     ]
 
 
@@ -106,7 +106,7 @@ class LatticeRates(LatticeDerivation):
             codegen.function("field_y(y, JJ, par)", "JJ[:] = 0.0", *slopes),
             ODE,
             IMPLICIT,
-            _called_back(self.fields * N, len(self.parameters), EXPLICIT),
+            _called_back(self.fields * N, len(self.parameters), EXPLICIT, EXPLICIT_DENSE),
         ]
 
 

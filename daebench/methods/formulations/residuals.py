@@ -120,14 +120,15 @@ def rhs_jacobian(t, y, JJ, par):
     return finite_matrix(pivot, JJ)
 """
 
-IMPLICIT = """
+RESIDUAL = """
 def residual(t, y, yp, res, par):
     health = rhs(t, y, res, par)
     for i in range(y.shape[0]):
         res[i] = yp[i] - res[i]
     return health
+"""
 
-
+JACOBIAN = """
 def jacobian(t, y, yp, res, cj, JJ, par):
     health = rhs_jacobian(t, y, JJ, par)
     for i in range(y.shape[0]):
@@ -136,6 +137,9 @@ def jacobian(t, y, yp, res, cj, JJ, par):
         JJ[i, i] += cj
     return health
 """
+
+IMPLICIT = RESIDUAL + JACOBIAN
+"""The residual y' - f(y) of a right side, and its Jacobian."""
 
 
 def source(title: str, derivation: Derivation, formulation: str, multipliers: str, *, cached: bool, directions: int = 0) -> str:
@@ -175,7 +179,7 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     else:
         compiled, plain = implicit(*_unknowns(equations, formulation, multipliers), parameters, directions), start
     n = len(state) + derivation.m * {"ode": 0, "ggl": 2}.get(formulation, 1)
-    kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT] * (formulation == "ode")]
+    kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT, callbacks.EXPLICIT_DENSE] * (formulation == "ode")]
     compiled.append(callbacks.called_back(n * (1 + directions), len(parameters) * (1 + directions), *kinds))
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
     header = HEADER.format(title=title) + "from daebench.compiler.linear.elimination_compiled import eliminate, finite, finite_matrix\n"

@@ -59,7 +59,7 @@ def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, 
     law = monitor.monitored
     compiled = law is not None and law.compiled and hasattr(posed.module, "residual_callback")
     monitor.callbacks = "python"
-    why = "they are not compiled where constraints may be redundant"
+    why = "they are not compiled"
     try:
         if monitor.native and compiled:
             run = _Run(posed, family, tol, atol, monitor, settings)

@@ -1,0 +1,166 @@
+"""Compiled callbacks where multipliers are found by least squares do what Python callbacks do, also under redundant constraints."""
+
+import dataclasses
+import math
+import signal
+import subprocess
+import sys
+import time
+
+import definitions
+import numpy as np
+import pytest
+import sympy as sp
+
+import daebench
+from daebench.compiler.definition import source_of
+from daebench.errors import BadInput
+from daebench.methods.solvers import least_squares
+from daebench.methods.solvers.monitored import Monitored
+from daebench.runs.make_ivp import make_ivp
+
+METHODS = ("ida:ode", "cvode:adams", "cvode:bdf")
+
+
+def doubled(**changes):
+    """Return the double pendulum of ``definitions`` with a third constraint that is a combination of its two."""
+    base = definitions.double_pendulum()
+    return dataclasses.replace(base, g=[*base.g, base.g[0] - 2 * base.g[1]], **changes)
+
+
+def bounded():
+    """Return the same in a potential that has no value where the second mass is above -0.5."""
+    base = definitions.double_pendulum()
+    return doubled(U=base.U + sp.sqrt(-sp.Rational(1, 2) - base.q[3]) / 100)
+
+
+def both(problem, **settings):
+    """Return a run by least squares with compiled callbacks, and one with Python callbacks."""
+    return [daebench.run(problem, on_singular="least-squares", callbacks=callbacks, **settings) for callbacks in ("native", "python")]
+
+
+def same(native, python):
+    """Assert that two runs have the same steps, calls, end and passages, and states within 1e-15 of their size."""
+    assert (native.callbacks, python.callbacks) == ("native", "python")
+    assert dict(native.work) == dict(python.work)
+    assert native.work["jacobian"] > 0
+    assert native.failure == python.failure
+    assert [passage.branch for passage in native.passages] == [passage.branch for passage in python.passages]
+    assert np.array_equal(native.t, python.t)
+    ours, theirs = (np.hstack([run.q, run.p]) for run in (native, python))
+    assert np.abs(ours - theirs).max() <= 1e-15 * np.abs(theirs).max()
+
+
+@pytest.mark.parametrize("tol", [1e-5, 1e-11])
+@pytest.mark.parametrize("method", METHODS)
+def test_both_kinds_of_callbacks_give_the_same_run_under_redundant_constraints(method, tol):
+    same(*both(doubled(), case="bent", method=method, tol=tol, t_end=2.0, points=21))
+
+
+LARGER = {
+    "lock-up": ("slider_crank", {"case": "lock_up", "t_end": 1.1}),
+    "linkage": ("four_bar", {"case": "iftomm", "parameters": {"bars": 1}, "t_end": 2.0}),
+    "two loops": ("four_bar", {"case": "iftomm", "t_end": 0.8}),
+    "squeezer": ("andrews_squeezer", {"t_end": 0.01}),
+}
+"""Problems of the catalogue, by what is harder than above: three go through losses of rank, and one has six constraints on seven angles."""
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("which", LARGER)
+@pytest.mark.parametrize("method", METHODS)
+def test_both_kinds_of_callbacks_give_the_same_run_on_problems_of_the_catalogue(method, which):
+    problem, settings = LARGER[which]
+    for tol in (1e-6, 1e-9):
+        same(*both(problem, method=method, tol=tol, **settings))
+
+
+def test_a_run_ends_in_the_same_way_where_a_value_is_no_longer_finite():
+    native, python = both(bounded(), case="bent", method="cvode:bdf", tol=1e-8, t_end=20.0)
+    assert "finite" in native.failure
+    same(native, python)
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """Have nothing compiled."""
+    monkeypatch.setattr(least_squares, "COMPILED", False)
+
+
+def posed():
+    ivp = make_ivp(source_of(doubled(), "doubled"), "bent")
+    return least_squares.by_least_squares(dataclasses.replace(ivp, on_singular="least-squares"))
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_jacobian_is_that_of_differences_along_the_constraints():
+    dae, h = posed(), 1e-6
+    JJ, sides, residual_y = np.empty((dae.n, dae.n)), np.empty((2, dae.n)), np.empty((dae.n, dae.n))
+    assert dae.rhs_jacobian(0.0, dae.y0, JJ, dae.par) > 1e-3
+    for j in range(dae.n):
+        for side, sign in zip(sides, (1, -1), strict=True):
+            dae.rhs(0.0, dae.y0 + sign * h * np.eye(dae.n)[j], side, dae.par)
+        assert (sides[0] - sides[1]) / (2 * h) == pytest.approx(JJ[:, j], abs=1e-7)
+    dae.jacobian(0.0, dae.y0, dae.yp0, np.empty(dae.n), 7.0, residual_y, dae.par)
+    assert residual_y == pytest.approx(7.0 * np.eye(dae.n) - JJ, abs=1e-14)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e160])
+def test_what_is_not_finite_is_told(bad):
+    dae = posed()
+    for j in range(dae.n // 2):
+        y = dae.y0.copy()
+        y[j] = bad
+        with np.errstate(all="ignore"):
+            assert math.isnan(dae.rhs(0.0, y, np.empty(dae.n), dae.par))
+            assert math.isnan(dae.rhs_jacobian(0.0, y, np.empty((dae.n, dae.n)), dae.par))
+
+
+def test_what_is_monitored_is_the_same_compiled_and_not():
+    dae = posed()
+    compiled, uncompiled = Monitored(dae, 1e-7), Monitored(dae, 1e-7)
+    uncompiled.compiled = False
+    y = dae.y0 + 0.01 * np.random.default_rng(2).standard_normal(dae.n)
+    assert compiled.compiled
+    assert compiled.independence(y) > 1e-3
+    assert compiled.values(y) == pytest.approx(uncompiled.values(y), rel=1e-13)
+    assert compiled.independence(y) == pytest.approx(uncompiled.independence(y), rel=1e-12)
+    assert compiled.explained(y, 0.1) == pytest.approx(uncompiled.explained(y, 0.1), rel=1e-6)
+
+
+def test_steps_are_recorded():
+    settings = {"case": "bent", "method": "ida:ode", "tol": 1e-6, "t_end": 1.0, "on_singular": "least-squares", "solver_steps": True}
+    run = daebench.run(doubled(), **settings)
+    assert len(run.solver_steps.t) == run.steps > 50
+    assert run.solver_steps.t[-1] == 1.0
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_record_of_steps_is_refused_where_callbacks_are_not_compiled():
+    settings = {"case": "bent", "method": "ida:ode", "tol": 1e-6, "t_end": 1.0, "on_singular": "least-squares", "solver_steps": True}
+    with pytest.raises(BadInput, match=r"a record of its steps needs compiled callbacks, and on .* they are not compiled"):
+        daebench.run(doubled(), **settings)
+
+
+INTERRUPTED = """
+import signal, daebench
+settings = {"case": "turning", "method": "ida:ode", "tol": 1e-12, "points": 3, "on_singular": "least-squares"}
+daebench.run("slider_crank", **settings, t_end=1e-3)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+print("begun", flush=True)
+run = daebench.run("slider_crank", **settings, t_end=1e6)
+print(run.callbacks, run.failure)
+"""
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_the_loop():
+    with subprocess.Popen([sys.executable, "-c", INTERRUPTED], stdout=subprocess.PIPE, text=True) as process:
+        process.stdout.readline()
+        time.sleep(2.0)
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=10.0)[0]
+    assert said.startswith("native ")
+    assert "interrupted" in said
