@@ -1,4 +1,4 @@
-"""The reversibility defect: what is left when a map is undone by turning momenta round and mapping again."""
+"""The defects of reversibility and of inversion: what is left when a map is undone by turning momenta round and mapping again."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,3 +25,18 @@ def reversibility_defect(flow: Flow, p: ArrayLike, q: ArrayLike) -> float:
     p1, q1 = flow(p0.copy(), q0.copy())
     p2, q2 = flow(-np.asarray(p1), np.array(q1))
     return float(np.linalg.norm(np.concatenate([-np.asarray(p2) - p0, np.asarray(q2) - q0])))
+
+
+def inversion_defect(forward: Flow, backward: Flow, p: ArrayLike, q: ArrayLike) -> float:
+    """Return the Euclidean norm of Phi_{-h} Phi_h(x) - x, which is zero for a symmetric map, HLW Def. V.1.4.
+
+    Parameters
+    ----------
+    forward, backward : callable
+        The maps Phi_h and Phi_{-h}, ``(p, q) -> (p, q)``.
+    p, q : array_like, shape(d,)
+        The point x.
+    """
+    p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
+    p2, q2 = backward(*(np.real(part) for part in forward(p0.copy(), q0.copy())))
+    return float(np.linalg.norm(np.concatenate([np.real(p2) - p0, np.real(q2) - q0])))

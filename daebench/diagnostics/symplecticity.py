@@ -44,6 +44,21 @@ def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     return np.ascontiguousarray(rows[rank:].T)
 
 
+def tangent_basis_at_one_time(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
+    """Return an orthonormal basis of the tangent vectors of a system in time that leave the time, and p_t, as they are.
+
+    The two-form dq ^ dp of the positions alone is what a damping contracts: dt ^ dp_t, which the vectors of :func:`tangent_basis` have
+    besides, is not.
+    """
+    C = constraint_jacobian(ivp, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
+    d = ivp.d
+    kept = np.array([i for i in range(2 * d) if i not in (d - 1, 2 * d - 1)])
+    X = np.zeros((2 * d, 2 * (d - 1) - np.linalg.matrix_rank(C[:, kept])))
+    _, _, rows = np.linalg.svd(C[:, kept])
+    X[kept] = rows[len(rows) - X.shape[1] :].T
+    return X
+
+
 def tangent_map(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Array:
     """Return Phi'(x) X, shape(2d, k): the value of :func:`linearisation`, which has the parameters."""
     return linearisation(flow, p, q, X).value
@@ -144,9 +159,12 @@ def symplecticity_defect(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -
     return two_form_change(tangent_map(flow, p, q, X), np.asarray(X, dtype=float))
 
 
-def two_form_change(carried: Array, X: Array) -> float:
-    """Return the spectral norm of the change of the two-form from the vectors X to those that a map has carried along, momenta first."""
-    return float(np.linalg.norm(_two_form(carried) - _two_form(X), 2))
+def two_form_change(carried: Array, X: Array, left: float = 1.0) -> float:
+    """Return how far the two-form of vectors that a map has carried along is off that of the vectors X, or off the share left of it.
+
+    The vectors have momenta first; the number is the spectral norm of the difference.
+    """
+    return float(np.linalg.norm(_two_form(carried) - left * _two_form(X), 2))
 
 
 def _two_form(X: Array) -> Array:

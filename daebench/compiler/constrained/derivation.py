@@ -198,7 +198,8 @@ class Derivation(Derived):
     def facts(self) -> dict[str, Any]:
         """Return sizes D and M, names of INTEGRALS, properties of H, and whether CLOSED_FORM, KINETIC_FLOW and CHART are declared.
 
-        EXTENDED and FORCED: whether the last position is the time, and whether there are forces without potential.
+        EXTENDED, FORCED and DAMPED: whether the last position is the time, whether there are forces without potential, and whether
+        those that depend on the velocity are -c p.
         """
         return {
             "D": self.d,
@@ -212,6 +213,7 @@ class Derivation(Derived):
             "CHART": self.problem.chart is not None,
             "EXTENDED": False,
             "FORCED": False,
+            "DAMPED": False,
         }
 
     def initial(self, name: str, case: Case) -> str:

@@ -102,13 +102,34 @@ class ExtendedDerivation(Derivation):
         return [[known[i][j] and self.d - 1 not in (i, j) for j in range(self.d)] for i in range(self.d)]
 
     @cached_property
+    def damping(self) -> sp.Expr | None:
+        """Rate c where F = -c p beside the gradient of a function of q and t, with c a number or in the parameters; else None.
+
+        Then the two-form contracts as exp(-c t): another force R(q, t) would change it by dR ^ dq.
+        """
+        if not self.forced:
+            return None
+        d, v = self.d - 1, list(self.velocity[: self.d - 1]) if self.mechanical else list(self.p[: self.d - 1])
+        p = self.momenta if self.mechanical else self.p
+        F = force(self.declared, list(p), list(self.velocity if self.mechanical else self.H_p))[:d]
+        by_v, mass = sp.Matrix(F).jacobian(v), sp.Matrix(p[:d]).jacobian(v)
+        if mass[0, 0] == 0 or by_v == sp.zeros(d, d):
+            return None
+        rate = sp.simplify(-by_v[0, 0] / mass[0, 0])
+        settled = not rate.free_symbols & {*self.q, *self.p, *self.v}
+        if not settled or sp.simplify(by_v + rate * mass) != sp.zeros(d, d):
+            return None
+        rest = (sp.Matrix(F) + rate * sp.Matrix(p[:d])).jacobian(self.q[:d])
+        return rate if sp.simplify(rest - rest.T) == sp.zeros(d, d) else None
+
+    @cached_property
     def constants(self) -> dict[str, bool | int]:
         """Constants of ``kernels/language.py`` that the problem settles."""
         return super().constants | {"EXTENDED": True, "FORCED": self.forced}
 
     def facts(self) -> dict[str, Any]:
         """Return the facts of a constrained problem; D counts the time."""
-        return super().facts() | {"EXTENDED": True, "FORCED": self.forced}
+        return super().facts() | {"EXTENDED": True, "FORCED": self.forced, "DAMPED": self.damping is not None}
 
     def initial(self, name: str, case: Case) -> str:
         """Return the source of name(par), which returns initial p and q, with p_t = 0 and t = 0."""
@@ -125,6 +146,10 @@ class ExtendedDerivation(Derivation):
         pq: Arguments = {"p": list(self.p), "q": list(self.q)}
         qv: Arguments = {"q": list(self.q), "v": list(self.v)}
         rules: dict[str, Callable[[], Rule]] = super()._rules | {"rate_of_time": lambda: ({"q": list(self.q)}, [0] * (d - 1) + [1], (d,))}
+        if self.damping is not None:
+            time = sp.Dummy("time")
+            values = [sp.sympify(self.damping), sp.exp(-self.damping * time) - 1]
+            rules["damping"] = lambda: ({"q": list(self.q), "time": [time]}, values, (2,))
         if self.explicit:
             return rules | {
                 "H_pq": lambda: (pq, self.H_p.jacobian(self.q), (d, d)),

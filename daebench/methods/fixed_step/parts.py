@@ -153,6 +153,8 @@ class Parts:
             return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
         if needs.separable_only and not facts.SEPARABLE:
             return f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M, which {ivp.problem} does not have; use rattle."
+        if needs.conformal and not facts.DAMPED:
+            return f"{self.name} needs a damping F = -c p, which {ivp.problem} does not have; use rattle."
         if needs.autonomous_only and facts.EXTENDED:
             return (
                 f"{self.name} has no place for what time and forces do to the energy of {ivp.problem}; use rattle, of the same positions."

@@ -38,6 +38,8 @@ class Claims:
         Whether it needs a system without time and without forces that have no potential.
     canonical : bool
         Whether it is symplectic for a canonical Hamiltonian ODE, so on the penalised system, which is one.
+    conformal : bool
+        Whether the two-form contracts as exp(-c t) under a damping F = -c p, to round-off; it needs such a damping.
     """
 
     order: int
@@ -54,6 +56,7 @@ class Claims:
     any_form: bool = False
     autonomous_only: bool = False
     canonical: bool = False
+    conformal: bool = False
 
     @property
     def on_manifold(self) -> bool:
@@ -105,6 +108,11 @@ def on_form(claims: Claims, form: str) -> Claims:
     if form == "stiff":
         return replace(claims, symplectic=claims.canonical, system=form)
     return replace(claims, keeps_g=True, keeps_Gv=True, system=form) if form == "local" else claims
+
+
+def under_forces(claims: Claims) -> Claims:
+    """Return the claims of a scheme on a system with forces that have no potential: the flow itself does not preserve the two-form."""
+    return replace(claims, symplectic=False)
 
 
 def composed(claims: Claims, order: int) -> Claims:

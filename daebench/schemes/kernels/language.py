@@ -178,6 +178,10 @@ def rate_of_time(q: Vector) -> Vector:
     """Velocity of a system at rest: 1 in the place of the time, where it is a position, and 0 elsewhere."""
 
 
+def damping(q: Vector, time: tuple[Number]) -> tuple[Number, Number]:
+    """Rate c of a damping F = -c p, and exp(-c t) - 1."""
+
+
 def c_v(q: Vector, v: Vector) -> Matrix:
     """Derivative of the velocity terms c = N v - T_q with respect to v, shape(d, d)."""
 

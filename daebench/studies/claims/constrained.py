@@ -20,15 +20,22 @@ import numpy as np
 
 from daebench.diagnostics.derivative import Derivative
 from daebench.diagnostics.poisson import poisson_defect
-from daebench.diagnostics.reversibility import reversibility_defect
-from daebench.diagnostics.symplecticity import Flow, linearisation, tangent_basis, tangent_map, two_form_change
+from daebench.diagnostics.reversibility import inversion_defect, reversibility_defect
+from daebench.diagnostics.symplecticity import (
+    Flow,
+    linearisation,
+    tangent_basis,
+    tangent_basis_at_one_time,
+    tangent_map,
+    two_form_change,
+)
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.outside.method import OutsideMethod, Stated
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.local_flow import enter, local_flow, structure_matrix
 from daebench.runs.trajectory import Trajectory
-from daebench.schemes.kernels.claims import Claims
+from daebench.schemes.kernels.claims import Claims, under_forces
 from daebench.studies.claims.bench import NO_BOUND, NOT_APPLICABLE, Bench, Finding, attempted, finding
 
 
@@ -37,7 +44,8 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
 
     def __init__(self, ivp: ConstrainedIvp, method: FixedStep | OutsideMethod, run: Trajectory) -> None:
         super().__init__(ivp, method, run)
-        self.claims: Claims | Stated = method.claims
+        claims: Claims | Stated = method.claims
+        self.claims = under_forces(claims) if ivp.facts.FORCED and isinstance(claims, Claims) else claims
         self.flow: Flow = method.flow(ivp, run.value, self.n)
         self.X = tangent_basis(ivp, ivp.p0, ivp.q0)
         self.v, self.H_q = (np.abs(ivp.along(name, run.p, run.q)) for name in ("H_p", "H_q"))
@@ -49,16 +57,39 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
 
     def defects(self) -> list[Finding]:
         """Return the findings on symmetry, on symplecticity, and on the Poisson map of the problem's chart."""
-        return [self.symmetric(), self.symplectic(), *self.poisson()]
+        return [self.symmetric(), *([self.contraction()] if self.ivp.facts.DAMPED else [self.symplectic()]), *self.poisson()]
 
     def symmetric(self) -> Finding:
-        """Return the finding on rho∘Phi∘rho∘Phi = 1."""
+        """Return the finding on rho∘Phi∘rho∘Phi = 1, or on Phi_{-h}∘Phi_h = 1 where time and forces tell past from future."""
+        if self.ivp.facts.EXTENDED:
+            return self._undone()
         uneven = np.abs(self.ivp.along("H", -self.run.p, self.run.q) - self.ivp.along("H", self.run.p, self.run.q))
         if np.any(uneven > self.bound(1, self._energy_size())):
             note = "H(-p, q) is not H(p, q), so that turning the momenta round does not reverse the motion."
             return Finding("symmetric", self.claims.symmetric, NO_BOUND, NO_BOUND, NOT_APPLICABLE, note=note)
         measured, note = attempted(lambda: reversibility_defect(self.flow, self.ivp.p0, self.ivp.q0))
         return finding("symmetric", self.claims.symmetric, measured, self.bound(2 * self.n, self._state_size()), note)
+
+    def _undone(self) -> Finding:
+        if not isinstance(self.method, FixedStep):
+            note = "a system in time is not reversed by turning the momenta round, and code from outside takes no step backwards."
+            return Finding("symmetric", self.claims.symmetric, NO_BOUND, NO_BOUND, NOT_APPLICABLE, note=note)
+        back = self.method.flow(self.ivp, -self.run.value, self.n)
+        measured, note = attempted(lambda: inversion_defect(self.flow, back, self.ivp.p0, self.ivp.q0))
+        return finding("symmetric", self.claims.symmetric, measured, self.bound(2 * self.n, self._state_size()), note)
+
+    def contraction(self) -> Finding:
+        """Return the finding on the two-form of q and p, which a damping F = -c p contracts as exp(-c t)."""
+        at_one_time = tangent_basis_at_one_time(self.ivp, self.ivp.p0, self.ivp.q0)
+        try:
+            carried = linearisation(self.flow, self.ivp.p0, self.ivp.q0, at_one_time)
+        except (RunFailed, BadInput) as error:
+            return finding("contracts the two-form", False, NO_BOUND, note=str(error))
+        left = float(np.exp(-self.ivp.value("damping", self.ivp.q0, (0.0,))[0] * self.n * self.run.value))
+        measured = two_form_change(carried.value, at_one_time, left)
+        size = 1 + max(self._two_form_size(Z) for Z in (at_one_time, carried.value))
+        claimed = getattr(self.claims, "conformal", False)
+        return finding("contracts the two-form", claimed, measured, self.bound(self.n, size), f"by exp(-c t) = {left:.6g}")
 
     def symplectic(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""

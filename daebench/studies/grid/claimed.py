@@ -10,6 +10,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.schemes.kernels.claims import under_forces
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,9 +31,9 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     if isinstance(ivp, PoissonIvp):
         return _on_poisson(ivp, method)
     assert isinstance(method, FixedStep | OutsideMethod)
-    claims = method.claims
+    claims = under_forces(method.claims) if ivp.facts.FORCED and isinstance(method, FixedStep) else method.claims
     symplectic = claims.symplectic and claims.on_manifold
-    reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0)
+    reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0) and not ivp.facts.EXTENDED
     claim = {
         "energy": symplectic or claims.conserves_energy or reversed_too,
         "constraints": claims.on_manifold,
