@@ -14,7 +14,10 @@ MOST_NUMBERS = 12
 
 
 def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensated: bool) -> dict[str, Any]:
-    """Return what a run says of itself; q, p and lam, or y, are those at its end."""
+    """Return what a run says of itself; q, p and lam, or y, are those at its end.
+
+    Of a system in time the energy is H, and its error the defect of the balance H - H0 = energy received.
+    """
     state = _state(trajectory)
     energy, start = (float(ivp.value("H", *point)) for point in (state, ivp.start))
     maxima = dict(trajectory.maxima)
@@ -29,13 +32,9 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
         "tol": trajectory.value if trajectory.knob == "tol" else None,
         "steps": trajectory.steps,
         "t": float(trajectory.t[-1]),
-        **(
-            {"y": state[0]}
-            if isinstance(trajectory, PoissonTrajectory)
-            else {"q": state[1], "p": state[0], "lam": ivp.value("lam", *state)}
-        ),
+        **({"y": state[0]} if isinstance(trajectory, PoissonTrajectory) else {**_mechanical(ivp, *state), "lam": ivp.value("lam", *state)}),
         "sensitivities": {name: {part: rows[-1] for part, rows in by.items()} for name, by in trajectory.sensitivities.items()} or None,
-        "energy": energy,
+        "energy": energy - (state[0][-1] if ivp.facts.KIND == "constrained" and ivp.facts.EXTENDED else 0.0),
         "energy_error": energy - start,
         "max_energy_error": energy_error,
         **_kept(ivp, maxima),
@@ -47,6 +46,13 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
         "callbacks": trajectory.callbacks,
         "failure": trajectory.failure,
     }
+
+
+def _mechanical(ivp: Ivp, p: Any, q: Any) -> dict[str, Any]:
+    """Return positions and momenta, and of a system in time what energy it has received, which is not an error."""
+    if not ivp.facts.EXTENDED:
+        return {"q": q, "p": p}
+    return {"q": q[:-1], "p": p[:-1], "energy_received": float(-p[-1])}
 
 
 def _state(trajectory: Trajectory | PoissonTrajectory) -> tuple[Any, ...]:

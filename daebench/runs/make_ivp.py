@@ -96,6 +96,8 @@ def initial_values(name: str, values: Any, facts: types.ModuleType) -> Array:
     if isinstance(values, str) or not np.iterable(values):
         raise BadInput(f"{name} = {values!r} must be {d} numbers.")
     numbers = list(values)
+    if facts.KIND == "constrained" and facts.EXTENDED and len(numbers) == d - 1:
+        numbers.append(0.0)  # the time, or its conjugate
     if len(numbers) != d:
-        raise BadInput(f"{name} has {len(numbers)} numbers; the problem has {d} {what}.")
+        raise BadInput(f"{name} has {len(numbers)} numbers; the problem has {d - getattr(facts, 'EXTENDED', 0)} {what}.")
     return np.array([real(f"{name}[{i}]", value) for i, value in enumerate(numbers)])

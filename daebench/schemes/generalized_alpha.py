@@ -163,6 +163,16 @@ def advanced(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector,
     return q1, (v1, a_free + share * rate1, rate1), nu / w, report
 
 
+def of_velocities(memory: tuple[Memory, Vector]) -> Memory:
+    """Return v, a and v' of the memory of a system in time."""
+    return memory[0]
+
+
+def of_momenta(memory: tuple[Memory, Vector]) -> Vector:
+    """Return p' of the memory of a system in time."""
+    return memory[1]
+
+
 if EXTENDED:
 
     def start(p0: Vector, q0: Vector, h: Number) -> Any:
@@ -177,11 +187,11 @@ if EXTENDED:
 
             p1 = M(q1) v1,      p_t1 = p_t0 + h/2 (p_t'(0) + p_t'(1)),      p' = -H_q - G^T lam
         """
-        q1, memory1, lam, report = advanced(p0, q0, memory[0], h)
+        q1, memory1, lam, report = advanced(p0, q0, of_velocities(memory), h)
         e = rate_of_time(q0)
         p = mass(p0, q1) @ (memory1[0] - e)
         dp = -(H_q(p, q1) + G(q1).T @ lam)
-        p_t = dot(e, p0) + h / 2 * dot(e, memory[1] + dp)
+        p_t = dot(e, p0) + h / 2 * dot(e, of_momenta(memory) + dp)
         return p + p_t * e, q1, (memory1, dp), (lam,), report
 
 else:

@@ -88,7 +88,7 @@ class ConstrainedHamiltonian:
 
         q' = H_p(p, q, t)      p' = -H_q(p, q, t) + F(q, q', t) - G(q, t)^T lam      0 = g(q, t)      G = g_q
 
-    With t or F it is treated in extended phase space, see :mod:`daebench.systems.extended`: the state has the time as its last
+    With t or F it is treated in extended phase space, where the state has the time as its last
     position, and what the energy has lost to F, to drivers and to the time in H as its last momentum.
 
     Parameters

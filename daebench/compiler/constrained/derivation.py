@@ -124,9 +124,9 @@ class Derivation(Derived):
         """Velocity in terms of v, shape(d,): v itself."""
         return self.v
 
-    def acceleration(self, v_rate: sp.Matrix) -> sp.Matrix:
-        """Return the derivative of the velocity, given that of v, shape(d,)."""
-        return v_rate
+    def of_positions(self, x: sp.Matrix) -> sp.Matrix:
+        """Return the part of a vector that belongs to positions, shape(d,): all of it."""
+        return x
 
     @cached_property
     def N(self) -> sp.Matrix:

@@ -59,9 +59,9 @@ class ExtendedDerivation(Derivation):
         """Velocity (v, 1), shape(d + 1,); the last entry of the vector of symbols stands for p_t."""
         return sp.Matrix([*self.v[: self.d - 1], 1])
 
-    def acceleration(self, v_rate: sp.Matrix) -> sp.Matrix:
-        """Return (v', 0), shape(d + 1,)."""
-        return sp.Matrix([*v_rate[: self.d - 1], 0])
+    def of_positions(self, x: sp.Matrix) -> sp.Matrix:
+        """Return a vector with 0 in the place of the time, shape(d + 1,)."""
+        return sp.Matrix([*x[: self.d - 1], 0])
 
     @cached_property
     def momenta(self) -> sp.Matrix:

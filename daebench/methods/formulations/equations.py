@@ -35,7 +35,7 @@ class Equations:
 
     def positions(self, formulation: str) -> sp.Matrix:
         """Kinematic rows of (1.9), shape(d,)."""
-        extra = self.of.G.T * self.mu if formulation == "ggl" else sp.zeros(self.d, 1)
+        extra = self.of.of_positions(self.of.G.T * self.mu) if formulation == "ggl" else sp.zeros(self.d, 1)
         return self.q_rate - self.velocity + extra
 
     @property
@@ -55,7 +55,7 @@ class Equations:
     def second(self) -> sp.Matrix:
         """Acceleration constraint (1.12), shape(m,)."""
         of = self.of
-        return of.g_qv * of.velocity + of.G * of.acceleration(self.w_rate) if of.mechanical else of.a
+        return of.g_qv * of.velocity + of.G * of.of_positions(self.w_rate) if of.mechanical else of.a
 
     def rows(self, formulation: str) -> sp.Matrix:
         """All rows of a formulation, shape(n,)."""

@@ -1,0 +1,167 @@
+"""Systems in time and under forces without potential: truth in a minimal coordinate, the balance of energy, claims, and bad input."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+import daebench
+from daebench.errors import BadInput, InvalidProblem
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.studies.claims.check import check
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+
+x, y, px, py, vx, vy, t = sp.symbols("x y px py vx vy t", real=True)
+gravity, c = sp.symbols("gravity c", real=True)
+PIVOT = sp.sin(3 * t) / 5
+DRAG = (-c * vx, -c * vy)
+TWIST = (-c * vx + y / 3, -c * vy * vx**2 + t / 10)
+T_END = 2.0
+
+
+def pendulum(form, force=None, **more):
+    """Return a pendulum of unit mass whose pivot is moved along x, as H(p, q) or with a mass matrix that is solved with."""
+    energy = {
+        "H": {"H": (px**2 + py**2) / 2 + gravity * y},
+        "diagonal": {"M": sp.eye(2), "U": gravity * y},
+        "mass": {"M": sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), "U": gravity * y},
+        "inverted": {"H": None},
+    }[form]
+    if form == "inverted":
+        M, p = sp.Matrix([[1, x / 9], [x / 9, 1 + sp.sin(t) / 3]]), sp.Matrix([px, py])
+        energy = {"H": (p.T * M.inv() * p)[0] / 2 + gravity * y}
+    start = (sp.Rational(3, 5), sp.Rational(1, 15)) if form in ("mass", "inverted") else (sp.Rational(3, 5), 0)
+    settings = {"t": t, "parameters": {gravity: 9.81, c: 0.3}, "cases": {"a": Case(q=(1, 0), p=start)}} | more
+    return ConstrainedHamiltonian(q=(x, y), p=(px, py), v=(vx, vy), g=[(x - PIVOT) ** 2 + y**2 - 1], force=force, **energy, **settings)
+
+
+def truth(force):
+    """Return x and y at the end, from the angle theta: x = s + sin theta, y = -cos theta, integrated by SciPy."""
+
+    def rate(time, z):
+        (s, s_t, s_tt), (sine, cosine) = (
+            (np.sin(3 * time) / 5, 0.6 * np.cos(3 * time), -1.8 * np.sin(3 * time)),
+            (np.sin(z[0]), np.cos(z[0])),
+        )
+        v = s_t + cosine * z[1], sine * z[1]
+        values = {x: s + sine, y: -cosine, vx: v[0], vy: v[1], t: time, c: 0.3}
+        F = [float(sp.sympify(entry).subs(values)) for entry in force or (0, 0)]
+        return [z[1], (F[0] - s_tt) * cosine + (F[1] - 9.81) * sine]
+
+    (angle, _) = solve_ivp(rate, (0, T_END), [np.pi / 2, 0.0], rtol=1e-11, atol=1e-12, method="DOP853").y[:, -1]
+    return np.array([np.sin(3 * T_END) / 5 + np.sin(angle), -np.cos(angle)])
+
+
+@pytest.mark.parametrize("force", [None, TWIST], ids=["driven", "driven_and_forced"])
+@pytest.mark.parametrize(
+    ("method", "setting", "within"),
+    [
+        ("lobatto4", {"h": 0.01}, 3e-9),
+        ("ida:index3", {"tol": 1e-7}, 3e-3),
+        ("ida:index2", {"tol": 1e-9}, 1e-6),
+        ("ida:index1", {"tol": 1e-9}, 1e-6),
+        ("ida:ggl", {"tol": 1e-9}, 1e-6),
+        ("ida:baumgarte", {"tol": 1e-9}, 1e-6),
+        ("ida:ode", {"tol": 1e-9}, 1e-6),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_driven_pendulum_is_that_of_its_angle(method, setting, within, force):
+    """The angle's equation is derived by hand and solved by SciPy: nothing of it is shared with what is tested."""
+    run = daebench.run(pendulum("diagonal", force), method=method, t_end=T_END, **setting).complete()
+    assert run.q[-1, 2] == pytest.approx(T_END, rel=1e-12)
+    np.testing.assert_allclose(run.q[-1, :2], truth(force), atol=within, rtol=0)
+
+
+@pytest.mark.parametrize("force", [None, TWIST], ids=["driven", "forced"])
+def test_a_mass_matrix_that_is_solved_with_gives_what_its_inverse_gives(force):
+    """With a mass matrix in q and t: the one derivation never inverts it, the other has it inverted in H."""
+    for method in ("rattle", "gauss2", "radau2_ggl", "energy_momentum", "generalized_alpha"):
+        by_mass, inverted = (daebench.run(pendulum(form, force), method=method, h=0.02, t_end=0.5) for form in ("mass", "inverted"))
+        np.testing.assert_allclose(by_mass.q, inverted.q, atol=3e-13, rtol=0, err_msg=method)
+        np.testing.assert_allclose(by_mass.p, inverted.p, atol=3e-12, rtol=0, err_msg=method)
+
+
+def test_the_energy_received_is_the_work_of_driver_and_force():
+    """Work is integrated beside the motion by SciPy, along the run of a method of order 6."""
+    problem = pendulum("diagonal", TWIST)
+    run = daebench.run(problem, method="lobatto4", h=0.005, t_end=T_END, every=1)
+    ivp = initial_value_problem(problem)
+    q, p = run.q, run.p
+    lam = ivp.along("lam", p, q)[:, 0]
+    slope = -1.2 * np.cos(3 * run.t) * (q[:, 0] - np.sin(3 * run.t) / 5)  # g_t
+    forces = [
+        np.array([float(sp.sympify(F).subs({x: a, y: b, vx: u, vy: w, t: s, c: 0.3})) for F in TWIST]) for a, b, u, w, s in _rows(run)
+    ]
+    power = lam * slope + np.sum(np.array(forces) * p[:, :2], axis=1)
+    step = run.t[1] - run.t[0]
+    work = step / 3 * (power[0] + power[-1] + 4 * power[1:-1:2].sum() + 2 * power[2:-1:2].sum())
+    energy = (p[:, :2] ** 2).sum(axis=1) / 2 + 9.81 * q[:, 1]
+    received = energy[-1] - energy[0]
+    assert abs(received) > 0.1
+    assert received == pytest.approx(-p[-1, 2], abs=1e-9)
+    assert received == pytest.approx(work, abs=1e-6)
+
+
+def _rows(run):
+    return zip(run.q[:, 0], run.q[:, 1], run.p[:, 0], run.p[:, 1], run.t, strict=True)
+
+
+@pytest.mark.parametrize("method", ["rattle", "lobatto3", "rattle/suzuki4"])
+def test_what_is_symplectic_stays_symplectic_in_time(method):
+    """Order, symmetry by steps back in time, and the two-form in extended phase space."""
+    table = check(pendulum("H"), method=method, h=0.02).set_index("property")
+    assert (table.loc[["order", "symmetric", "symplectic", "keeps g", "keeps G H_p"], "verdict"] == "ok").all(), table
+
+
+def test_a_damped_motion_is_not_called_symplectic_and_conformal_rattle_contracts_as_it_does():
+    """RATTLE contracts the two-form up to h^2 only, conformal RATTLE to round-off; a twisting force is no such damping."""
+    damped = pendulum("H", DRAG)
+    conformal, plain = (check(damped, method=name, h=0.05).set_index("property") for name in ("rattle_conformal", "rattle"))
+    assert (conformal.loc[["order", "symmetric", "contracts the two-form"], "verdict"] == "ok").all(), conformal
+    assert "symplectic" not in plain.index
+    assert plain.loc["contracts the two-form", "measured"] > 1e3 * plain.loc["contracts the two-form", "bound"]
+    with pytest.raises(BadInput, match="needs a damping F = -c p"):
+        daebench.run(pendulum("H", TWIST), method="rattle_conformal", h=0.01, t_end=0.1)
+
+
+def test_energy_momentum_keeps_the_balance_of_energy():
+    """K is constant to round-off though energy comes and goes."""
+    run = daebench.run(pendulum("mass", TWIST), method="energy_momentum", h=0.02, t_end=T_END)
+    assert abs(run.p[-1, 2]) > 0.1
+    assert run.maxima["energy"] < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"t": None}, "g contains t.*declare the time with t="),
+        ({"force": (sp.Symbol("lam", real=True), 0)}, "force contains lam.*not of multipliers"),
+        ({"force": (vx,)}, "force has 1 entries, but there are 2 positions"),
+        ({"v": (vx,)}, "v has 1 entries"),
+        ({"t": x}, "x stands for more than one"),
+        ({"t": sp.Symbol("t", positive=True)}, "the time t is declared positive|other assumptions"),
+        ({"force": (sp.Abs(vx), 0)}, "not twice differentiable"),
+        ({"force": "drag"}, "must be a sequence"),
+    ],
+)
+def test_mistakes_in_time_and_force_are_told_in_a_sentence(change, message):
+    """Each names the part and what to do."""
+    with pytest.raises(InvalidProblem, match=message):
+        dataclasses.replace(pendulum("H"), **change)
+
+
+def test_shake_refuses_a_system_in_time():
+    """Its momenta are differences of positions: it has no place for the energy received."""
+    with pytest.raises(BadInput, match="use rattle"):
+        daebench.run(pendulum("H"), method="shake", h=0.01, t_end=0.1)
+
+
+def test_a_start_may_leave_out_the_time_and_its_conjugate():
+    """Positions are given as they are declared."""
+    ivp = initial_value_problem(pendulum("H"), q0=[0.0, -1.0], p0=[0.6, 0.0])
+    assert ivp.q0.tolist() == [0.0, -1.0, 0.0]
+    with pytest.raises(BadInput, match="the problem has 2 positions"):
+        initial_value_problem(pendulum("H"), q0=[0.0], p0=[0.6, 0.0])
