@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
 from daebench.methods.solvers.quadruple import library
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.problems.four_bar import closed_form
@@ -65,14 +66,14 @@ def by_hand(bars, mass, length, gravity):
     return inertia, gravity * ((bars + 1) * mass * length / 2 + bars * mass * length)
 
 
-def swung(theta0, omega0, bars, t, events=None, **units):
+def swung(theta0, omega0, bars, t, events=None, dense_output=False, **units):
     """Return the solution of the pendulum of the parallel motion from an angle and its rate."""
     inertia, weight = by_hand(bars, **units)
 
     def f(_, x):
         return [x[1], -weight / inertia * np.sin(x[0])]
 
-    return solve_ivp(f, (0, t), [theta0, omega0], method="DOP853", rtol=1e-13, atol=1e-14, events=events)
+    return solve_ivp(f, (0, t), [theta0, omega0], method="DOP853", rtol=1e-13, atol=1e-14, events=events, dense_output=dense_output)
 
 
 def started(theta, omega, bars, mass, length, **_):
@@ -134,6 +135,31 @@ def test_the_closed_form_is_the_pendulum_that_all_bars_make_together(bars, theta
     expected = started(*found.y[:, -1], bars, **UNITS)
     np.testing.assert_allclose(np.array(q, dtype=float), expected[0], rtol=0, atol=1e-10)
     np.testing.assert_allclose(np.array(p, dtype=float), expected[1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("h", "allowed"), [(0.01, 1e-1), (0.002, 1e-3)], ids=["rough", "precise"])
+def test_forty_linkages_go_through_twenty_singular_places_within_the_errors_of_the_benchmark(h, allowed):
+    """IFToMM A02 with N = 40: 20 s, 400 outputs, and the errors of B_0 that the benchmark allows its two classes of runs."""
+    where = ivp(40)
+    run = parse("rattle").solve(where, Request(value=h, t_end=20.0, every=round(0.05 / h))).complete()
+    theta = swung_along(np.pi, -1.0, 40, run.t, mass=1.0, length=1.0, gravity=9.81)
+    B = run.q.reshape(len(run.t), -1, 2)
+    assert len(run.t) == 401
+    assert np.abs(B[:, 0] - np.stack([np.sin(theta), -np.cos(theta)], axis=1)).max() < allowed
+    assert np.abs(B - B[:, :1] - np.arange(41)[:, None] * [1.0, 0.0]).max() < 1e-12
+    assert [each.branch for each in run.passages] == ["through"] * np.sum(np.diff(np.sign(np.cos(theta))) != 0)
+    assert run.passages[0].t == pytest.approx(crossed_first(40), abs=1e-3)
+
+
+def swung_along(theta0, omega0, bars, t, **units):
+    """Return the angles at times t of the pendulum of the parallel motion."""
+    return swung(theta0, omega0, bars, t[-1], dense_output=True, **units).sol(t)[0]
+
+
+def crossed_first(bars):
+    """Return when the pendulum that starts upright at -1 rad/s is horizontal first."""
+    return swung(np.pi, -1.0, bars, 1.0, events=lambda _, x: np.cos(x[0]), mass=1.0, length=1.0, gravity=9.81).t_events[0][0]
 
 
 @pytest.mark.usefixtures("plain_functions")
