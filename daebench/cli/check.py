@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, Param, Problem
-from daebench.cli.console import Bar, bar, pairs, print_json, print_table
+from daebench.cli.console import Bar, bar, pairs, print_json, print_table, printable
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def check(
     """Hold the claims of a fixed-step method, or what a problem declares, against what is measured; exit 1 if one falls short.
 
     Without --method the problem itself is checked, in all its cases or in one: initial values, mass matrix, second derivatives, first
-    integrals, closed form, kinetic flow and chart.
+    integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
     """
     if method is None:
         _refuse_idle({"--param": param, "--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None})
@@ -86,6 +86,9 @@ def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
     else:
         rows = [[finding.case, finding.what, "FAILS" if finding.fault else "ok"] for finding in findings]
         print_table(["case", "checked", ""], rows, problem)
+        for finding in findings:
+            if finding.note:
+                print(printable(f"case {finding.case}: {finding.note}"))
         for fault in faults:
             print(fault)
     return 1 if faults else 0

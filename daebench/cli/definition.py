@@ -8,8 +8,11 @@ Texts = tuple[dict[str, str], dict[str, dict[str, Any]]]
 """The parts of a definition by name, and its cases."""
 
 
-def constrained(definition: Any) -> Texts:
-    """Return the definition of a constrained problem as text, and its cases; of a chain, what it has at one node."""
+def constrained(definition: Any, degrees: int | None = None) -> Texts:
+    """Return the definition of a constrained problem as text, and its cases; of a chain, what it has at one node.
+
+    ``degrees`` are those of freedom, if they are known; else as many as positions less constraints.
+    """
     if hasattr(definition, "nodes"):
         return _chain(definition), _cases(definition.cases, ("q", "p"))
     text: dict[str, str] = {}
@@ -19,7 +22,8 @@ def constrained(definition: Any) -> Texts:
         text |= {"H": "1/2 p^T M^-1 p + U", "M": str(definition.M.tolist() if definition.M is not None else ""), "U": str(definition.U)}
     text |= {f"g{i}" if definition.m > 1 else "g": str(g) for i, g in enumerate(definition.g, 1)}
     text |= {f"integral {name}": str(expression) for name, expression in definition.integrals.items()}
-    text["size"] = f"{definition.d} positions, {definition.m} constraints, {definition.d - definition.m} degrees of freedom"
+    degrees = definition.d - definition.m if degrees is None else degrees
+    text["size"] = f"{definition.d} positions, {definition.m} constraints, {degrees} degrees of freedom"
     for name, part in (("closed form", definition.closed_form), ("kinetic flow", definition.kinetic_flow), ("chart", definition.chart)):
         text[name] = "yes" if part else "no"
     return text, _cases(definition.cases, ("q", "p"))

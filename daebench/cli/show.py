@@ -36,11 +36,14 @@ def show(
             raise BadInput(f"--as {language} prints code; leave --json out, or give --as json.")
         print(printed(language, ivp.problem, ivp.source.derivation), end="")
         return
-    poisson = ivp.facts.KIND == "poisson"
-    text, cases = definition.poisson(problem_file.define(), ivp.facts) if poisson else definition.constrained(problem_file.define())
+    found = _freedom(ivp)
+    if ivp.facts.KIND == "poisson":
+        text, cases = definition.poisson(problem_file.define(), ivp.facts)
+    else:
+        text, cases = definition.constrained(problem_file.define(), found and found["degrees"])
     about = {"problem": problem_file.name, "kind": ivp.facts.KIND, "about": problem_file.summary, "definition": text}
     about |= {"parameters": {**problem_file.parameters, **problem_file.structure}, "cases": cases}
-    about |= _use(ivp)
+    about |= ({"freedom": found} if found else {}) | _use(ivp)
     if as_json:
         print_json(about)
     else:
@@ -63,9 +66,27 @@ def _print(about: Mapping[str, Any]) -> None:
         for name, case in about["cases"].items()
     ]
     print_table(["case", *(f"{name}0" for name in states), "parameters", "about"], cases, "cases")
+    if "about" in (freedom := about.get("freedom", {})):
+        print(printable(f"rank of G at the start of {freedom['case']}: {freedom['rank']}; {freedom['about']}"))
     print("methods: " + ", ".join(about["methods"]))
     for name, why in about["refused"].items():
         print(f"not {name}: {why}")
+
+
+def _freedom(ivp: Any) -> dict[str, Any] | None:
+    """Return the rank of G at the start of a case, degrees of freedom, and redundant constraints; None where they are not known."""
+    if ivp.facts.KIND == "poisson":
+        return None
+    from daebench.diagnostics.freedom import freedom
+
+    found = freedom(ivp)
+    if found is None:
+        return None
+    g = ivp.source.derivation.g if found.others else []
+    redundant = [{"constraint": k + 1, "g": str(g[k]), "of": [j + 1 for j in of]} for k, of in found.others.items()]
+    return {"case": ivp.case, "rank": found.rank, "degrees": found.degrees, "permanent": found.permanent, "redundant": redundant} | (
+        {"about": f"{found.named}, {found.where}"} if redundant else {}
+    )
 
 
 def _lines(text: str) -> str:

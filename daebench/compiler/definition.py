@@ -3,7 +3,7 @@
 import hashlib
 import types
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,8 @@ from daebench.compiler.facts import facts
 from daebench.errors import BadInput, unknown
 
 if TYPE_CHECKING:
+    import sympy as sp
+
     from daebench.compiler.constrained.local import LocalDerivation
     from daebench.systems.files.read import Definition, Problem
 
@@ -105,6 +107,16 @@ class Source:
     def split(self, splitting: str) -> Any:
         """Return everything that follows from the definition of a Poisson system with this splitting; "" for the first."""
         return self.derivation.split(splitting) if splitting else self.derivation
+
+    def combined(self, shares: Mapping[int, Mapping[int, "sp.Rational"]]) -> "Source":
+        """Return the source of the same definition with other constraints: g_i + sum_j shares[i][j] g_j, for each i that is given."""
+
+        def define() -> Any:
+            problem = self.derivation.problem
+            return replace(problem, g=[sum((c * problem.g[j] for j, c in row.items()), problem.g[i]) for i, row in shares.items()])
+
+        which = f" constraints {shares}"
+        return replace(self, key=self.key + which, define=define, content=self.content and self.content + which)
 
     @cached_property
     def _local(self) -> "LocalDerivation":

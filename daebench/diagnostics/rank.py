@@ -1,4 +1,4 @@
-"""The rank of G: which constraints depend on others at the start, and where it is lost along a motion."""
+"""Where the rank of G is lost along a motion, and whether it is a mass that makes it seem so."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -7,17 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.diagnostics.freedom import beyond_comparison
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.members import Members
-
-DEPENDENT = 1e-9
-"""Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""
-
-LARGEST = 200
-"""Constraints up to which they are compared with each other: it takes m^2 d operations."""
-
-NEARBY = 1e-3
-"""Relative change of positions by which a redundant constraint is told from a singular configuration."""
 
 WITHIN = 3
 """Steps after the start in which a loss of rank is looked for before there are steps to extrapolate from."""
@@ -39,79 +31,6 @@ HEAVIER = "use a smaller h, which resolves the light mass, or leave that mass ou
 
 GO_ON = "to go on, add --on-singular continue (on_singular), which says which branch the motion takes"
 """What to do where a run stops because G loses rank."""
-
-REDUNDANT = (
-    "remove redundant constraints or start where they are independent, or add --on-singular least-squares (on_singular), which leaves out "
-    "what depends on others"
-)
-"""What to do where constraints are dependent at the start."""
-
-
-def independent_rows(ivp: ConstrainedIvp, q: Array) -> tuple[list[int], dict[int, list[int]]]:
-    """Return which rows of G are independent of those before them, and for each other one which of these it is a combination of.
-
-    The rows are taken in the metric M^-1 and scaled to length one, so that neither masses nor units matter.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers.
-    q : ndarray, shape(d,)
-        Positions.
-
-    Returns
-    -------
-    basis : list of int
-        Independent rows, from 0.
-    others : dict of int to list of int
-        Each other row with those of ``basis`` that it is a combination of.
-    """
-    G, H_pp = ivp.value("G", q), ivp.value("H_pp", ivp.p0, q)
-    rows = np.array(G @ np.linalg.cholesky(H_pp), dtype=float)
-    length = np.linalg.norm(rows, axis=1)
-    rows /= np.where(length > 0, length, 1.0)[:, None]
-    basis: list[int] = []
-    others: dict[int, list[int]] = {}
-    for k, row in enumerate(rows):
-        shares = np.linalg.lstsq(rows[basis].T, row, rcond=None)[0] if basis else np.empty(0)
-        if np.linalg.norm(row - shares @ rows[basis]) > DEPENDENT:
-            basis.append(k)
-        else:
-            others[k] = [j for j, share in zip(basis, shares, strict=True) if abs(share) > DEPENDENT]
-    return basis, others
-
-
-def beyond_comparison(ivp: ConstrainedIvp) -> bool:
-    """Return whether an initial value problem has so many constraints that whole matrices of them are not made."""
-    return ivp.arrays or ivp.m > LARGEST
-
-
-def dependence(ivp: ConstrainedIvp) -> str | None:
-    """Return which constraints depend on others at the start, and whether only there, as the end of a sentence; None if none does.
-
-    More than :data:`LARGEST` constraints are not compared; nor where a value is not finite, which is told of elsewhere.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers, whose q0 is looked at.
-    """
-    if beyond_comparison(ivp):
-        return None
-    try:
-        basis, others = independent_rows(ivp, ivp.q0)
-        if not others:
-            return None
-        shaken = ivp.q0 + NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) * np.cos(1.0 + np.arange(ivp.d))
-        everywhere = independent_rows(ivp, shaken)[1].keys() >= others.keys()
-    except np.linalg.LinAlgError:
-        return None
-    named = "; ".join(
-        f"g{k + 1} is a combination of {' and '.join(f'g{j + 1}' for j in of)}" if of else f"the gradient of g{k + 1} is zero"
-        for k, of in others.items()
-    )
-    where = "also nearby, so that the constraints are redundant" if everywhere else "there, though not nearby"
-    return f"G has rank {len(basis)} of {ivp.m}: {named}, {where}"
 
 
 def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int) -> float | None:
@@ -172,7 +91,7 @@ def _zero_ahead(sigma: Callable[[Any], Any], h: Any, within: int) -> Array:
 
 
 def may_lose_rank(members: Members) -> NDArray[np.bool_]:
-    """Return at which members of an ensemble :func:`dependence` may find something, or :func:`upcoming_loss` within :data:`WITHIN` steps.
+    """Return at which members of an ensemble ``dependence`` may find something, or :func:`upcoming_loss` within :data:`WITHIN` steps.
 
     Nothing is missed; of others there are a few at most.
 

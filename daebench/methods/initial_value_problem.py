@@ -83,7 +83,7 @@ def initial_value_problem(
     algebra : str
         How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
     consistent : bool
-        Whether initial values off the manifold are an error.
+        Whether initial values off the manifold, or without any freedom there, are an error.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def initial_value_problem(
     Raises
     ------
     BadInput
-        If a name or value is not what it must be.
+        If a name or value is not what it must be, or constraints leave no freedom at the start.
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
     """
@@ -103,11 +103,14 @@ def initial_value_problem(
             raise BadInput(f"{ivp.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
         return ivp
     from daebench.diagnostics.consistency import projected, require_consistent
+    from daebench.diagnostics.freedom import require_freedom
 
     if project:
-        return projected(ivp)[0]
-    if consistent:
+        ivp = projected(ivp)[0]
+    elif consistent:
         require_consistent(ivp)
+    if project or consistent:
+        require_freedom(ivp)
     return ivp
 
 

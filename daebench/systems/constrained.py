@@ -64,11 +64,12 @@ class Chart:
 
     Parameters
     ----------
-    eta, xi : sequence of Symbol, shape(d - m,)
-        The coordinates: those like momenta or velocities, and those like positions.
+    eta, xi : sequence of Symbol, shape(n,)
+        The coordinates: those like momenta or velocities, and those like positions; n = d - m, or d - rank G where a case solves redundant
+        constraints by least squares.
     p, q : sequence of Expr, shape(d,)
         chi: momenta and positions in eta, xi and the problem's parameters.
-    inverse_eta, inverse_xi : sequence of Expr, shape(d - m,)
+    inverse_eta, inverse_xi : sequence of Expr, shape(n,)
         The coordinates in p, q and the problem's parameters. They are used on the manifold alone.
     """
 
@@ -95,8 +96,8 @@ class ConstrainedHamiltonian:
     ----------
     q, p : sequence of Symbol, shape(d,)
         Positions and momenta.
-    g : sequence of Expr, shape(m,), m < d
-        Constraints, functions of q.
+    g : sequence of Expr, shape(m,)
+        Constraints, functions of q. They may be redundant, and m >= d, as long as rank G leaves freedom at the start of each case.
     H : Expr, optional
         Hamiltonian H(p, q); or else give M and U.
     M : Matrix, shape(d, d), optional
@@ -193,8 +194,8 @@ class ConstrainedHamiltonian:
             raise InvalidProblem("a problem gives either H(p, q), or M and U together.")
         if len(self.p) != self.d:
             raise InvalidProblem(f"{self.d} positions but {len(self.p)} momenta; give one momentum for each position.")
-        if not 0 < self.m < self.d:
-            raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one and fewer than positions.")
+        if not self.m:
+            raise InvalidProblem(f"no constraints on {self.d} positions; there must be at least one.")
         if self.M is not None and self.M.shape != (self.d, self.d):
             raise InvalidProblem(f"the mass matrix M has shape {self.M.shape}, but there are {self.d} positions.")
         if self.M is not None and sp.simplify(self.M - self.M.T) != sp.zeros(self.d, self.d):
@@ -236,12 +237,13 @@ class ConstrainedHamiltonian:
             raise InvalidProblem(f"the kinetic flow contains {', '.join(sorted(map(str, extra)))}, which is not declared; declare it.")
 
     def _check_chart(self, chart: Chart) -> None:
-        state_symbols, n = {*self.q, *self.p}, self.d - self.m
+        state_symbols = {*self.q, *self.p}
         y = [*several("eta of the chart", chart.eta), *several("xi of the chart", chart.xi)]
         check_coordinates("the chart's coordinates", y)
         require_plain("local coordinate", y)
         for name in ("p", "q", "inverse_eta", "inverse_xi"):
             check_real(f"{name} of the chart", several(f"{name} of the chart", getattr(chart, name)))
+        n = self._size_of_chart(chart)
         if any(len(part) != n for part in (chart.eta, chart.xi, chart.inverse_eta, chart.inverse_xi)):
             raise InvalidProblem(f"the chart must have {n} eta and {n} xi, as many as positions less constraints, and an inverse of each.")
         if len(chart.p) != self.d or len(chart.q) != self.d:
@@ -254,6 +256,12 @@ class ConstrainedHamiltonian:
         ):
             if extra := sp.Matrix(values).free_symbols - allowed - set(self.parameters):
                 raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
+
+    def _size_of_chart(self, chart: Chart) -> int:
+        """Return how many eta a chart has to have: as many as it has xi where constraints may be redundant."""
+        least = self.d - self.m
+        redundant = any(case.on_singular == "least-squares" for case in self.cases.values())
+        return min(max(len(chart.xi), least, 1), self.d - 1) if redundant else least
 
 
 def coordinates(d: int) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Symbol, ...]]:

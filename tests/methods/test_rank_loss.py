@@ -13,9 +13,10 @@ from runs import method
 from daebench.compiler.definition import source_of
 from daebench.compiler.linear.kernels import array_solver
 from daebench.diagnostics.consistency import require_consistent
+from daebench.diagnostics.freedom import dependence
 from daebench.diagnostics.passage import Crossing, extrapolated
 from daebench.diagnostics.problem.check import held
-from daebench.diagnostics.rank import dependence, zero_of
+from daebench.diagnostics.rank import zero_of
 from daebench.errors import BadInput, DaebenchError, InconsistentStart
 from daebench.methods import run as api
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -295,7 +296,7 @@ def test_a_check_of_the_problem_names_dependent_constraints_unless_the_case_asks
     twice = doubled(REDUNDANT["a multiple"])
     (fault,) = (each.fault for each in held(twice) if each.what == what)
     assert "G has rank 2 of 3: g3 is a combination of g1" in fault
-    assert fault.endswith("which leaves out what depends on others.")
+    assert fault.endswith("which finds multipliers of least norm.")
     bent = {"bent": dataclasses.replace(twice.source.define().cases["bent"], on_singular="least-squares")}
     assert [each.fault for each in held(doubled(REDUNDANT["a multiple"], cases=bent)) if each.what == what] == [""]
 

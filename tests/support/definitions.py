@@ -135,3 +135,27 @@ def bowed(d):
     return ConstrainedHamiltonian(
         q=q, p=p, M=sp.eye(2), U=sp.Integer(0), g=[q[0] * q[1] - delta], parameters={delta: d}, cases={"in": Case(**start)}
     )
+
+
+@cache
+def parallelogram(*, spare=True, on_singular="least-squares"):
+    """A uniform bar on three parallel unit links, one in the middle, pivots 1 apart: one is redundant where they are parallel.
+
+    Positions are the ends of the bar. With the spare link there are as many constraints as positions, and G has rank 3.
+    """
+    q, p = coordinates(4)
+    mass, gamma = sp.symbols("mass gravity", positive=True)
+    ends, pivots = [sp.Matrix(q[:2]), sp.Matrix(q[2:])], [sp.Matrix([k, 0]) for k in range(3)]
+    links = [ends[0] - pivots[0], ends[1] - pivots[2], (ends[0] + ends[1]) / 2 - pivots[1]]
+    along = ends[1] - ends[0]
+    M = mass / 6 * sp.kronecker_product(sp.Matrix([[2, 1], [1, 2]]), sp.eye(2))
+    down = [0, -1, 2, -1]
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=M,
+        U=mass * gamma * (q[1] + q[3]) / 2,
+        g=[along.dot(along) - 4, *(link.dot(link) - 1 for link in links[: 2 + spare])],
+        parameters={mass: 2.0, gamma: 9.81},
+        cases={"thrown": Case(q=down, p=M * sp.Matrix([2, 0, 2, 0]), on_singular=on_singular if spare else "stop")},
+    )

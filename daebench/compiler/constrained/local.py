@@ -14,7 +14,7 @@ from daebench.compiler.trigonometry import shortened
 
 
 class LocalDerivation(Derivation):
-    """The expressions of one problem in its chart; to kernels eta is ``p`` and xi is ``q``, shape(d - m,) each.
+    """The expressions of one problem in its chart; to kernels eta is ``p`` and xi is ``q``, shape(n,) each.
 
     What a run monitors is a function of the problem's own p and q, which the loop has from ``chart``.
     """
@@ -23,7 +23,7 @@ class LocalDerivation(Derivation):
         assert own.problem.chart is not None
         super().__init__(own.problem)
         self.own, self.chart = own, own.problem.chart
-        self.d = own.d - own.m
+        self.d = len(self.chart.xi)
         self.y = sp.Matrix([*self.chart.eta, *self.chart.xi])
 
     @cached_property
@@ -57,7 +57,7 @@ class LocalDerivation(Derivation):
 
     @cached_property
     def K_y(self) -> sp.Matrix:
-        """Gradient of K(y) = H(chi(y)), shape(2 (d - m),)."""
+        """Gradient of K(y) = H(chi(y)), shape(2 n,)."""
         chi = dict(zip([*self.problem.p, *self.problem.q], [*self.chart.p, *self.chart.q], strict=True))
         return sp.Matrix([self.H.subs(chi, simultaneous=True)]).jacobian(self.y).T
 

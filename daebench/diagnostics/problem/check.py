@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.cache import generated
-from daebench.diagnostics import rank
 from daebench.diagnostics.consistency import TOLERANCE
+from daebench.diagnostics.freedom import dependence, freedom, require_freedom
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.problem import declared as declared_checks
 from daebench.errors import DaebenchError, InvalidProblem
@@ -51,11 +51,14 @@ class Held:
         What was checked.
     fault : str
         What is wrong, a sentence; "" where nothing is.
+    note: str
+        What else was found, a sentence: degrees of freedom.
     """
 
     case: str
     what: str
     fault: str
+    note: str = ""
 
 
 def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
@@ -78,7 +81,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         except DaebenchError as error:
             text = str(error)
             fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
-        findings.append(Held(ivp.case, what, fault))
+        findings.append(Held(ivp.case, what, fault, _counted(declared) if what == RANK else ""))
         if fault and what in BASIC:
             break
     return findings
@@ -142,9 +145,26 @@ def start(ivp: ConstrainedIvp) -> str:
 
 
 def independent(ivp: ConstrainedIvp) -> str:
-    """Return which constraints depend on others at the start; "" where none does, or the case asks for least squares."""
-    why = None if ivp.on_singular == "least-squares" else rank.dependence(ivp)
-    return f"{ivp.problem}, case {ivp.case!r}: G M^-1 G^T is singular at the start: {why}; {rank.REDUNDANT}." if why else ""
+    """Return which constraints depend on others at the start; "" where none does, or the case asks for least squares.
+
+    Raises
+    ------
+    BadInput
+        If constraints leave no freedom there.
+    """
+    require_freedom(ivp)
+    why = None if ivp.on_singular == "least-squares" else dependence(ivp)
+    return f"{ivp.problem}, case {ivp.case!r}: G M^-1 G^T is singular at the start: {why}." if why else ""
+
+
+def _counted(ivp: ConstrainedIvp) -> str:
+    """Return how many degrees of freedom there are at the start, and which constraints are redundant, with their expressions."""
+    found = freedom(ivp)
+    if found is None:
+        return ""
+    g = ivp.source.derivation.g
+    written = "; ".join(f"g{k + 1} = {_short(g[k])}" for k in found.others)
+    return f"{found.count}; {found.named}, {found.where} ({written})" if found.others else found.count
 
 
 def mass(ivp: ConstrainedIvp) -> str:

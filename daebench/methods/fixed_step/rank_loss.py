@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from daebench.diagnostics.freedom import dependence
 from daebench.diagnostics.passage import MOST_STATES, Crossing
-from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, HEAVIER, REDUNDANT, WITHIN, badly_scaled, dependence, upcoming_loss, zero_of
+from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, HEAVIER, WITHIN, badly_scaled, upcoming_loss, zero_of
 from daebench.methods.fixed_step.stepping import Run
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.trajectory import Array
@@ -38,7 +39,7 @@ class RankRun(Run):
         super()._prepare()
         if why:
             self.status = RANK_LOST
-            self.failure = self._stopped(f"G M^-1 G^T is singular at the start, where {why}; {REDUNDANT}")
+            self.failure = self._stopped(f"G M^-1 G^T is singular at the start, where {why}")
         elif self.failure is None and (t := self._upcoming(WITHIN)) is not None:
             self._lose_rank(t)
 

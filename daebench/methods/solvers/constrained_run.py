@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.sharing import uncollected
-from daebench.diagnostics.rank import REDUNDANT, dependence
+from daebench.diagnostics.freedom import combined, dependence, redundant
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.formulations.variation import VariedDae, varied
 from daebench.methods.solvers.drive import Array, Driven, ToleranceMethod, check, check_record, drive
-from daebench.methods.solvers.rank_monitor import ChainRankMonitor, RankMonitor
+from daebench.methods.solvers.rank_monitor import COMBINED, ChainRankMonitor, RankMonitor
 from daebench.runs.directions import directions
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
@@ -25,6 +25,11 @@ from daebench.runs.trajectory import CONSTRAINED, Passage, Trajectory
 class OnConstrained(ToleranceMethod):
     """A tolerance-driven method on constrained problems, whose runs monitor whether G keeps its rank."""
 
+    @property
+    def combines(self) -> bool:
+        """Whether it takes independent combinations of redundant constraints in the place of least squares."""
+        return False
+
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         check(self.name, request, self.least)
@@ -32,8 +37,15 @@ class OnConstrained(ToleranceMethod):
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
 
+    def least_squares(self, ivp: ConstrainedIvp, request: Request) -> bool:
+        """Return whether least squares are asked for, and no constraints to combine, as those that are redundant for good are."""
+        return request.at_rank_loss(ivp) == "least-squares" and not redundant(ivp)
+
     def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
         """Return the trajectory; where the solver stops early, the outputs so far and why.
+
+        With ``least-squares`` some methods take combinations of constraints that are redundant for good; multipliers are still those of
+        all, of least norm.
 
         Raises
         ------
@@ -49,11 +61,13 @@ class OnConstrained(ToleranceMethod):
         ivp = replace(ivp, on_singular=mode)
         if mode != "least-squares" and (why := dependence(ivp)):
             where = f"{self.name} cannot start on {ivp.problem}, case {ivp.case}"
-            raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}; {REDUNDANT}.")
+            raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}.")
         with uncollected():
-            dae = self._posed(ivp)
+            posed = combined(ivp) if mode == "least-squares" and self.combines else ivp
+            mode = COMBINED if posed is not ivp else mode
+            dae = self._posed(posed)
             if request.sensitivities:
-                dae = varied(dae, directions(ivp, request.sensitivities))
+                dae = varied(dae, directions(posed, request.sensitivities))
         monitors: list[RankMonitor] = []
 
         def make_monitor(*settings: Any) -> RankMonitor:
@@ -64,13 +78,13 @@ class OnConstrained(ToleranceMethod):
         failure = run.outcome["failure"]
         if failure and not run.outcome["interrupted"]:
             run = replace(run, outcome={**run.outcome, "failure": f"{failure[:-1]}{monitors[-1].reason()}."})
-        return _trajectory(dae, request, run, monitors[-1].ended())
+        return _trajectory(ivp, dae, request, run, monitors[-1].ended())
 
 
 @uncollected()
-def _trajectory(dae: Dae, request: Request, run: Driven, passages: tuple[Passage, ...]) -> Trajectory:
+def _trajectory(ivp: ConstrainedIvp, dae: Dae, request: Request, run: Driven, passages: tuple[Passage, ...]) -> Trajectory:
     """Return the trajectory: momenta in the place of velocities, and the monitored quantities, over all outputs."""
-    ivp, selection = dae.ivp, run.kept
+    selection = run.kept
     q, v = dae.unpack(run.Y)
     p = dae.momenta(q, v)
     p[0] = ivp.p0  # as given, without the round-off of p = M v

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.compiler.definition import Source
+from daebench.diagnostics.freedom import redundant
 from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import HEYOKA
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -49,13 +50,18 @@ class HeyokaTaylor(OnReducedOde):
         """Whether it solves with the whole Jacobian: it does not."""
         return False
 
+    @property
+    def combines(self) -> bool:
+        """Whether it takes combinations of redundant constraints: it solves for lam by elimination."""
+        return True
+
     def lacks(self, ivp: InitialValueProblem) -> str | None:
         """Return why there are no series: heyoka is not installed, or the equations are written as loops."""
         if find_spec("heyoka") is None:
             return f"{self.name} takes heyoka, which is not installed; install it by pip install 'daebench[peers]'."
         if ivp.arrays:
             return f"{self.name} takes the equations as expressions, and {ivp.problem} has them as loops; use scipy:DOP853."
-        if ivp.singular:
+        if ivp.singular and not (isinstance(ivp, ConstrainedIvp) and redundant(ivp)):
             return f"{self.name} solves for lam by elimination, not by least squares; use scipy:DOP853."
         return None
 

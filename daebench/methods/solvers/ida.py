@@ -64,6 +64,11 @@ class Ida(TreatedMultipliers, OnConstrained):
     formulations: ClassVar = FORMULATIONS
     default_treatments: ClassVar = DEFAULT_TREATMENTS
 
+    @property
+    def combines(self) -> bool:
+        """Whether it takes combinations of redundant constraints: where multipliers are unknowns, which must be determined."""
+        return self.formulation != "ode"
+
     def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why the formulation cannot be had, as a sentence, or None: a long chain has no ``ode``, everything else all of them."""
         return refused(self.name, ivp) if self.formulation == "ode" else None
@@ -76,10 +81,10 @@ class Ida(TreatedMultipliers, OnConstrained):
             require_tuples(self.name, ivp)
             if self.formulation == "ode":
                 raise BadInput(f"{self.name} has no sensitivities to give, for it has no equations for lam; use ida:index2.")
-        if request.at_rank_loss(ivp) == "least-squares" and self.formulation != "ode":
+        if self.combines and self.least_squares(ivp, request):
             raise BadInput(
-                f"{self.name} has the multipliers among its unknowns, which redundant constraints leave undetermined; for least-squares "
-                "use ida:ode or a fixed-step method such as rattle, or else remove the redundant constraints."
+                f"{self.name} has the multipliers among its unknowns: it combines constraints that are redundant for good, and here none "
+                "is; for least-squares where G loses rank on the way use ida:ode or a fixed-step method such as rattle."
             )
 
     def _posed(self, ivp: ConstrainedIvp) -> Dae:

@@ -45,13 +45,19 @@ class ProjectedCvode(OnReducedOde):
             raise BadInput(f"CVODE projects steps of BDF alone, not of {family}; use cvode:{PROJECTED}, or leave out :projected.")
         return cls(PROJECTED)
 
+    @property
+    def combines(self) -> bool:
+        """Whether it takes combinations of redundant constraints: it projects onto independent ones."""
+        return True
+
     def check(self, ivp: ConstrainedIvp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""
         super().check(ivp, request)
         require_native(self.name, "has no way to project steps", request)
-        if request.at_rank_loss(ivp) == "least-squares":
+        if self.least_squares(ivp, request):
             raise BadInput(
-                f"{self.name} projects onto independent constraints; for least-squares use cvode:bdf or a fixed-step method such as rattle."
+                f"{self.name} projects onto independent constraints, and none is redundant for good here; for least-squares where G loses "
+                "rank on the way use cvode:bdf or a fixed-step method such as rattle."
             )
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:

@@ -22,6 +22,12 @@ EDGE = 1e-4
 KEPT = 64
 """States over a run that a multiplier is held against, about."""
 
+COMBINED = "combined"
+"""What a run does whose constraints are combinations of redundant ones: it stops where they are no longer independent."""
+
+INSTEAD = "combinations of redundant constraints are independent up to there alone; use ida:ode, or a fixed-step method such as rattle"
+"""What to do where it does."""
+
 LENGTHS = tuple(10.0**-k for k in range(2, 10))
 """Parts of the run in which a loss of rank is looked for where a solver gives up."""
 
@@ -38,7 +44,7 @@ class RankMonitor(Monitor):
     dae : Dae
         What is solved.
     mode : str
-        One of :data:`daebench.runs.request.ON_SINGULAR`.
+        One of :data:`daebench.runs.request.ON_SINGULAR`, or :data:`COMBINED`.
     *settings
         As for :class:`daebench.methods.solvers.monitor.Monitor`.
     """
@@ -46,7 +52,7 @@ class RankMonitor(Monitor):
     def __init__(self, dae: Dae, mode: str, *settings: Any) -> None:
         super().__init__(*settings)
         self.dae, self.mode = dae, mode
-        self.steady = mode == "stop"
+        self.steady = mode in ("stop", COMBINED)
         self.y = dae.y0.copy()
         self.sigma = self.largest = self._sigma(self.y)
         self.crossing: Crossing | None = None
@@ -124,9 +130,13 @@ class RankMonitor(Monitor):
         """Stop at a state before G loses rank, or begin to follow the motion from there."""
         if badly_scaled(self.dae.ivp, *self._state(y), zero - t):
             return  # its own error test is to tell whether the steps resolve the light mass
-        if self.mode == "stop":
+        if self.mode in ("stop", COMBINED):
             self.told = True
-            raise Stopped(f"G loses rank at about t = {zero:.9g} (smallest pivot {sigma**2:.1e}{self._spike(y)})", t, GO_ON)
+            raise Stopped(
+                f"G loses rank at about t = {zero:.9g} (smallest pivot {sigma**2:.1e}{self._spike(y)})",
+                t,
+                GO_ON if self.mode == "stop" else INSTEAD,
+            )
         self.crossing = Crossing(self.dae.ivp, zero, t, *self._state(y), sigma**2)
 
     def _follow(self, crossing: Crossing) -> None:

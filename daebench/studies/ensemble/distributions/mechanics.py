@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.rank import dependence
+from daebench.diagnostics.freedom import freedom
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.members import Members
@@ -107,18 +107,18 @@ def mechanics_of(members: Members, measure: str) -> Mechanics:
     Raises
     ------
     BadInput
-        If the problem has no such measure: it is a Poisson system, H is not quadratic in p, vectors are arrays, G has lost rank at the
-        start, or there are as many constraints as positions.
+        If the problem has no such measure: it is a Poisson system, H is not quadratic in p, vectors are arrays, or constraints are
+        dependent at the start.
     """
     ivp = constrained(members.ivp, measure)
     if ivp.arrays:
         raise BadInput(f"starts of {ivp.problem} with {ivp.facts.NODES} nodes cannot be drawn by {measure}; take fewer nodes.")
     if not ivp.facts.QUADRATIC:
         raise BadInput(f"{measure} takes H that is quadratic in p, and that of {ivp.problem} is not; draw a neighbourhood or a grid.")
-    if ivp.m >= ivp.d:
-        raise BadInput(f"{ivp.problem} has as many constraints as positions, and so a single configuration: there is nothing to draw.")
-    if lost := dependence(ivp):
-        raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {lost}; remove what is redundant, or start elsewhere.")
+    found = freedom(ivp)
+    if found is not None and found.others:
+        why = f"G has rank {found.rank} of {ivp.m}: {found.named}, {found.where}"
+        raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {why}; remove what is redundant, or start elsewhere.")
     return Mechanics(members)
 
 

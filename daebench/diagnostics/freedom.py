@@ -1,0 +1,243 @@
+"""Degrees of freedom: the rank of G at the start, and which constraints are redundant there, for the moment or for good."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from daebench.diagnostics.consistency import project
+from daebench.errors import BadInput
+from daebench.runs.ivp import Array, ConstrainedIvp
+
+DEPENDENT = 1e-9
+"""Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""
+
+LARGEST = 200
+"""Constraints up to which they are compared with each other: it takes m^2 d operations."""
+
+NEARBY = 1e-3
+"""Distance of the points nearby, as a part of the largest coordinate: redundant constraints depend on each other there too."""
+
+POINTS = 3
+"""Points of the manifold nearby that are looked at."""
+
+NAMED = 4
+"""Constraints that are named as those another one is a combination of."""
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """The rank of G at the start of a problem, and nearby.
+
+    Parameters
+    ----------
+    d, m : int
+        Numbers of positions and of constraints.
+    rank : int
+        Rank of G at the start.
+    nearby : int
+        Largest rank of G at points of the manifold around the start.
+    others : mapping of int to tuple of int
+        Each constraint that depends on constraints before it, and on which; the gradient is zero where it depends on none.
+    """
+
+    d: int
+    m: int
+    rank: int
+    nearby: int
+    others: Mapping[int, tuple[int, ...]]
+
+    @property
+    def degrees(self) -> int:
+        """Degrees of freedom at the start, d - rank G."""
+        return self.d - self.rank
+
+    @property
+    def permanent(self) -> bool:
+        """Whether some constraints are redundant: dependent at the start and as dependent nearby."""
+        return self.nearby == self.rank < self.m
+
+    @property
+    def count(self) -> str:
+        """The degrees of freedom in words."""
+        plural = "s" if self.m > 1 else ""
+        of = f"{self.m} constraint{plural}" if self.rank == self.m else f"{self.m} constraints, of rank {self.rank}"
+        return f"{self.d} positions, {of}: {self.degrees} degree{'' if self.degrees == 1 else 's'} of freedom"
+
+    @property
+    def named(self) -> str:
+        """Which constraints depend on which, as part of a sentence; "" where none does."""
+        return "; ".join(
+            f"g{k + 1} is a combination of {_listed(of)}" if of else f"the gradient of g{k + 1} is zero" for k, of in self.others.items()
+        )
+
+    @property
+    def where(self) -> str:
+        """Whether they do so at the start alone, as part of a sentence."""
+        if self.permanent:
+            return "also nearby, so that the constraints are redundant"
+        return "there, though not nearby" if self.nearby == self.m else f"though G has rank {self.nearby} nearby"
+
+    @property
+    def remedy(self) -> str:
+        """What to do about constraints that depend on others at the start, as part of a sentence."""
+        solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
+        first = f"remove {_listed(tuple(self.others))}" if self.permanent else "start where they are independent"
+        return f"{first}, or {solved}, which finds multipliers of least norm"
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    """Return the names of constraints, g1 and g2, or the first of many and how many more there are."""
+    names = [f"g{k + 1}" for k in numbers]
+    return " and ".join(names) if len(names) <= NAMED else f"{', '.join(names[:NAMED])} and {len(names) - NAMED} more"
+
+
+def freedom(ivp: ConstrainedIvp) -> Freedom | None:
+    """Return the rank of G at the start and nearby, and which constraints depend on others.
+
+    Rows of G are taken in the metric M^-1 and scaled to length one, so that neither masses nor units matter. Where some depend on others,
+    column-pivoted QR decides the rank, and it is taken again at points around the start, which are projected onto g = 0.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers, whose q0 is looked at.
+
+    Returns
+    -------
+    Freedom or None
+        None where a value is not finite, which is told of elsewhere, and where there are more than :data:`LARGEST` constraints.
+    """
+    if beyond_comparison(ivp):
+        return None
+    try:
+        rows = unit_rows(ivp, ivp.q0)
+        others = dependent_rows(rows)
+        if not others:
+            return Freedom(ivp.d, ivp.m, ivp.m, ivp.m, {})
+        rank = rank_of(rows)
+        nearby = max((rank_of(unit_rows(ivp, q)) for q in _nearby(ivp, rows, rank)), default=rank)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    return Freedom(ivp.d, ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()})
+
+
+def unit_rows(ivp: ConstrainedIvp, q: Array) -> Array:
+    """Return the rows of G at q in the metric M^-1, shape(m, d), each of length one but for those that are zero."""
+    rows = np.array(ivp.value("G", q) @ np.linalg.cholesky(ivp.value("H_pp", ivp.p0, q)), dtype=float)
+    length = np.linalg.norm(rows, axis=1)
+    return np.asarray(rows / np.where(length > 0, length, 1.0)[:, None])
+
+
+def dependent_rows(rows: Array) -> dict[int, list[int]]:
+    """Return the rows that depend on those before them, each with the independent ones that it is a combination of."""
+    basis: list[int] = []
+    others: dict[int, list[int]] = {}
+    for k, row in enumerate(rows):
+        shares = np.linalg.lstsq(rows[basis].T, row, rcond=None)[0] if basis else np.empty(0)
+        if np.linalg.norm(row - shares @ rows[basis]) > DEPENDENT:
+            basis.append(k)
+        else:
+            others[k] = [j for j, share in zip(basis, shares, strict=True) if abs(share) > DEPENDENT]
+    return others
+
+
+def rank_of(rows: Array) -> int:
+    """Return the number of independent rows, by column-pivoted QR of the transposed matrix."""
+    from scipy.linalg import qr  # takes long to import, and most problems do without
+
+    size = np.abs(np.diagonal(qr(rows.T, mode="r", pivoting=True)[0]))
+    return int(np.sum(size > DEPENDENT * size[0]))
+
+
+def _nearby(ivp: ConstrainedIvp, rows: Array, rank: int) -> Iterator[Array]:
+    """Yield positions around the start, moved along directions that G leaves free and projected onto g = 0."""
+    free = np.linalg.svd(rows)[2][rank:]
+    if not len(free):
+        return
+    root = np.linalg.cholesky(ivp.value("H_pp", ivp.p0, ivp.q0))  # q = root x has unit mass in x
+    for k in range(POINTS):
+        direction = root @ (np.cos(1.0 + k + np.arange(len(free))) @ free)
+        size = NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) / float(np.max(np.abs(direction)))
+        try:
+            yield project(ivp, 0.0 * ivp.p0, ivp.q0 + (-1) ** k * size * direction)[1]
+        except BadInput:
+            continue
+
+
+def beyond_comparison(ivp: ConstrainedIvp) -> bool:
+    """Return whether an initial value problem has so many constraints that whole matrices of them are not made."""
+    return ivp.arrays or ivp.m > LARGEST
+
+
+def dependence(ivp: ConstrainedIvp) -> str | None:
+    """Return which constraints depend on others at the start, whether only there, and what to do; None if none does, or if it is not known.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers, whose q0 is looked at.
+    """
+    found = freedom(ivp)
+    if found is None or not found.others:
+        return None
+    return f"G has rank {found.rank} of {ivp.m}: {found.named}, {found.where}; {found.remedy}"
+
+
+def redundant(ivp: ConstrainedIvp) -> bool:
+    """Return whether constraints are redundant for good."""
+    found = freedom(ivp)
+    return found is not None and found.permanent
+
+
+def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
+    """Return a problem with independent combinations of its constraints, where some are redundant for good; else as it is.
+
+    ::
+
+        n^T G(q) = 0,  n of shape(m, m - rank G), rows of G of length one       g_i - sum_j c_ij g_j,   c ~ n_i (n_j)^-1
+
+    As many constraints as are redundant, those of which n has the largest pivots, are added to the others in the ratio that n has at the
+    start, to an eighth. To leave them out would do there too, but their share of n may vanish on the way, and G of the others then loses
+    rank; combinations keep theirs until n has turned by 90 degrees. Manifold and motion are those of all constraints together.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers, on the manifold.
+    """
+    found = freedom(ivp)
+    if found is None or not found.permanent:
+        return ivp
+    from scipy.linalg import qr
+    from sympy import Rational
+
+    rows = np.array(ivp.value("G", ivp.q0) @ np.linalg.cholesky(ivp.value("H_pp", ivp.p0, ivp.q0)), dtype=float)
+    length = np.linalg.norm(rows, axis=1)
+    n = np.linalg.svd(unit_rows(ivp, ivp.q0))[0][:, found.rank :]
+    added = sorted(map(int, qr(n.T, mode="r", pivoting=True)[1][: ivp.m - found.rank]))
+    c = -n @ np.linalg.inv(n[added]) * length[:, None] / length[added]
+    shares = {
+        i: {j: Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}
+        for i in range(ivp.m)
+        if i not in added
+    }
+    return replace(ivp, source=ivp.source.combined(shares), on_singular="stop")
+
+
+def require_freedom(ivp: ConstrainedIvp) -> None:
+    """Accept a problem that can move from its start.
+
+    Raises
+    ------
+    BadInput
+        If the rank of G is the number of positions there.
+    """
+    if beyond_comparison(ivp) or ivp.m < ivp.d:
+        return
+    found = freedom(ivp)
+    if found is not None and not found.degrees:
+        raise BadInput(
+            f"{ivp.problem}, case {ivp.case}, cannot move: G has rank {found.rank} at the start, as many as there are positions; "
+            "take away constraints, or start where they leave a degree of freedom."
+        )

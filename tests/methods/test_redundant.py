@@ -1,0 +1,197 @@
+"""Redundant constraints: freedom is counted, what is redundant is named, and every method moves as without it."""
+
+import dataclasses
+import json
+
+import definitions
+import numpy as np
+import pytest
+import sympy as sp
+from runs import method
+from scipy.integrate import solve_ivp
+
+from daebench.compiler.definition import source_of
+from daebench.diagnostics.freedom import dependence, freedom, require_freedom
+from daebench.diagnostics.problem.check import RANK, held
+from daebench.errors import BadInput, DaebenchError, InvalidProblem
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
+from daebench.methods.registry import registry
+from daebench.runs.make_ivp import make_ivp
+from daebench.runs.request import Request
+from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
+
+T = 0.4
+SPLIT = ("lie", "lie_adjoint", "strang")
+"""Schemes that take a kinetic flow, which the parallelogram does not declare."""
+
+SCHEMES = [name for name in registry() if name not in SPLIT]
+SOLVERS = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "ida:baumgarte", "ida:ode", "cvode:bdf", "scipy:DOP853")
+"""Those that run as Python here; cvode:bdf:projected is compiled always, heyoka may be missing."""
+
+
+def ivp(**how):
+    return make_ivp(source_of(definitions.parallelogram(**how), "parallelogram"), "thrown")
+
+
+def swung(t):
+    """Return the positions at time t: links in parallel are a pendulum whose angle obeys theta'' = -gravity sin theta."""
+    (theta, _) = solve_ivp(lambda _, x: [x[1], -9.81 * np.sin(x[0])], (0, t), [0.0, 2.0], method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+    return np.array([np.sin(theta), -np.cos(theta), 2 + np.sin(theta), -np.cos(theta)])
+
+
+def error(name, n):
+    run = method(name).solve(ivp(), Request(value=T / n, steps=n, every=0)).complete()
+    return np.abs(run.q[-1] - swung(T)).max(), run.maxima
+
+
+@pytest.mark.parametrize("name", SCHEMES, ids=str)
+def test_schemes_have_their_order_and_keep_the_manifold_with_a_redundant_constraint(name):
+    claims = registry()[name][1].claims
+    coarse, maxima = error(name, 10)
+    fine, _ = error(name, 20)
+    assert fine < 1e-12 or np.log2(coarse / fine) > claims.order - 0.5
+    assert maxima["g"] < 1e-13 or not claims.keeps_g
+    assert maxima["Gv"] < 1e-13 or not claims.keeps_Gv
+
+
+@pytest.mark.parametrize("name", ["rattle", "shake", "lobatto3", "radau2_ggl", "rk4+proj", "rattle/suzuki4"], ids=str)
+def test_the_motion_is_that_without_the_redundant_constraint(name):
+    request = Request(value=0.02, steps=20)
+    with_spare, without = (method(name).solve(ivp(spare=spare), request).complete() for spare in (True, False))
+    assert np.abs(with_spare.q - without.q).max() < 1e-14
+    assert np.abs(with_spare.p - without.p).max() < 1e-13
+
+
+@pytest.mark.usefixtures("plain_functions")
+@pytest.mark.parametrize("name", SOLVERS, ids=str)
+def test_solvers_move_as_without_what_is_redundant_and_share_the_force_of_constraint(name):
+    where, request = ivp(), Request(value=1e-8, t_end=T, points=3, multipliers=True)
+    run, without = (parse(name).solve(each, request).complete() for each in (where, ivp(spare=False)))
+    errors = [np.abs(each.q[-1] - swung(T)).max() for each in (run, without)]
+    assert errors[0] < 2 * errors[1] + 1e-7
+    assert run.maxima["g"] < 2 * without.maxima["g"] + 1e-7
+    np.testing.assert_allclose(-where.value("G", run.q[0]).T @ run.lam[0], HELD, atol=1e-12)
+    assert np.all(np.abs(run.lam[:, 1:]) > 1e-3)  # each of the three links carries something
+
+
+HELD = [0, 9.81 + 4, 0, 9.81 + 4]
+"""Newton's law at the start: the bar of mass 2, half of it at each end, goes round a circle of radius 1 at speed 2."""
+
+
+def gram(where, q):
+    G = where.value("G", q)
+    return G @ where.value("H_pp", where.p0, q) @ G.T
+
+
+def test_multipliers_are_the_shortest_of_those_with_the_same_force():
+    """In units of the largest entries of G M^-1 G^T, in which they are invariant to how a constraint is scaled."""
+    where = ivp()
+    q, p = where.q0, where.p0
+    lam, A, G = where.value("lam", p, q), gram(where, q), where.value("G", q)
+    rows = A / np.abs(A).max(axis=1)[:, None]
+    sizes = np.abs(rows).max(axis=0)
+    null = np.linalg.svd(G)[0][:, 3]
+    assert np.abs(null @ G).max() < 1e-14
+    assert abs((sizes * null) @ (sizes * lam)) < 1e-12 * np.abs(lam).max()
+    np.testing.assert_allclose(-G.T @ lam, HELD, atol=1e-12)
+
+
+# ---- counted and named ---------------------------------------------------------------------------------------------------
+
+
+def test_degrees_of_freedom_are_counted_and_the_redundant_constraint_is_named():
+    found = freedom(ivp())
+    assert (found.degrees, found.rank, found.nearby, found.permanent) == (1, 3, 3, True)
+    assert found.others == {3: (1, 2)}
+    assert freedom(ivp(spare=False)).count == "4 positions, 3 constraints: 1 degree of freedom"
+
+
+def test_a_moment_without_rank_is_told_from_redundancy_that_stays():
+    flat = dataclasses.replace(ivp(), q0=np.array([1.0, 0.0, 3.0, 0.0]), p0=np.zeros(4))  # all bars on one line
+    found = freedom(flat)
+    assert (found.rank, found.nearby, found.permanent) == (2, 3, False)
+    assert found.where == "though G has rank 3 nearby"
+    alone = dataclasses.replace(ivp(spare=False), q0=flat.q0, p0=flat.p0)
+    assert freedom(alone).where == "there, though not nearby"
+
+
+@pytest.mark.parametrize("name", ["rattle", "ida:index2", "scipy:DOP853"], ids=str)
+@pytest.mark.usefixtures("plain_functions")
+def test_a_case_that_declares_nothing_is_told_what_to_add(name):
+    chosen, request = (method(name), Request(value=0.01, steps=5)) if name == "rattle" else (parse(name), Request(value=1e-6, t_end=0.1))
+    says = r"rank 3 of 4: g4 is a combination of g2 and g3, also nearby, .*remove g4, or add --on-singular least-squares \(on_singular="
+    with pytest.raises(DaebenchError, match=says):
+        chosen.solve(ivp(on_singular="stop"), request).complete()
+
+
+def test_a_check_counts_freedom_and_writes_out_what_is_redundant():
+    (finding,) = (each for each in held(ivp()) if each.what == RANK)
+    assert finding.fault == ""
+    assert finding.note.startswith(
+        "4 positions, 4 constraints, of rank 3: 1 degree of freedom; g4 is a combination of g2 and g3, also nearby"
+    )
+    assert finding.note.endswith("(g4 = (q2/2 + q4/2)**2 + (q1/2 + q3/2 - 1)**2 - 1)")
+    (finding,) = (each for each in held(ivp(on_singular="stop")) if each.what == RANK)
+    assert "remove g4, or add --on-singular least-squares" in finding.fault
+
+
+def rigid(extra=(), **more):
+    """A point in the plane that as many constraints hold as there are positions."""
+    q, p = coordinates(2)
+    g = [q[0] ** 2 + q[1] ** 2 - 1, q[0] - q[1], *extra]
+    root = 1 / sp.sqrt(2)
+    return ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=g, cases={"held": Case(q=(root, root), p=(0, 0), **more)})
+
+
+@pytest.mark.parametrize("m", [2, 3], ids=str)
+def test_what_cannot_move_is_refused_in_one_sentence(m):
+    definition = rigid([sp.Symbol("q1", real=True) ** 2 - sp.Rational(1, 2)] * (m - 2), on_singular="least-squares")
+    with pytest.raises(BadInput, match="case held, cannot move: G has rank 2 at the start, as many as there are positions; take away"):
+        initial_value_problem(definition, "held")
+    with pytest.raises(BadInput, match="cannot move"):
+        require_freedom(make_ivp(source_of(definition, "held"), "held"))
+    fault = [each.fault for each in held(make_ivp(source_of(definition, "held"), "held")) if each.what == RANK]
+    assert "cannot move" in fault[0]
+
+
+def test_more_constraints_than_positions_may_leave_freedom():
+    q, p = coordinates(2)
+    circle = q[0] ** 2 + q[1] ** 2 - 1
+    start = Case(q=(0, -1), p=(1, 0), on_singular="least-squares")
+    definition = ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[circle, 2 * circle, circle**2 + circle], cases={"three": start})
+    where = initial_value_problem(definition)
+    assert freedom(where).count == "2 positions, 3 constraints, of rank 1: 1 degree of freedom"
+    three = method("rattle").solve(where, Request(value=0.1, steps=30)).complete()
+    one = (
+        method("rattle").solve(initial_value_problem(dataclasses.replace(definition, g=[circle])), Request(value=0.1, steps=30)).complete()
+    )
+    assert np.abs(three.q - one.q).max() < 1e-13
+
+
+def test_no_constraint_at_all_is_no_constrained_system():
+    q, p = coordinates(2)
+    with pytest.raises(InvalidProblem, match="no constraints on 2 positions; there must be at least one"):
+        ConstrainedHamiltonian(q=q, p=p, M=sp.eye(2), U=q[1], g=[])
+
+
+def test_independent_constraints_depend_on_none():
+    assert dependence(ivp(spare=False)) is None
+
+
+# ---- Bricard's mechanism -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["show", "check"])
+def test_commands_count_the_freedom_of_bricards_mechanism(command, daebench):
+    code, out, _ = daebench(command, "bricard", "--json")
+    assert code == 0
+    told = json.loads(out)
+    if command == "show":
+        assert {name: told["freedom"][name] for name in ("rank", "degrees", "permanent")} == {"rank": 15, "degrees": 1, "permanent": True}
+        assert [each["constraint"] for each in told["freedom"]["redundant"]] == [16]
+        assert "1 degrees of freedom" in told["definition"]["size"]
+    else:
+        notes = [each["note"] for each in told["checks"] if each["what"] == RANK]
+        assert all(note.startswith("16 positions, 16 constraints, of rank 15: 1 degree of freedom") for note in notes)
+        assert len(notes) == 2
