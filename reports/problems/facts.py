@@ -8,6 +8,7 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
+from daebench.diagnostics.freedom import freedom
 from daebench.methods.catalogue import find_problem
 from daebench.pages.report import MINUS
 from daebench.reference.keep import store
@@ -32,7 +33,7 @@ class Facts:
     about : Markup
         What its definition says of it beyond formulas: source, and what it teaches.
     d, m, dof : int
-        Positions, constraints, and degrees of freedom d - m.
+        Positions, constraints, and degrees of freedom d - rank G.
     structure : str
         What the mass matrix is: "constant diagonal", "constant", "M(q)", or "H(p, q)".
     separable : bool
@@ -72,7 +73,7 @@ def facts(name: str) -> Facts:
         about=told(problem.path.read_text(encoding="utf-8")),
         d=ivp.d,
         m=ivp.m,
-        dof=ivp.d - ivp.m,
+        dof=counted.degrees if (counted := freedom(ivp)) else ivp.d - ivp.m,
         structure=structure(declared),
         separable=bool(ivp.facts.SEPARABLE),
         formulas=formulas(declared),

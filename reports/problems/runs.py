@@ -39,9 +39,14 @@ FAMILY = {name: family for family, members in FAMILIES.items() for name in membe
 BUTANE = "the torsion force, differentiated as they need it, is left out for the time that deriving and compiling takes"
 SQUEEZER = "M(q) of seven bodies on three loops, differentiated as they need it, is left out for the time that deriving and compiling takes"
 BODY = "nine positions under six constraints, differentiated as they need it, are left out for the time that deriving and compiling takes"
+WATER = "the attitude of a molecule, differentiated as it needs it, is left out for the time that deriving and compiling takes"
+REDUNDANT = "so many positions under redundant constraints are left out for the time that deriving and compiling takes"
+SOLVERS = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams", "scipy:DOP853")
 LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
     {("butane", name): BUTANE for name in ("local:midpoint", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
     | {("andrews_squeezer", name): SQUEEZER for name in ("local:midpoint", "ida:index1", "ida:ggl", "cvode:adams")}
+    | {("rigid_water", "local:midpoint"): WATER}
+    | {(problem, name): REDUNDANT for problem in ("bricard", "cyclohexane_ring") for name in ("local:midpoint", "radau2_ggl", *SOLVERS)}
     | {("rigid_body_rotation", name): BODY for name in ("ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
 )
 """Pairs of a problem and a method that are not run, with the reason."""
