@@ -8,6 +8,7 @@ import numpy as np
 
 from daebench.errors import InvalidProblem
 from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.systems.extended import time_symbols
 from daebench.systems.picture import Picture
 
 LINES, ALONG = 13, 61
@@ -58,13 +59,20 @@ def layout_of(ivp: InitialValueProblem) -> Layout | None:
         return None
     rods, masses, fixed, flat = numbered(picture)
     dimension = _dimension(ivp.problem, picture, flat)
-    symbols = list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
+    symbols = _coordinates(declared)
     parameters = list(declared.parameters)
     _require_declared(ivp.problem, flat, {*symbols, *parameters})
     _require_declared(ivp.problem, [picture.surface or ()], {*parameters, *(symbol for symbol, *_ in picture.over)})
     par = [ivp.parameters[str(name)] for name in parameters]
     at = _points(flat, symbols, parameters, par)
     return Layout(dimension, rods, masses, fixed, surface_lines(picture, parameters, par), tuple(picture.axes), at)
+
+
+def _coordinates(declared: Any) -> list[Any]:
+    """Return the symbols of what a row of states has: positions, and the time where it is one of them, or y."""
+    if getattr(declared, "in_time", False):
+        return [*declared.q, time_symbols(declared)[0]]
+    return list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
 
 
 def numbered(picture: Picture) -> tuple[list[list[int]], list[int], list[int], list[Any]]:

@@ -254,7 +254,7 @@ class ConstrainedHamiltonian:
             ("the chart", [*chart.p, *chart.q], set(y)),
             ("the inverse of the chart", [*chart.inverse_eta, *chart.inverse_xi], state_symbols),
         ):
-            if extra := sp.Matrix(values).free_symbols - allowed - set(self.parameters):
+            if extra := sp.Matrix(values).free_symbols - allowed - {self.t} - set(self.parameters):
                 raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
 
     def _size_of_chart(self, chart: Chart) -> int:

@@ -27,3 +27,11 @@ _CVPENDULUM = """
 """
 CVPENDULUM = [line.split(maxsplit=2) for line in _CVPENDULUM.strip().splitlines()]
 """What SUNDIALS 7.5.0 prints in cvPendulum_dns.out: tolerance, whether steps are projected, and the line that follows."""
+
+CAR_AXIS_Q = [0.493455784275402809122e-1, 0.496989460230171153861, 1.04174252488542151681, 0.373911027265361256927]
+CAR_AXIS_V = [-0.770583684040972357970e-1, 0.744686658723778553466e-2, 0.175568157537232222276e-1, 0.770341043779251976443]
+CAR_AXIS_LAM = [-0.473688659084893324729e-2, -0.110468033125734368808e-2]
+"""The car axis at t = 3 in the Bari test set: good to 3e-13 in q and 5e-12 in v; lam of the sign there, which is not ours."""
+
+AREVALO_IDA = {0: 2.116, 4: 1.438e-1, 8: 4.890e-2, 12: 5.620e-3, 16: 1.099e-3, 20: 1.319e-4, 24: 8.930e-6}
+"""Errors of IDA in GGL form at t = 5 on Arevalo's problem, rtol = atol = 10^-(3 + m/4), by m, in the benchmark of ``solve_dae``."""
