@@ -170,7 +170,8 @@ def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
         from daebench.compiler import codegen
 
         derivation = ivp.source.derivation
-        case, symbols = derivation.definition.cases[ivp.case], derivation.parameters
+        declared = derivation.problem if getattr(ivp.facts, "EXTENDED", False) else derivation.definition  # one with the time in its cases
+        case, symbols = declared.cases[ivp.case], derivation.parameters
         lines = [f'"""Initial values of {ivp.problem} by its parameters."""', "import numpy", "from numpy import *"]
         for name in names:
             values = [sp.sympify(value) for value in getattr(case, name[0])]

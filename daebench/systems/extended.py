@@ -72,13 +72,17 @@ def _closed_form(problem: ConstrainedHamiltonian) -> Callable[..., Any]:
 
 def energy(problem: ConstrainedHamiltonian) -> Callable[..., Any]:
     """Return H as a function of q, p, t and the parameters, one number each, in mpmath's arithmetic."""
-    H = problem.H
-    if H is None:
-        p = sp.Matrix(list(problem.p))
-        H = (p.T * sp.Matrix(problem.M).LUsolve(p))[0] / 2 + problem.U
     t, _ = time_symbols(problem)
-    function: Callable[..., Any] = sp.lambdify([*problem.q, *problem.p, t, *problem.parameters], H, "mpmath")
+    function: Callable[..., Any] = sp.lambdify([*problem.q, *problem.p, t, *problem.parameters], hamiltonian(problem), "mpmath")
     return function
+
+
+def hamiltonian(problem: ConstrainedHamiltonian) -> sp.Expr:
+    """Return H(p, q, t) as an expression, of a declared problem; where M is given it is inverted symbolically."""
+    if problem.H is not None:
+        return sp.sympify(problem.H)
+    p = sp.Matrix(list(problem.p))
+    return (p.T * sp.Matrix(problem.M).LUsolve(p))[0] / 2 + sp.sympify(problem.U)
 
 
 def _kinetic_flow(flow: KineticFlow, t: sp.Symbol, p_t: sp.Symbol) -> KineticFlow:

@@ -96,6 +96,7 @@ class Definition:
         return {
             **{part: list(map(str, getattr(problem, part))) for part in self.kind.state},
             **_law(problem),
+            **_forces(self.derivation.definition),
             "parameters": {name: repr(value) for name, value in self.ivp.parameters.items()},
             "structure": dict(self.structure),
             **{f"{part}0": list(map(str, getattr(case, part))) for part in self.kind.state},
@@ -115,6 +116,12 @@ def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:
         return {"B": str(sp.Matrix(problem.B).tolist()), "H": str(problem.H), "casimirs": casimirs}
     energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
     return {**energy, "g": [str(constraint) for constraint in problem.g]}
+
+
+def _forces(declared: Any) -> dict[str, Any]:
+    """Return forces without potential and the velocities in them, in words of SymPy; nothing where there are none."""
+    force = getattr(declared, "force", None)
+    return {} if force is None else {"force": [str(entry) for entry in force], "v": [str(symbol) for symbol in declared.v or ()]}
 
 
 def define(problem: str, case: str | None = None) -> Definition:

@@ -1,6 +1,6 @@
 """The same motion in second coordinates: the problem's chart, HLW (2.22), in quadruple precision."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ from daebench.methods.solvers.quadruple import Translation, dotted, library, ort
 from daebench.methods.solvers.taylor_equations import Equations
 from daebench.reference.keep.definition import Definition
 from daebench.reference.make.stages import Rows
+from daebench.systems.extended import force, hamiltonian
 
 
 class Local:
@@ -19,12 +20,13 @@ class Local:
     ::
 
         X^T J X y' = grad K      X = chi'(y)      K = H(chi(y))      X^T J X = [[0, A], [-A^T, C]]
-        A xi' = K_eta            A^T eta' = C xi' - K_xi
+        A xi' = K_eta            A^T eta' = C xi' - K_xi + q_xi^T F
 
     Where eta are the rates of xi, A is the mass matrix of the motion in xi, symmetric and definite, and is eliminated without pivoting.
     Else a pivot may vanish along the motion, and the columns of A are orthogonalised.
 
-    Neither constraints nor multipliers enter, so that an error in them shows against (1.18).
+    Neither constraints nor multipliers enter, so that an error in them shows against (1.18). F are forces without potential, where there
+    are some.
 
     Parameters
     ----------
@@ -67,8 +69,21 @@ class Local:
         K_eta, K_xi = ([say(K.diff(x)) for x in part] for part in (eta, xi))
         solve = solved if self._symmetric(A) else orthogonally
         rates = solve(spelled(A), K_eta)
-        turned = solve(spelled(A.T), [dotted(row, rates) - k for row, k in zip(spelled(C), K_xi, strict=True)])
+        pushed = self._pushed(say, P, Q, [dotted(row, rates) for row in spelled(Q_xi)])
+        drive = [k if f is None else k - f for k, f in zip(K_xi, pushed, strict=True)]
+        turned = solve(spelled(A.T), [dotted(row, rates) - k for row, k in zip(spelled(C), drive, strict=True)])
         return list(zip(y, [*turned, *rates], strict=True))
+
+    def _pushed(self, say: Translation, P: sp.Matrix, Q: sp.Matrix, velocity: Sequence[Any]) -> list[Any]:
+        """Return q_xi^T F at these positions, momenta and velocities, an expression for each of xi; None where there are no forces."""
+        xi, own = list(self.chart.xi), self.own.problem
+        if not self.definition.ivp.facts.FORCED:
+            return [None] * len(xi)
+        v = [sp.Dummy(f"v{k}", real=True) for k in range(len(velocity))]
+        say.known |= dict(zip(v, velocity, strict=True))
+        at = dict(zip([*own.q, *own.p], [*Q, *P], strict=True))
+        F = force(self.own.declared, list(own.p), v).subs(self.definition.parameters).subs(at, simultaneous=True)
+        return [say(entry) for entry in Q.jacobian(xi).T * F]
 
     def _symmetric(self, A: sp.Matrix) -> bool:
         """Return whether A is symmetric, at a place where nothing is so by chance."""
@@ -79,8 +94,14 @@ class Local:
     def _energy(self, P: sp.Matrix, Q: sp.Matrix) -> sp.Expr:
         """Return K(y)."""
         at = dict(zip([*self.own.problem.q, *self.own.problem.p], [*Q, *P], strict=True))
-        H = self.own.H if self.own.explicit else (self.own.p.T * self.own.M.LUsolve(self.own.p))[0] / 2 + self.own.U
+        H = self.own.H if self.own.explicit else self._with_mass()
         return H.subs(self.definition.parameters).subs(at, simultaneous=True)
+
+    def _with_mass(self) -> sp.Expr:
+        """Return H(p, q) of a problem given by M and U, or K = H(p, q, t) + p_t."""
+        if not self.definition.ivp.facts.EXTENDED:
+            return hamiltonian(self.own.problem)
+        return hamiltonian(self.own.declared) + self.own.problem.p[-1]
 
     def entered(self, x: list[Any]) -> list[Any]:
         """Return y of a state (q, p) on the manifold."""

@@ -25,6 +25,7 @@ class Functions:
 
     def __init__(self, definition: Definition) -> None:
         derivation = self.own = definition.derivation
+        self.in_time = bool(definition.ivp.facts.EXTENDED)
         problem, q, p = derivation.problem, list(derivation.problem.q), list(derivation.problem.p)
 
         def compiled(arguments: Sequence[sp.Symbol], expressions: Any) -> Callable[..., Any]:
@@ -42,7 +43,7 @@ class Functions:
         else:
             v = list(derivation.v)
             self._M, self._U = compiled(q, derivation.M), compiled(q, [derivation.U])
-            self._a0 = compiled(q + v, derivation.g_qv * derivation.v)
+            self._a0 = compiled(q + v, derivation.g_qv * derivation.velocity)
             self._force = compiled(q + v, derivation.U_q + derivation.c)
 
     def g(self, q: Vector) -> Vector:
@@ -51,7 +52,10 @@ class Functions:
 
     def velocity(self, q: Vector, p: Vector) -> Vector:
         """Return H_p(p, q), shape(d,)."""
-        return list(self._H_p(*q, *p)) if self.own.explicit else list(mp.lu_solve(self._M(*q), mp.matrix(p)))
+        if self.own.explicit:
+            return list(self._H_p(*q, *p))
+        v = list(mp.lu_solve(self._M(*q), mp.matrix(p)))
+        return [*v[:-1], mp.mpf(1)] if self.in_time else v
 
     def Gv(self, q: Vector, p: Vector) -> Vector:
         """Return G H_p, shape(m,), HLW (1.11)."""
@@ -61,7 +65,8 @@ class Functions:
         """Return H(p, q)."""
         if self.own.explicit:
             return self._H(*q, *p)[0]
-        return mp.fdot(p, self.velocity(q, p)) / 2 + self._U(*q)[0]
+        n = len(p) - self.in_time
+        return mp.fdot(p[:n], self.velocity(q, p)[:n]) / 2 + self._U(*q)[0] + mp.fsum(p[n:])
 
     def integrals(self, q: Vector, p: Vector) -> Vector:
         """Return the first integrals besides H."""
@@ -70,7 +75,14 @@ class Functions:
     def schur(self, q: Vector, p: Vector) -> Any:
         """Return G H_pp G^T, shape(m, m)."""
         G = self._G(*q)
-        return G * self._H_pp(*q, *p) * G.T if self.own.explicit else G * mp.inverse(self._M(*q)) * G.T
+        return G * self._H_pp(*q, *p) * G.T if self.own.explicit else G * self._inverse_mass(q) * G.T
+
+    def _inverse_mass(self, q: Vector) -> Any:
+        """Return M^-1, shape(d, d), in which the time, which has no mass, has no part."""
+        inverse = mp.inverse(self._M(*q))
+        if self.in_time:
+            inverse[inverse.rows - 1, inverse.cols - 1] = 0
+        return inverse
 
     def lam(self, q: Vector, p: Vector) -> Vector:
         """Return lam(p, q), shape(m,), from HLW (1.12): what is left of the second derivative of g without it is G H_pp G^T lam.
@@ -84,7 +96,7 @@ class Functions:
             rest = self._a0(*q, *p)
         else:
             v = self.velocity(q, p)
-            rest = self._a0(*q, *v) - self._G(*q) * mp.lu_solve(self._M(*q), self._force(*q, *v))
+            rest = self._a0(*q, *v) - self._G(*q) * (self._inverse_mass(q) * self._force(*q, *v))
         try:
             return list(mp.lu_solve(self.schur(q, p), rest))
         except ZeroDivisionError:

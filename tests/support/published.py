@@ -35,3 +35,14 @@ CAR_AXIS_LAM = [-0.473688659084893324729e-2, -0.110468033125734368808e-2]
 
 AREVALO_IDA = {0: 2.116, 4: 1.438e-1, 8: 4.890e-2, 12: 5.620e-3, 16: 1.099e-3, 20: 1.319e-4, 24: 8.930e-6}
 """Errors of IDA in GGL form at t = 5 on Arevalo's problem, rtol = atol = 10^-(3 + m/4), by m, in the benchmark of ``solve_dae``."""
+
+SLIDER_CRANK = {
+    2.5: (7.2238e-02, 1.4980e00, -3.6096e-02),
+    5.0: (-1.4300e00, 9.3903e-01, 5.1790e-01),
+    7.5: (1.8041e-01, 1.4879e00, -8.9839e-02),
+    10.0: (1.2757e00, 1.0236e00, -4.9881e-01),
+}
+"""The crank's angle, the slider's place and the rod's angle by time, as idaSlCrank_dns of SUNDIALS prints them at tolerance 1e-6."""
+
+SLIDER_CRANK_G, SLIDER_CRANK_GRADIENT = 3.3366155611545363, {"k": 3.3346e-1, "c": -3.6375e-1}
+"""The integral of kinetic energy up to t = 10 and its derivatives, as idasSlCrank_FSA prints them: good to 1e-5 and 4e-5."""
