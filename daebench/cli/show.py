@@ -40,7 +40,7 @@ def show(
     if ivp.facts.KIND == "poisson":
         text, cases = definition.poisson(problem_file.define(), ivp.facts)
     else:
-        text, cases = definition.constrained(problem_file.define(), found and found["degrees"])
+        text, cases = definition.constrained(problem_file.define(), found["degrees"] if found else None)
     about = {"problem": problem_file.name, "kind": ivp.facts.KIND, "about": problem_file.summary, "definition": text}
     about |= {"parameters": {**problem_file.parameters, **problem_file.structure}, "cases": cases}
     about |= ({"freedom": found} if found else {}) | _use(ivp)

@@ -22,10 +22,10 @@ from daebench.runs.request import Request
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 T = 0.4
-SPLIT = ("lie", "lie_adjoint", "strang")
-"""Schemes that take a kinetic flow, which the parallelogram does not declare."""
+SPECIAL = ("lie", "lie_adjoint", "strang", "rattle_conformal")
+"""Schemes that take a kinetic flow or a damping, which the parallelogram does not declare."""
 
-SCHEMES = [name for name in registry() if name not in SPLIT]
+SCHEMES = [name for name in registry() if name not in SPECIAL]
 SOLVERS = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "ida:baumgarte", "ida:ode", "cvode:bdf", "scipy:DOP853")
 """Those that run as Python here; cvode:bdf:projected is compiled always, heyoka may be missing."""
 

@@ -81,7 +81,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         except DaebenchError as error:
             text = str(error)
             fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
-        findings.append(Held(ivp.case, what, fault, _counted(declared) if what == RANK else ""))
+        findings.append(Held(ivp.case, what, fault, _counted(declared) if what == RANK and isinstance(declared, ConstrainedIvp) else ""))
         if fault and what in BASIC:
             break
     return findings
