@@ -117,7 +117,7 @@ find_renamed_modules()
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
-    if name in ("methods", "problems"):
+    if name in ("joints", "methods", "problems"):
         return import_module(f"daebench.{name}")
     name = current_name(name)
     if name not in _HOME:

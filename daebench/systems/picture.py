@@ -1,7 +1,7 @@
 """How a problem looks: what is drawn of a state."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy as sp
@@ -31,6 +31,8 @@ class Picture:
         The two coordinates of the surface.
     axes : sequence of str, shape(2,) or shape(3,)
         What the coordinates are where they are not the lengths x, y and z.
+    points : mapping of str to point
+        Named points, as the joints of a mechanism, whose places at its end a run tells in JSON. They are not drawn.
     """
 
     rods: Sequence[Sequence[Point]] = ()
@@ -39,3 +41,4 @@ class Picture:
     surface: tuple[sp.Expr, sp.Expr, sp.Expr] | None = None
     over: Sequence[tuple[sp.Symbol, Exact, Exact]] = ()
     axes: Sequence[str] = ()
+    points: Mapping[str, Point] = field(default_factory=dict)

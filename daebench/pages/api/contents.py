@@ -190,6 +190,37 @@ are run-time parameters, ``int`` ones change the structure.
         ),
     ),
     Task(
+        "build-a-mechanism",
+        "Build a mechanism",
+        """Bodies by the points and directions that are fixed in them, joints between them, and forces; what comes out is a
+:class:`daebench.ConstrainedHamiltonian`::
+
+    from daebench.joints import Mechanism, Rod
+
+    pendulum = Mechanism(
+        ground={"O": (0, 0)},
+        points={"A": (1, 0), "B": (2, 0)},
+        bodies={"upper": Rod("O", "A", mass=1), "lower": Rod("A", "B", mass=1)},
+        gravity=(0, "-9.81"),
+    )
+    problem = pendulum.problem()
+
+Points that two bodies name join them at no cost. The names of points are in the pictures of what comes out, and ``run --json`` has their
+places at its end under ``points``.""",
+        (
+            "daebench.joints.mechanism.Mechanism",
+            "daebench.joints.starts.Start",
+            "daebench.joints.bodies",
+            "daebench.joints.placing.Guided",
+            "daebench.joints.joints",
+            "daebench.joints.forces.Spring",
+            "daebench.joints.forces.Damper",
+            "daebench.joints.drivers.DrivenAngle",
+            "daebench.joints.drivers.DrivenDistance",
+            "daebench.joints.drivers.DrivenCoordinate",
+        ),
+    ),
+    Task(
         "write-a-scheme",
         "Write a scheme",
         "A scheme file is ``CLAIMS`` and a function ``step``; it may import what these modules name.",

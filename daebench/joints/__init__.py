@@ -1,0 +1,38 @@
+"""Mechanisms: bodies in natural coordinates - points and directions that are fixed in them - and the joints between them.
+
+::
+
+    from daebench.joints import Body, Mechanism, Rod
+
+    pendulum = Mechanism(
+        ground={"O": (0, 0)},
+        points={"A": (1, 0), "B": (2, 0)},
+        bodies={"upper": Rod("O", "A", mass=1), "lower": Rod("A", "B", mass=1)},
+        gravity=(0, "-9.81"),
+    )
+    problem = pendulum.problem()      # a ConstrainedHamiltonian: four unknowns, two constraints
+
+Positions are unknowns in place of angles, so that the mass matrix is constant and constraints are polynomials of degree 2: J. Garcia de
+Jalon and E. Bayo, *Kinematic and Dynamic Simulation of Multibody Systems*, Springer 1994, chapters 2 to 4.
+"""
+
+from daebench.joints.bodies import Body as Body
+from daebench.joints.bodies import Plate as Plate
+from daebench.joints.bodies import PointMass as PointMass
+from daebench.joints.bodies import Rod as Rod
+from daebench.joints.drivers import DrivenAngle as DrivenAngle
+from daebench.joints.drivers import DrivenCoordinate as DrivenCoordinate
+from daebench.joints.drivers import DrivenDistance as DrivenDistance
+from daebench.joints.drivers import t as t
+from daebench.joints.forces import Damper as Damper
+from daebench.joints.forces import NegativeDamping as NegativeDamping
+from daebench.joints.forces import Spring as Spring
+from daebench.joints.joints import Cylindrical as Cylindrical
+from daebench.joints.joints import Distance as Distance
+from daebench.joints.joints import Prismatic as Prismatic
+from daebench.joints.joints import Revolute as Revolute
+from daebench.joints.joints import Spherical as Spherical
+from daebench.joints.joints import Universal as Universal
+from daebench.joints.mechanism import Mechanism as Mechanism
+from daebench.joints.placing import Guided as Guided
+from daebench.joints.starts import Start as Start

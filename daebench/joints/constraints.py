@@ -1,0 +1,88 @@
+"""All equations that a mechanism keeps: those of its bodies, its joints and its drivers, each once."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem, unknown
+from daebench.joints.drivers import (
+    DrivenAngle,
+    DrivenCoordinate,
+    DrivenDistance,
+    Driver,
+    driven_angle,
+    driven_coordinate,
+    driven_distance,
+    t,
+)
+from daebench.joints.exact import Values, exact, vector
+from daebench.joints.frames import Frame
+from daebench.joints.joint_equations import equations
+from daebench.joints.joints import Distance, Joint, Place, axes_of, check_axes, direction
+from daebench.joints.placing import GROUND, Places
+
+Labelled = list[tuple[str, sp.Expr]]
+"""Equations with words for what each keeps."""
+
+
+def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, values: Values) -> tuple[Labelled, Labelled]:
+    """Return all equations with what they keep, and what has to be positive at the start."""
+    tied: Labelled = [pair for name, frame in places.frames.items() if name != GROUND for pair in frame.rigidity()]
+    signs: Labelled = []
+    tied += places.closures
+    for joint in joints:
+        label, found, positive = _of_joint(joint, places, values)
+        tied += [(label, x) for x in found]
+        signs += [(label, x) for x in positive]
+    return tied, signs
+
+
+def _of_joint(joint: Joint | Distance | Driver, places: Places, values: Values) -> tuple[str, list[sp.Expr], list[sp.Expr]]:
+    """Return what a joint is called, its equations, and what is positive on its branch."""
+    if isinstance(joint, DrivenCoordinate):
+        places.given(joint.point)
+        return f"the driver of {joint.point}", [driven_coordinate(joint, places.columns)], []
+    what = f"the {type(joint).__name__} of {joint.first} and {joint.second}"
+    if joint.first == joint.second:
+        raise InvalidProblem(f"{what} ties {joint.first} to itself; name two.")
+    if isinstance(joint, Distance | DrivenDistance):
+        a, b = places.given(joint.first), places.given(joint.second)
+        if isinstance(joint, DrivenDistance):
+            return what, [driven_distance(joint, places.columns)], [exact(joint.distance)]
+        gap, was = b.now - a.now, b.reference - a.reference
+        return what, [gap.dot(gap) - was.dot(was)], []
+    a_frame, b_frame = (_frame(what, name, places) for name in (joint.first, joint.second))
+    if isinstance(joint, DrivenAngle):
+        axis = None if joint.axis is None else _direction(what, joint.axis, places)
+        equation, positive = driven_angle(joint, a_frame, b_frame, axis)
+        return what, [equation], [positive]
+    axes = [_direction(what, axis, places) for axis in axes_of(joint)]
+    check_axes(joint, axes, places.dimension == 2, values)
+    place = places.given(joint.at).reference if isinstance(joint.at, str) else vector(f"the place of {what}", joint.at)
+    return what, equations(joint, a_frame, b_frame, place, axes), []
+
+
+def _frame(what: str, name: str, places: Places) -> Frame:
+    if name not in places.frames:
+        raise unknown(f"body in {what}", name, places.frames)
+    return places.frames[name]
+
+
+def _direction(what: str, axis: Place, places: Places) -> sp.Matrix:
+    return places.given(axis).reference if isinstance(axis, str) else direction(f"the axis of {what}", axis)
+
+
+def without_repeats(tied: Labelled, q: Sequence[sp.Symbol]) -> Labelled:
+    """Return the equations that are not constant, each once, whatever its factor."""
+    seen: dict[Any, tuple[str, sp.Expr]] = {}
+    for label, equation in tied:
+        used = [x for x in q if x in equation.free_symbols]
+        if not used:
+            if sp.expand(equation) != 0 and t in equation.free_symbols:
+                raise InvalidProblem(f"{label} moves nothing but the ground; drive what can move.")
+            continue
+        plain = sp.Poly(equation, *used)
+        if not plain.is_zero:
+            seen.setdefault(plain.monic() if t not in equation.free_symbols else equation, (label, equation))
+    return list(seen.values())

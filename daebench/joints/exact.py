@@ -1,0 +1,61 @@
+"""Exact numbers and vectors, and their values at the parameters that a mechanism is declared with."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+from sympy.functions.elementary.trigonometric import TrigonometricFunction
+
+from daebench.errors import InvalidProblem
+from daebench.systems.picture import Exact
+
+Array = NDArray[np.float64]
+
+Values = Mapping[sp.Symbol, float]
+"""Parameters with the values at which ranks are decided."""
+
+CLOSE = 1e-9
+"""Part of the size of a mechanism, or of 1, below which a difference is one of rounding."""
+
+
+def exact(x: Exact) -> sp.Expr:
+    """Return an exact number: 0.1 and "0.1" are one tenth, expressions stay."""
+    if isinstance(x, sp.Expr):
+        return x.replace(lambda part: isinstance(part, sp.Float), lambda part: sp.Rational(str(part)))
+    try:
+        return sp.Rational(str(x))
+    except (TypeError, ValueError, ZeroDivisionError) as error:
+        raise InvalidProblem(f"{x!r} stands where a mechanism has a number; give a number or an expression.") from error
+
+
+def vector(what: str, x: Sequence[Exact]) -> sp.Matrix:
+    """Return a point or direction of the plane or of space as a column, shape(2, 1) or shape(3, 1)."""
+    if isinstance(x, str) or not hasattr(x, "__len__") or len(x) not in (2, 3):
+        raise InvalidProblem(f"{what} is {x!r}; give two coordinates in the plane, three in space.")
+    return sp.Matrix([exact(entry) for entry in x])
+
+
+def simplified(x: sp.Expr) -> sp.Expr:
+    """Return an expression multiplied out; sums of squares of sines and cosines go too."""
+    plain = sp.expand(x)
+    return sp.expand(sp.simplify(plain)) if plain.has(TrigonometricFunction) else plain
+
+
+def number(x: Exact, values: Values) -> float:
+    """Return the value of an expression in the parameters."""
+    return float(sp.sympify(x).subs(values))
+
+
+def numbers(matrix: Any, values: Values) -> Array:
+    """Return the values of a matrix of expressions in the parameters."""
+    return np.array(sp.Matrix(matrix).subs(values).evalf(), dtype=float)
+
+
+def rank(matrix: Array) -> int:
+    """Return the rank of a matrix whose columns are of any size."""
+    if matrix.size == 0:
+        return 0
+    scale = np.linalg.norm(matrix, axis=0)
+    return int(np.linalg.matrix_rank(matrix / np.where(scale > 0, scale, 1.0), tol=CLOSE))

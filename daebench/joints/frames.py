@@ -1,0 +1,163 @@
+"""A body's frame: what is fixed in a body is linear in its points and directions, the natural coordinates.
+
+::
+
+    r = sum_k c_k e_k,      X = sum_k c_k E_k      E_k: points and directions of the body at the reference position, e_k: anywhere
+
+The coefficients c of a place X follow once and for all from the reference position; those of a point add up to 1 over the points. In the
+plane two points, or a point and a direction, have a third direction with them: the first turned by a right angle.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.joints.exact import CLOSE, Values, numbers, rank, simplified
+
+QUARTER_TURN = sp.Matrix([[0, -1], [1, 0]])
+
+
+@dataclass(frozen=True)
+class Column:
+    """A point (weight 1) or direction (weight 0) that is fixed in a body.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    reference : Matrix, shape(2, 1) or shape(3, 1)
+        Where it is, or points to, at the reference position.
+    now : Matrix, of the same shape
+        The same at any position: linear in the unknowns.
+    weight : int
+        1 of a point, 0 of a direction.
+    """
+
+    name: str
+    reference: sp.Matrix
+    now: sp.Matrix
+    weight: int
+
+    @property
+    def homogeneous(self) -> sp.Matrix:
+        """Its reference with the weight below."""
+        return sp.Matrix([*self.reference, self.weight])
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Points and directions of one body of which everything fixed in it is made.
+
+    Parameters
+    ----------
+    body : str
+        Name of the body.
+    columns : tuple of Column
+        The points and directions, the one that a plane body has besides included.
+    declared : int
+        Number of those that are declared.
+    values : mapping of Symbol to float
+        Parameters at which ranks are decided.
+    """
+
+    body: str
+    columns: tuple[Column, ...]
+    declared: int
+    values: Values
+
+    @property
+    def basis(self) -> sp.Matrix:
+        """The homogeneous references, side by side."""
+        return sp.Matrix.hstack(*(column.homogeneous for column in self.columns))
+
+    def holds(self, place: sp.Matrix, weight: int) -> bool:
+        """Return whether a point (weight 1) or direction (weight 0) is a combination of the columns."""
+        basis, target = numbers(self.basis, self.values), numbers([*place, weight], self.values)
+        c = np.linalg.lstsq(basis, target, rcond=None)[0]
+        return bool(np.linalg.norm(basis @ c - target) <= CLOSE * (1 + np.linalg.norm(target)))
+
+    def coefficients(self, place: sp.Matrix, weight: int) -> list[sp.Expr]:
+        """Return the c of a point or direction, exact.
+
+        Raises
+        ------
+        InvalidProblem
+            If it is no combination of the columns.
+        """
+        target = sp.Matrix([*place, weight])
+        for k, column in enumerate(self.columns):
+            if column.homogeneous == target:
+                return [sp.S.One if j == k else sp.S.Zero for j in range(len(self.columns))]
+        if not self.holds(place, weight):
+            what = "point" if weight else "direction"
+            raise InvalidProblem(
+                f"the {what} {tuple(place)} is not fixed in {self.body!r} by {', '.join(x.name for x in self.columns)} alone; "
+                "give the body one more point or direction, as of a Body."
+            )
+        rows = independent_rows(self.basis, self.values)
+        solved = self.basis.extract(rows, list(range(len(self.columns)))).LUsolve(target.extract(rows, [0]))
+        return [sp.cancel(simplified(c)) for c in solved]
+
+    def placed(self, place: sp.Matrix, weight: int) -> sp.Matrix:
+        """Return where a point or direction of the reference position is at any position, linear in the unknowns."""
+        c = self.coefficients(place, weight)
+        return sum((x * column.now for x, column in zip(c, self.columns, strict=True)), sp.zeros(len(place), 1))
+
+    def at(self, place: sp.Matrix) -> sp.Matrix:
+        """Return where a point of the body is."""
+        return self.placed(place, 1)
+
+    def along(self, direction: sp.Matrix) -> sp.Matrix:
+        """Return where a direction of the body points."""
+        return self.placed(direction, 0)
+
+    @property
+    def directions(self) -> list[tuple[sp.Matrix, sp.Matrix]]:
+        """Directions of which all in the body are made: at the reference position and at any."""
+        first = self.columns[0]
+        return [(x.reference - x.weight * first.reference, x.now - x.weight * first.now) for x in self.columns[1:]]
+
+    def rigidity(self) -> list[tuple[str, sp.Expr]]:
+        """Return in words and as expressions what has to stay for the body to be rigid: distances, and products of directions."""
+        own = self.columns[: self.declared]
+        points, directions = [x for x in own if x.weight], [x for x in own if not x.weight]
+        kept = [(f"the distance of {a.name} and {b.name}", b.reference - a.reference, b.now - a.now) for a, b in combinations(points, 2)]
+        found = [(words, now.dot(now) - simplified(was.dot(was))) for words, was, now in kept]
+        legs = [(b.name, b.reference - points[0].reference, b.now - points[0].now) for b in points[1:]]
+        for k, u in enumerate(directions):
+            pairs = [*legs, *((v.name, v.reference, v.now) for v in directions[:k])]
+            found += [(f"the angle of {u.name} and {name}", u.now.dot(now) - simplified(u.reference.dot(was))) for name, was, now in pairs]
+            found.append((f"the length of {u.name}", u.now.dot(u.now) - simplified(u.reference.dot(u.reference))))
+        return [(f"{words} in {self.body}", expression) for words, expression in found]
+
+
+def framed(body: str, columns: Sequence[Column], values: Values) -> Frame:
+    """Return the frame of these columns; in the plane with the direction across the first two of them."""
+    if len(columns) == 2 and len(columns[0].reference) == 2:
+        first, second = columns
+        was, now = second.reference - second.weight * first.reference, second.now - second.weight * first.now
+        across = Column(f"across {second.name}", QUARTER_TURN * was, QUARTER_TURN * now, 0)
+        return Frame(body, (*columns, across), 2, values)
+    return Frame(body, tuple(columns), len(columns), values)
+
+
+def fixed_frame(dimension: int, values: Values) -> Frame:
+    """Return the frame of the ground."""
+    origin, axes = sp.zeros(dimension, 1), sp.eye(dimension)
+    columns = [Column("origin", origin, origin, 1)]
+    columns += [Column(f"axis {k + 1}", axes[:, k], axes[:, k], 0) for k in range(dimension)]
+    return Frame("ground", tuple(columns), dimension + 1, values)
+
+
+def independent_rows(matrix: sp.Matrix, values: Values) -> list[int]:
+    """Return the first rows of a matrix of full column rank that are independent."""
+    entries = numbers(matrix, values)
+    rows: list[int] = []
+    for k in range(entries.shape[0]):
+        if rank(entries[[*rows, k]].T) > len(rows):
+            rows.append(k)
+    return rows

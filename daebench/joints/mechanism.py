@@ -1,0 +1,170 @@
+"""A mechanism as it is declared, and the constrained Hamiltonian system that it is."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from daebench.errors import InvalidProblem
+from daebench.joints.bodies import AnyBody, Body
+from daebench.joints.cases import case_of
+from daebench.joints.constraints import equations_of, without_repeats
+from daebench.joints.drivers import (
+    Driver,
+    t,
+)
+from daebench.joints.exact import Values, numbers, vector
+from daebench.joints.forces import Force, Spring, damping_force, spring_energy
+from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments
+from daebench.joints.joints import Distance, Joint
+from daebench.joints.picture import drawn
+from daebench.joints.placing import GROUND, Guided, Places, places_of
+from daebench.joints.starts import Start
+from daebench.systems.constrained import ConstrainedHamiltonian, coordinates
+from daebench.systems.picture import Exact
+
+SINGULAR = 1e-13
+"""Least eigenvalue of M with a diagonal of 1 that does not count as 0."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mechanism:
+    """Bodies in natural coordinates, joints between them, and forces: in the plane or in space, by how many coordinates points have.
+
+    All is declared at one position, the reference position, at which the joints are closed: lengths and angles are those that it has there.
+
+    Parameters
+    ----------
+    ground : mapping of str to point
+        Points that do not move.
+    points : mapping of str to point or Guided
+        Points that move. Two bodies that name the same point are joined there by a hinge, in space by a ball, at no cost.
+    directions : mapping of str to direction
+        Directions that are fixed in bodies: two bodies that name a point and a direction are hinged there in space.
+    fixed_directions : mapping of str to direction
+        Directions that do not move.
+    bodies : mapping of str to PointMass, Rod, Plate or Body
+        What has mass.
+    joints : sequence of joint, Distance or driver
+        What ties them besides.
+    forces : sequence of Spring or Damper
+        What acts between points.
+    gravity : vector, optional
+        Gravitational acceleration, m/s^2.
+    parameters : mapping of Symbol to number
+        Run-time parameters, which places, masses and all other numbers may contain.
+    cases : mapping of str to Start
+        Where it starts; by default at rest in the reference position.
+    """
+
+    points: Mapping[str, Sequence[Exact] | Guided]
+    bodies: Mapping[str, AnyBody]
+    ground: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
+    directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
+    fixed_directions: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
+    joints: Sequence[Joint | Distance | Driver] = ()
+    forces: Sequence[Force] = ()
+    gravity: Sequence[Exact] | None = None
+    parameters: Mapping[sp.Symbol, float] = field(default_factory=dict)
+    cases: Mapping[str, Start] = field(default_factory=lambda: {"rest": Start(about="released at rest")})
+
+    def problem(self, **more: Any) -> ConstrainedHamiltonian:
+        """Return its equations, with M constant and positive definite.
+
+        ::
+
+            H = 1/2 p^T M^-1 p + U(q)      g: distances and products of directions in each body, and the equations of the joints
+
+        Parameters
+        ----------
+        **more
+            What else the problem declares, as integrals and a chart, of :class:`daebench.ConstrainedHamiltonian`.
+
+        Raises
+        ------
+        InvalidProblem
+            If a part contradicts another; the message names them.
+        """
+        return _problem(self, more)
+
+
+def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamiltonian:
+    values = dict(mechanism.parameters)
+    places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, values)
+    for name, body in mechanism.bodies.items():
+        if name == GROUND:
+            raise InvalidProblem(f"a body is called {GROUND!r}, as what does not move; rename it.")
+        places.body(name, body)
+    q, p = coordinates(len(places.q))
+    M, U = _inertia_and_weight(mechanism, places, values)
+    _require_mass(mechanism, M, places, values)
+    tied, signs = equations_of(mechanism.joints, places, values)
+    for name in (end for force in mechanism.forces for end in (force.first, force.second)):
+        places.given(name)
+    U += sum(spring_energy(spring, places.columns) for spring in mechanism.forces if isinstance(spring, Spring))
+    g = without_repeats(tied, places.q)
+    time: dict[str, Any] = {"t": t} if any(t in x.free_symbols for _, x in g) or t in U.free_symbols else {}
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=M,
+        U=U,
+        g=[x for _, x in g],
+        parameters=values,
+        cases={name: case_of(name, start, places, M, g, signs, values) for name, start in mechanism.cases.items()},
+        **{"picture": drawn(mechanism.bodies, places.frames, _links(mechanism), places.columns, list(mechanism.ground)), **more},
+        **time,
+        **_damping(mechanism, places, values),
+    )
+
+
+def _inertia_and_weight(mechanism: Mechanism, places: Places, values: Values) -> tuple[sp.Matrix, sp.Expr]:
+    """Return M, shape(d, d), and the potential of gravity."""
+    index = {symbol: k for k, symbol in enumerate(places.q)}
+    entries: Terms = {}
+    U: sp.Expr = sp.S.Zero
+    pull = None if mechanism.gravity is None else vector("gravity", mechanism.gravity)
+    if pull is not None and len(pull) != places.dimension:
+        raise InvalidProblem(f"gravity has {len(pull)} components, and the mechanism is of {places.dimension} dimensions; make them fit.")
+    references = {name: column.reference for name, column in (places.declared | places.columns).items()}
+    for name, body in mechanism.bodies.items():
+        J, frame = moments(name, body, references, values), places.frames[name]
+        for place, entry in mass_terms(name, J, frame, index).items():
+            entries[place] = entries.get(place, sp.S.Zero) + entry
+        if pull is not None:
+            mass = J[-1, -1]
+            U -= mass * pull.dot(frame.at((J[:-1, -1] / mass).applyfunc(sp.cancel)))
+    M = sp.zeros(len(index), len(index))
+    for (i, j), entry in entries.items():
+        M[i, j] = sp.factor_terms(entry)
+    return M, U
+
+
+def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
+    """Refuse a mass matrix that is not positive definite, and points that no body has."""
+    left = [name for name in places.declared if name not in places.columns and "." not in name]
+    if left:
+        raise InvalidProblem(f"{', '.join(left)} belongs to no body, so that it has no mass; name it in one, or add a PointMass there.")
+    entries = numbers(M, values)
+    scale = np.sqrt(np.diag(entries))
+    if np.all(scale > 0) and np.linalg.eigvalsh(entries / np.outer(scale, scale))[0] > SINGULAR:
+        return
+    for name, body in mechanism.bodies.items():
+        if isinstance(body, Body) and (missing := missing_moment(name, body, values)):
+            raise InvalidProblem(missing)
+    at = places.q[int(np.abs(np.linalg.eigh(entries)[1][:, 0]).argmax())]
+    name = next(name for name, own in places.owners.items() if at in own)
+    raise InvalidProblem(f"the mass matrix is singular: {name} has no inertia in some direction; give it mass.")
+
+
+def _damping(mechanism: Mechanism, places: Places, values: Values) -> dict[str, Any]:
+    """Return the forces without potential, and the symbols of velocities in them, where there are dampers."""
+    v = sp.symbols(f"v1:{len(places.q) + 1}", real=True)
+    force = damping_force(mechanism.forces, places.columns, places.q, v, values)
+    return {} if force is None else {"force": force, "v": v}
+
+
+def _links(mechanism: Mechanism) -> list[Distance]:
+    return [joint for joint in mechanism.joints if isinstance(joint, Distance)]

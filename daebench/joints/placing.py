@@ -1,0 +1,191 @@
+"""Which points and directions have unknowns of their own, and where everything else is, linear in them.
+
+Bodies are gone through in the order in which they are declared. A body takes what is known already of its points and directions -
+those of the ground and of bodies before it - and gives unknowns only to what it needs besides: what more it has is linear in these. A point
+that two bodies name is one point, so that a joint there takes no equation.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from daebench.errors import InvalidProblem, unknown
+from daebench.joints.bodies import AnyBody, Body, Plate, PointMass
+from daebench.joints.exact import Values, numbers, rank, simplified, vector
+from daebench.joints.frames import Column, Frame, fixed_frame, framed
+from daebench.systems.picture import Exact
+
+GROUND = "ground"
+"""Name of the ground where a joint has that of a body."""
+
+
+@dataclass(frozen=True, init=False)
+class Guided:
+    """A point that is led along a line or in a plane, so that it has one unknown or two.
+
+    The unknowns are in units of the directions, from the place of the line or plane that is next to the origin: along (1, 0) it is x.
+
+    Parameters
+    ----------
+    place : sequence of number or Expr
+        Its place at the reference position.
+    *along : sequence of number or Expr
+        The directions in which it can go.
+    """
+
+    place: Sequence[Exact]
+    along: tuple[Sequence[Exact], ...]
+
+    def __init__(self, place: Sequence[Exact], *along: Sequence[Exact]) -> None:
+        if not along:
+            raise InvalidProblem(f"a Guided point at {place!r} has no direction to go in; give one, or declare it in ground.")
+        object.__setattr__(self, "place", place)
+        object.__setattr__(self, "along", along)
+
+
+@dataclass
+class Places:
+    """Points and directions by name, and the frames of bodies, as far as they are known.
+
+    Parameters
+    ----------
+    declared : mapping of str to Column or Guided
+        All points and directions that move, in their reference place.
+    columns : dict of str to Column
+        Those of which it is known where they are at any position.
+    values : mapping of Symbol to float
+        Parameters at which ranks are decided.
+    """
+
+    dimension: int
+    declared: dict[str, Column]
+    guides: dict[str, list[sp.Matrix]]
+    columns: dict[str, Column]
+    values: Values
+    frames: dict[str, Frame] = field(default_factory=dict)
+    q: list[sp.Symbol] = field(default_factory=list)
+    reference: list[sp.Expr] = field(default_factory=list)
+    owners: dict[str, list[sp.Symbol]] = field(default_factory=dict)
+    closures: list[tuple[str, sp.Expr]] = field(default_factory=list)
+
+    def given(self, name: str) -> Column:
+        """Return a point or direction at its reference place."""
+        found = self.columns.get(name) or self.declared.get(name)
+        if found is None:
+            raise unknown("point or direction of the mechanism", name, [*self.columns, *self.declared])
+        return found
+
+    def unknowns(self, name: str) -> Column:
+        """Return a point or direction with unknowns of its own, which are new."""
+        column, guides = self.declared[name], self.guides.get(name)
+        count = len(guides) if guides else self.dimension
+        symbols = [sp.Symbol(f"q{len(self.q) + k + 1}", real=True) for k in range(count)]
+        start, now = column.reference, sp.Matrix(symbols)
+        if guides:
+            start = gone(guides, column.reference)
+            D = sp.Matrix.hstack(*guides)
+            now = (column.reference - D * start).applyfunc(simplified) + D * now
+        self.q += symbols
+        self.reference += list(start)
+        self.owners[name] = symbols
+        self.columns[name] = Column(name, column.reference, now, column.weight)
+        return self.columns[name]
+
+    def body(self, name: str, body: AnyBody) -> None:
+        """Make the frame of a body, and find where all its points and directions are."""
+        known = [x for x in body.names if x in self.columns]
+        chosen = self._independent([*known, *(x for x in body.names if x not in known)], self._needed(body))
+        chosen += self._completed(name, body, chosen)
+        columns = [self.columns[x] if x in self.columns else self.unknowns(x) for x in chosen]
+        columns.sort(key=lambda column: -column.weight)
+        if not columns or not columns[0].weight:
+            raise InvalidProblem(f"{name} has directions alone; name a point that is fixed in it too.")
+        frame = self.frames[name] = framed(name, columns, self.values)
+        for other in (x for x in body.names if x not in chosen):
+            self._derived(name, frame, other)
+
+    def _needed(self, body: AnyBody) -> int:
+        """Return how many points and directions a body has to have."""
+        if isinstance(body, PointMass):
+            return 1
+        if self.dimension == 2:
+            return 2
+        return 4 if isinstance(body, Body) else 3 if isinstance(body, Plate) else 2
+
+    def _independent(self, names: Iterable[str], most: int) -> list[str]:
+        """Return the first so many of them of which none is a combination of others."""
+        chosen: list[str] = []
+        for name in names:
+            trial = [*chosen, name]
+            matrix = sp.Matrix.hstack(*(self.given(x).homogeneous for x in trial))
+            if len(chosen) < most and rank(numbers(matrix, self.values)) == len(trial):
+                chosen = trial
+        return chosen
+
+    def _completed(self, name: str, body: AnyBody, chosen: list[str]) -> list[str]:
+        """Return directions, new ones, that a body needs besides its own names."""
+        needed = self._needed(body)
+        if len(chosen) == needed:
+            return []
+        if not isinstance(body, Body):
+            raise InvalidProblem(f"{name} is a {type(body).__name__} whose {needed} first points are not apart; place them apart.")
+        axes = sp.eye(self.dimension)
+        labels = [f"{name}.{letter}" for letter in "xyz"[: self.dimension]]
+        for k, label in enumerate(labels):
+            self.declared[label] = Column(label, axes[:, k], axes[:, k], 0)
+        return self._independent([*chosen, *labels], needed)[len(chosen) :]
+
+    def _derived(self, body: str, frame: Frame, name: str) -> None:
+        """Place a point or direction by a body's frame; one that is known already closes a loop."""
+        column = self.given(name)
+        now = frame.placed(column.reference, column.weight)
+        if name not in self.columns and name not in self.guides:
+            self.columns[name] = Column(name, column.reference, now, column.weight)
+            return
+        there = self.columns[name] if name in self.columns else self.unknowns(name)
+        self.closures += [(f"{name} in {body}", x) for x in now - there.now if sp.expand(x) != 0]
+
+
+def gone(guides: Sequence[sp.Matrix], place: sp.Matrix) -> sp.Matrix:
+    """Return the unknowns of a guided point at a place, shape(1, 1) or shape(2, 1)."""
+    D = sp.Matrix.hstack(*guides)
+    return ((D.T * D).inv() * D.T * place).applyfunc(simplified)
+
+
+def places_of(
+    ground: Mapping[str, Sequence[Exact]],
+    points: Mapping[str, Sequence[Exact] | Guided],
+    directions: Mapping[str, Sequence[Exact]],
+    fixed_directions: Mapping[str, Sequence[Exact]],
+    values: Values,
+) -> Places:
+    """Return what is known before any body is: the ground.
+
+    Raises
+    ------
+    InvalidProblem
+        If a name is used twice, or some places are of the plane and others of space.
+    """
+    columns = {name: _column(name, x, 1) for name, x in ground.items()} | {
+        name: _column(name, x, 0) for name, x in fixed_directions.items()
+    }
+    declared = {name: _column(name, x.place if isinstance(x, Guided) else x, 1) for name, x in points.items()}
+    declared |= {name: _column(name, x, 0) for name, x in directions.items()}
+    if len(columns) + len(declared) < len(ground) + len(fixed_directions) + len(points) + len(directions) or {*columns} & {*declared}:
+        raise InvalidProblem("a name of the mechanism stands for two points or directions; rename one.")
+    sizes = {len(column.reference) for column in (*columns.values(), *declared.values())}
+    if len(sizes) != 1:
+        raise InvalidProblem("a mechanism needs points, all of the plane or all of space: two coordinates each, or three.")
+    guides = {name: [vector(f"guide of {name}", way) for way in x.along] for name, x in points.items() if isinstance(x, Guided)}
+    (dimension,) = sizes
+    found = Places(dimension, declared, guides, columns, values)
+    found.frames[GROUND] = fixed_frame(dimension, values)
+    return found
+
+
+def _column(name: str, place: Sequence[Exact], weight: int) -> Column:
+    where = vector(f"{'point' if weight else 'direction'} {name}", place)
+    if not weight and not any(where):
+        raise InvalidProblem(f"the direction {name} is 0; give one that points somewhere.")
+    return Column(name, where, where, weight)

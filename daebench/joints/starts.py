@@ -1,0 +1,112 @@
+"""Where a mechanism starts: places and velocities of some of its points, from which those of all follow."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from sympy.polys.matrices import DomainMatrix
+
+from daebench.errors import InvalidProblem
+from daebench.joints.exact import CLOSE, Array, Values, exact, numbers, rank, simplified, vector
+from daebench.joints.frames import QUARTER_TURN, Frame
+from daebench.joints.placing import Places, gone
+from daebench.systems.picture import Exact
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """Initial values of a mechanism.
+
+    Parameters
+    ----------
+    at : mapping of str to point
+        Points and directions that are not at their reference place: those that have unknowns of their own.
+    velocity : mapping of str to vector
+        Velocities of some points, m/s. All others follow: of the motions that the joints allow, it is the one of least kinetic energy.
+    spin : mapping of str to number or vector
+        Angular velocities of some bodies, rad/s: a number in the plane, a vector in space.
+    parameters, about, on_singular
+        As for :class:`daebench.Case`.
+    """
+
+    at: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
+    velocity: Mapping[str, Sequence[Exact]] = field(default_factory=dict)
+    spin: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    about: str = ""
+    on_singular: str = "stop"
+
+
+def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
+    """Return q at the start, shape(d,)."""
+    q0 = dict(zip(places.q, places.reference, strict=True))
+    for name, place in start.at.items():
+        own = places.owners.get(name)
+        if own is None:
+            places.given(name)
+            free = ", ".join(places.owners)
+            raise InvalidProblem(f"case {case!r} places {name}, which follows from others; place some of {free}.")
+        where = vector(f"{name} of case {case!r}", place)
+        if name in places.guides:
+            where = gone(places.guides[name], where)
+        q0 |= dict(zip(own, where, strict=True))
+    return list(q0.values())
+
+
+def velocities(
+    case: str, start: Start, places: Places, M: sp.Matrix, G: sp.Matrix, g_t: sp.Matrix, at: Mapping[sp.Symbol, sp.Expr], values: Values
+) -> list[sp.Expr]:
+    """Return v at the start, shape(d,): G v = -g_t, what is given, and the least kinetic energy of what is left.
+
+    Raises
+    ------
+    InvalidProblem
+        If what is given contradicts the joints.
+    """
+    rows, right = G.subs(at), -g_t.subs(at)
+    for name, velocity in start.velocity.items():
+        places.given(name)
+        rows = rows.col_join(places.columns[name].now.jacobian(places.q))
+        right = right.col_join(vector(f"velocity of {name} in case {case!r}", velocity))
+    for name, spin in start.spin.items():
+        for was, rate in _turning(places.frames[name], spin):
+            rows = rows.col_join(was.jacobian(places.q))
+            right = right.col_join(rate.subs(at))
+    if not any(right):
+        return [sp.S.Zero] * len(places.q)
+    A, b = numbers(rows, values), numbers(right, values).ravel()
+    chosen = _independent(A)
+    size = max(1.0, float(np.abs(b).max()))
+    if np.abs(A @ np.linalg.lstsq(A[chosen], b[chosen], rcond=None)[0] - b).max() > CLOSE * size:
+        raise InvalidProblem(f"the velocities of case {case!r} contradict the joints; give fewer of them, or others.")
+    return solved(M, rows.extract(chosen, list(range(rows.cols))), right.extract(chosen, [0]))
+
+
+def solved(M: sp.Matrix, S: sp.Matrix, right: sp.Matrix) -> list[sp.Expr]:
+    """Return the exact v with S v = right and the least v^T M v, for rows S that are independent."""
+    d = S.cols
+    matrix, target = S, right
+    if S.rows < d:
+        matrix = sp.Matrix(sp.BlockMatrix([[M, S.T], [S, sp.zeros(S.rows, S.rows)]]))
+        target = sp.zeros(d, 1).col_join(right)
+    both = DomainMatrix.from_Matrix(matrix.row_join(target).applyfunc(simplified)).to_field()
+    left, last = both[:, : matrix.cols], both[:, matrix.cols :]
+    return [sp.cancel(x) for x in left.lu_solve(last).to_Matrix()[:d, 0]]
+
+
+def _independent(A: Array) -> list[int]:
+    rows: list[int] = []
+    for k in range(len(A)):
+        if rank(A[[*rows, k]].T) > len(rows):
+            rows.append(k)
+    return rows
+
+
+def _turning(frame: Frame, spin: Any) -> list[tuple[sp.Matrix, sp.Matrix]]:
+    """Return the directions of a body and how they turn."""
+    if len(frame.columns[0].reference) == 2:
+        return [(now, exact(spin) * QUARTER_TURN * now) for _, now in frame.directions]
+    omega = vector(f"spin of {frame.body}", spin)
+    return [(now, omega.cross(now)) for _, now in frame.directions]
