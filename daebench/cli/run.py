@@ -150,6 +150,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
     from dataclasses import asdict
 
     from daebench.cli.summary import moved, print_summary, summary_of
+    from daebench.draw.scene import named_points
     from daebench.methods.doubts import doubts
 
     summary = summary_of(ivp, trajectory, compensated=compensated)
@@ -160,6 +161,8 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
     if passages is not None:
         summary["passages"] = [asdict(passage) for passage in passages] if as_json else _passed(passages)
     if as_json:
+        if points := named_points(ivp, summary["q"]) if "q" in summary else {}:
+            summary["points"] = points
         print_json(summary)
     else:
         print_summary(summary)

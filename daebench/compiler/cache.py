@@ -17,7 +17,7 @@ from daebench.systems.files.package import digest_of_packages
 
 __all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
-GENERATORS = ("compiler", "methods", "runs", "schemes", "systems")
+GENERATORS = ("compiler", "joints", "methods", "runs", "schemes", "systems")
 """Packages that may decide what generated source says: whole ones, so that no file of them can be forgotten."""
 
 LONGEST = 80

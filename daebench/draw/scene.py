@@ -73,6 +73,22 @@ def _coordinates(declared: Any) -> list[Any]:
     if getattr(declared, "in_time", False):
         return [*declared.q, time_symbols(declared)[0]]
     return list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
+def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
+    """Return where the named points of a problem's picture are at positions q, shape(d,): none where it names none.
+
+    Raises
+    ------
+    InvalidProblem
+        If a point has an undeclared symbol.
+    """
+    names = getattr(ivp.facts, "POINTS", ())
+    if not names:
+        return {}
+    declared = ivp.source.define()
+    points, symbols, parameters = declared.picture.points, list(declared.q), list(declared.parameters)
+    _require_declared(ivp.problem, list(points.values()), {*symbols, *parameters})
+    at = [_points([points[name]], symbols, parameters, [ivp.parameters[str(x)] for x in parameters]) for name in names]
+    return {name: place(state[None])[0, 0] for name, place in zip(names, at, strict=True)}
 
 
 def numbered(picture: Picture) -> tuple[list[list[int]], list[int], list[int], list[Any]]:

@@ -20,7 +20,9 @@ def case_of(name: str, start: Start, places: Places, M: sp.Matrix, g: Labelled, 
     for label, equation in g:
         off = number(equation.subs(at), numbers_here)
         if abs(off) > CLOSE * size**2:
-            raise InvalidProblem(f"case {name!r} starts in an inconsistent position: {label} is off by {off:.3g}; move a point of it.")
+            raise InvalidProblem(
+                f"case {name!r} starts in an inconsistent position: the equation of {label} is off by {off:.3g}; move a point of it."
+            )
     for label, expression in signs:
         if number(expression.subs(at), numbers_here) <= 0:
             raise InvalidProblem(f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move a point of it.")

@@ -63,7 +63,7 @@ def test_a_generated_module_imports_the_names_of_numpy_that_it_uses_and_no_other
     assert {name for name in vars(module) if not name.startswith("__")} == {"value", "max", "cos", "fft"}
 
 
-GENERATORS = ("compiler", "methods", "runs", "schemes", "systems")
+GENERATORS = ("compiler", "joints", "methods", "runs", "schemes", "systems")
 """Folders of the package whose files decide what generated source says."""
 
 

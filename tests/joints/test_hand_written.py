@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import GRAVITY, accelerations, double_rod, four_bar, heavy_top, moving, named, skew_four_bar, slider_crank
+from mechanisms import GRAVITY, accelerations, double_rod, four_bar, heavy_top, lagrange, moving, named, skew_four_bar, slider_crank
 
 from daebench.joints import Distance, Mechanism, PointMass
 from daebench.problems import double_pendulum, double_spherical_pendulum, rigid_body_rotation
@@ -52,24 +52,6 @@ def test_a_mechanism_accelerates_as_the_same_one_written_by_hand(random, mechani
         q, v = moving(problem, random)
         expected = accelerations(hand, ordered(q), ordered(v))
         assert np.abs(ordered(accelerations(problem, q, v)) - expected).max() < 1e-10 * max(1.0, np.abs(expected).max())
-
-
-def lagrange(xi, place, kinetic, potential):
-    """Return a function of angles and rates for the accelerations of points: Lagrange's equations, by SymPy."""
-    rate = sp.Matrix(sp.symbols(f"rate1:{len(xi) + 1}"))
-    T, U = sp.Matrix([kinetic(rate)]), sp.Matrix([potential])
-    by_rate = T.jacobian(rate)
-    mass = by_rate.jacobian(rate)
-    right = (T.jacobian(xi) - U.jacobian(xi)).T - by_rate.jacobian(xi) * rate
-    curved = sp.Matrix([(sp.Matrix([x]).jacobian(xi) * rate).jacobian(xi) * rate for x in place])
-    slope = place.jacobian(xi)
-    call = sp.lambdify([list(xi), list(rate)], [mass, right, slope, curved, place, slope * rate], "numpy")
-
-    def found(angles, rates):
-        mass, right, slope, curved, at, velocity = (np.array(x, dtype=float) for x in call(angles, rates))
-        return at.ravel(), velocity.ravel(), (slope @ np.linalg.solve(mass, right) + curved).ravel()
-
-    return found
 
 
 def test_two_rods_accelerate_as_lagrange_says_in_their_angles(random):

@@ -133,3 +133,21 @@ def named(problem, x, *, speeds=False):
         form = place.jacobian(problem.q) * sp.Matrix(problem.q) if speeds else place
         found[name] = np.array(sp.lambdify([list(problem.q)], form, "numpy")(x), dtype=float).ravel()
     return found
+
+
+def lagrange(xi, place, kinetic, potential):
+    """Return a function of angles and rates for the accelerations of points: Lagrange's equations, by SymPy."""
+    rate = sp.Matrix(sp.symbols(f"rate1:{len(xi) + 1}"))
+    T, U = sp.Matrix([kinetic(rate)]), sp.Matrix([potential])
+    by_rate = T.jacobian(rate)
+    mass = by_rate.jacobian(rate)
+    right = (T.jacobian(xi) - U.jacobian(xi)).T - by_rate.jacobian(xi) * rate
+    curved = sp.Matrix([(sp.Matrix([x]).jacobian(xi) * rate).jacobian(xi) * rate for x in place])
+    slope = place.jacobian(xi)
+    call = sp.lambdify([list(xi), list(rate)], [mass, right, slope, curved, place, slope * rate], "numpy")
+
+    def found(angles, rates):
+        mass, right, slope, curved, at, velocity = (np.array(x, dtype=float) for x in call(angles, rates))
+        return at.ravel(), velocity.ravel(), (slope @ np.linalg.solve(mass, right) + curved).ravel()
+
+    return found

@@ -196,7 +196,7 @@ class Derivation(Derived):
         return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
-        """Return sizes D and M, names of INTEGRALS, properties of H, and whether CLOSED_FORM, KINETIC_FLOW and CHART are declared.
+        """Return sizes D and M, names of INTEGRALS and POINTS, properties of H, and whether there are CLOSED_FORM, KINETIC_FLOW and CHART.
 
         EXTENDED, FORCED and DAMPED: whether the last position is the time, whether there are forces without potential, and whether
         those that depend on the velocity are -c p.
@@ -205,6 +205,7 @@ class Derivation(Derived):
             "D": self.d,
             "M": self.m,
             "INTEGRALS": tuple(self.problem.integrals),
+            "POINTS": tuple(self.problem.picture.points) if self.problem.picture else (),
             "SEPARABLE": self.separable,
             "QUADRATIC": self.quadratic,
             "EXPLICIT": self.explicit,

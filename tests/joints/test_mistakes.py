@@ -1,0 +1,100 @@
+"""Mistakes in a mechanism: each gets one sentence that names the part and says what to do."""
+
+import pytest
+
+from daebench.errors import BadInput, InvalidProblem
+from daebench.joints import (
+    Body,
+    Damper,
+    Distance,
+    Guided,
+    Mechanism,
+    Plate,
+    PointMass,
+    Revolute,
+    Rod,
+    Spring,
+    Start,
+    Universal,
+)
+
+ROD = {"rod": Rod("O", "A", mass=1)}
+PLANE = {"ground": {"O": (0, 0)}, "points": {"A": (1, 0)}, "bodies": ROD}
+SPACE = {"ground": {"O": (0, 0, 0)}, "points": {"A": (1, 0, 0)}, "bodies": ROD}
+
+
+def disk(*inertia, names=("A",), **more):
+    return Mechanism(points={"A": (1, 0, 0)}, bodies={"disk": Body(*names, mass=1, centre="A", inertia=inertia)}, **more)
+
+
+MISTAKES = {
+    "line": (lambda: disk(0, 1, 1), "the Euler tensor of disk is singular: the moment of its mass along (0, 1, 0)"),
+    "disk": (lambda: disk(1, 1, 2), "the moment of its mass along (0, 0, 1), half of I2 + I3 - I1, is 0; give it some width there"),
+    "no body": (lambda: disk(1, 1, 3), "no body has the inertia of disk: the moment of its mass along (0, 0, 1)"),
+    "tensor": (lambda: disk(1, 1), "inertia of disk is (1, 1); give the three moments about the axes"),
+    "flat": (
+        lambda: Mechanism(points={"A": (1, 0)}, bodies={"plate": Body("A", mass=1, centre="A", inertia=0)}),
+        "the moment of inertia of plate is 0; give it a positive one, or make it a PointMass",
+    ),
+    "massless": (lambda: Mechanism(**PLANE | {"bodies": {"rod": Rod("O", "A", mass=0)}}), "rod has mass 0; give it a positive one"),
+    "no body at": (lambda: Mechanism(**PLANE | {"points": {"A": (1, 0), "B": (2, 0)}}), "B belongs to no body, so that it has no mass"),
+    "itself": (
+        lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rod", "A")]),
+        "the Revolute of rod and rod ties rod to itself; name two.",
+    ),
+    "itself by points": (lambda: Mechanism(**PLANE, joints=[Distance("A", "A")]), "the Distance of A and A ties A to itself"),
+    "no such body": (lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rud", "A")]), "unknown body in the Revolute of rod and rud 'rud'"),
+    "no such point": (lambda: Mechanism(**PLANE, forces=[Spring("O", "a", stiffness=1)]), "unknown point or direction"),
+    "no such damped point": (lambda: Mechanism(**PLANE, forces=[Damper("X", "A", 1)]), "unknown point or direction"),
+    "two names": (lambda: Mechanism(**PLANE | {"ground": {"A": (0, 0), "O": (0, 1)}}), "stands for two points or directions; rename one"),
+    "both": (lambda: Mechanism(**PLANE | {"ground": {"O": (0, 0, 0)}}), "all of the plane or all of space"),
+    "gravity": (lambda: Mechanism(**PLANE, gravity=(0, 0, -9)), "gravity has 3 components, and the mechanism is of 2 dimensions"),
+    "axis": (lambda: Mechanism(**SPACE, joints=[Revolute("rod", "ground", "O")]), "has no axis; give axis=(x, y, z), or use Spherical"),
+    "right angle": (
+        lambda: disk(1, 1, 1, joints=[Universal("disk", "ground", "A", (1, 0, 0), (1, 1, 0))]),
+        "are not at a right angle at the reference position",
+    ),
+    "plane": (lambda: Mechanism(**PLANE, joints=[Universal("rod", "ground", "O", (1, 0), (0, 1))]), "is one of space"),
+    "beside": (
+        lambda: Mechanism(
+            **PLANE | {"points": {"A": (1, 0, 0), "B": (1, 1, 0)}, "ground": {"O": (0, 0, 0)}, "bodies": {"r": Rod("O", "A", "B", mass=1)}}
+        ),
+        "is not fixed in 'r' by O, A alone; give the body one more point or direction",
+    ),
+    "one point": (lambda: Mechanism(**PLANE | {"points": {"A": (0, 0)}}), "rod is a Rod whose 2 first points are not apart"),
+    "few corners": (lambda: Plate("A", "B", mass=1), "a Plate of 'A', 'B' needs 3 names of points first"),
+    "no name": (lambda: Body(mass=1, centre=(0, 0), inertia=1), "needs the name of a point that is fixed in it"),
+    "no way": (lambda: Guided((0, 0)), "has no direction to go in"),
+    "open": (
+        lambda: Mechanism(**PLANE, cases={"far": Start(at={"A": (2, 0)})}),
+        "case 'far' starts in an inconsistent position: the equation of the distance of O and A in rod is off by 3",
+    ),
+    "follows": (
+        lambda: Mechanism(
+            **PLANE | {"points": {"A": (1, 0), "B": ("0.5", 0)}, "bodies": {"r": Rod("O", "A", "B", mass=1)}},
+            cases={"c": Start(at={"B": (0, 1)})},
+        ),
+        "case 'c' places B, which follows from others; place some of A",
+    ),
+    "torn": (lambda: Mechanism(**PLANE, cases={"c": Start(velocity={"A": (1, 0)})}), "the velocities of case 'c' contradict the joints"),
+    "number": (lambda: Mechanism(**PLANE | {"points": {"A": (1, "x")}}), "'x' stands where a mechanism has a number"),
+    "coordinates": (
+        lambda: Mechanism(**PLANE | {"points": {"A": (1,)}}),
+        "point A is (1,); give two coordinates in the plane, three in space",
+    ),
+    "ground": (lambda: Mechanism(**PLANE | {"bodies": {"ground": PointMass("A", 1)}}), "a body is called 'ground'"),
+}
+
+
+@pytest.mark.parametrize(("mechanism", "sentence"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_gets_a_sentence_that_names_it(mechanism, sentence):
+    with pytest.raises(BadInput) as said:
+        mechanism().problem()
+    assert sentence in str(said.value)
+
+
+def test_a_flat_disk_away_from_its_fixed_point_has_all_moments_that_it_needs():
+    top = Mechanism(ground={"O": (0, 0, 0)}, points={}, bodies={"top": Body("O", mass=2, centre=(0, 0, 1), inertia=(1, 1, 2))})
+    assert [top.problem().M[k, k] for k in (0, 3, 6)] == [1, 1, 2]
+    with pytest.raises(InvalidProblem, match="singular"):
+        Mechanism(points={"O": (0, 0, 0)}, bodies={"top": Body("O", mass=2, centre=(0, 0, 1), inertia=(1, 1, 2))}).problem()
