@@ -84,11 +84,11 @@ def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
     names = getattr(ivp.facts, "POINTS", ())
     if not names:
         return {}
-    declared = ivp.source.define()
+    declared: Any = ivp.source.define()
     points, symbols, parameters = declared.picture.points, list(declared.q), list(declared.parameters)
     _require_declared(ivp.problem, list(points.values()), {*symbols, *parameters})
     at = [_points([points[name]], symbols, parameters, [ivp.parameters[str(x)] for x in parameters]) for name in names]
-    return {name: place(state[None])[0, 0] for name, place in zip(names, at, strict=True)}
+    return {name: place(state[None, : len(symbols)])[0, 0] for name, place in zip(names, at, strict=True)}
 
 
 def numbered(picture: Picture) -> tuple[list[list[int]], list[int], list[int], list[Any]]:

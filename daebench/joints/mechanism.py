@@ -10,20 +10,22 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.joints.bodies import AnyBody, Body
 from daebench.joints.cases import case_of
-from daebench.joints.constraints import equations_of, without_repeats
+from daebench.joints.constraints import Labelled, equations_of, without_repeats
 from daebench.joints.drivers import (
     Driver,
     t,
 )
-from daebench.joints.exact import Values, numbers, vector
+from daebench.joints.exact import Values, exact, numbers, vector
 from daebench.joints.forces import Force, Spring, damping_force, spring_energy
 from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments
 from daebench.joints.joints import Distance, Joint
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
+from daebench.joints.rows import FEWEST, chain_of
 from daebench.joints.starts import Start
+from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian, coordinates
-from daebench.systems.picture import Exact
+from daebench.systems.picture import Exact, Picture
 
 SINGULAR = 1e-13
 """Least eigenvalue of M with a diagonal of 1 that does not count as 0."""
@@ -89,23 +91,54 @@ class Mechanism:
         """
         return _problem(self, more)
 
+    def chain(self) -> ConstrainedChain:
+        """Return the same as a chain, written at one node: steps cost as much per body however many there are.
 
-def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamiltonian:
+        Its nodes are moving points, one or a few together, in the order in which bodies name them.
+
+        Raises
+        ------
+        InvalidProblem
+            If it is no long row of equal cells, each tied to its neighbours alone, that starts at rest; or as of :meth:`problem`.
+        """
+        return _chain(self)
+
+
+@dataclass(frozen=True)
+class _Worked:
+    """What problems and chains are made of."""
+
+    places: Places
+    terms: Terms
+    energies: list[sp.Expr]
+    g: Labelled
+    signs: Labelled
+    picture: Picture
+
+
+def _worked(mechanism: Mechanism) -> _Worked:
     values = dict(mechanism.parameters)
     places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, values)
     for name, body in mechanism.bodies.items():
         if name == GROUND:
             raise InvalidProblem(f"a body is called {GROUND!r}, as what does not move; rename it.")
         places.body(name, body)
-    q, p = coordinates(len(places.q))
-    M, U = _inertia_and_weight(mechanism, places, values)
-    _require_mass(mechanism, M, places, values)
+    _require_used(mechanism, places)
+    terms, energies = _inertia_and_weight(mechanism, places, values)
+    energies += [spring_energy(spring, places.columns) for spring in mechanism.forces if isinstance(spring, Spring)]
     tied, signs = equations_of(mechanism.joints, places, values)
-    for name in (end for force in mechanism.forces for end in (force.first, force.second)):
-        places.given(name)
-    U += sum(spring_energy(spring, places.columns) for spring in mechanism.forces if isinstance(spring, Spring))
-    g = without_repeats(tied, places.q)
-    time: dict[str, Any] = {"t": t} if any(t in x.free_symbols for _, x in g) or t in U.free_symbols else {}
+    picture = drawn(mechanism.bodies, places.frames, _links(mechanism), places.columns, list(mechanism.ground))
+    return _Worked(places, terms, energies, without_repeats(tied, places.q), signs, picture)
+
+
+def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamiltonian:
+    worked, values = _worked(mechanism), dict(mechanism.parameters)
+    places, g = worked.places, worked.g
+    q, p = coordinates(len(places.q))
+    M = matrix_of(worked.terms, len(q))
+    _require_mass(mechanism, M, places, values)
+    U = sp.Add(*worked.energies)
+    time = {"t": t} if any(t in x.free_symbols for x in (U, *(x for _, x in g))) else {}
     return ConstrainedHamiltonian(
         q=q,
         p=p,
@@ -113,18 +146,32 @@ def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamilt
         U=U,
         g=[x for _, x in g],
         parameters=values,
-        cases={name: case_of(name, start, places, M, g, signs, values) for name, start in mechanism.cases.items()},
-        **{"picture": drawn(mechanism.bodies, places.frames, _links(mechanism), places.columns, list(mechanism.ground)), **more},
-        **time,
+        cases={name: case_of(name, start, places, M, g, worked.signs, values) for name, start in mechanism.cases.items()},
+        **{"picture": worked.picture, **more, **time},
         **_damping(mechanism, places, values),
     )
 
 
-def _inertia_and_weight(mechanism: Mechanism, places: Places, values: Values) -> tuple[sp.Matrix, sp.Expr]:
-    """Return M, shape(d, d), and the potential of gravity."""
+def _chain(mechanism: Mechanism) -> ConstrainedChain:
+    worked = _worked(mechanism)
+    in_time = any(t in x.free_symbols for x in (*worked.energies, *(x for _, x in worked.g)))
+    chain = None
+    if not in_time and all(exact(force.damping) == 0 for force in mechanism.forces):
+        more = {"parameters": dict(mechanism.parameters), "drawn": lambda _: worked.picture}
+        chain = chain_of(worked.places, worked.terms, worked.energies, worked.g, mechanism.cases, **more)
+    if chain is None:
+        raise InvalidProblem(
+            f"the mechanism is no row of {FEWEST} or more equal cells, each tied to its neighbours alone, at rest and without drivers or "
+            "dampers; call problem() in place of chain()."
+        )
+    return chain
+
+
+def _inertia_and_weight(mechanism: Mechanism, places: Places, values: Values) -> tuple[Terms, list[sp.Expr]]:
+    """Return the entries of M, and the potential of gravity body by body."""
     index = {symbol: k for k, symbol in enumerate(places.q)}
     entries: Terms = {}
-    U: sp.Expr = sp.S.Zero
+    energies: list[sp.Expr] = []
     pull = None if mechanism.gravity is None else vector("gravity", mechanism.gravity)
     if pull is not None and len(pull) != places.dimension:
         raise InvalidProblem(f"gravity has {len(pull)} components, and the mechanism is of {places.dimension} dimensions; make them fit.")
@@ -135,18 +182,26 @@ def _inertia_and_weight(mechanism: Mechanism, places: Places, values: Values) ->
             entries[place] = entries.get(place, sp.S.Zero) + entry
         if pull is not None:
             mass = J[-1, -1]
-            U -= mass * pull.dot(frame.at((J[:-1, -1] / mass).applyfunc(sp.cancel)))
-    M = sp.zeros(len(index), len(index))
-    for (i, j), entry in entries.items():
-        M[i, j] = sp.factor_terms(entry)
-    return M, U
+            energies.append(-mass * pull.dot(frame.at((J[:-1, -1] / mass).applyfunc(sp.cancel))))
+    return entries, energies
 
 
-def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
-    """Refuse a mass matrix that is not positive definite, and points that no body has."""
+def matrix_of(terms: Terms, d: int) -> sp.Matrix:
+    """Return a matrix, shape(d, d), of its entries."""
+    return sp.Matrix(sp.SparseMatrix(d, d, {place: sp.factor_terms(entry) for place, entry in terms.items()}))
+
+
+def _require_used(mechanism: Mechanism, places: Places) -> None:
+    """Refuse points that no body has, and forces at points that there are not."""
     left = [name for name in places.declared if name not in places.columns and "." not in name]
     if left:
         raise InvalidProblem(f"{', '.join(left)} belongs to no body, so that it has no mass; name it in one, or add a PointMass there.")
+    for name in (end for force in mechanism.forces for end in (force.first, force.second)):
+        places.given(name)
+
+
+def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
+    """Refuse a mass matrix that is not positive definite."""
     entries = numbers(M, values)
     scale = np.sqrt(np.diag(entries))
     if np.all(scale > 0) and np.linalg.eigvalsh(entries / np.outer(scale, scale))[0] > SINGULAR:

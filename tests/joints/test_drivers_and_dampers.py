@@ -1,0 +1,152 @@
+"""Drivers against the motion that they prescribe, and dampers against the power that they take."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from mechanisms import called, moving, rates
+
+from daebench.errors import InvalidProblem
+from daebench.joints import (
+    Body,
+    Damper,
+    DrivenAngle,
+    DrivenCoordinate,
+    DrivenDistance,
+    Guided,
+    Mechanism,
+    NegativeDamping,
+    PointMass,
+    Revolute,
+    Rod,
+    Spring,
+    Start,
+    t,
+)
+
+RODS = {"upper": Rod("O", "A", mass=1), "lower": Rod("A", "B", mass=1)}
+PLANE = {"ground": {"O": (0, 0), "S": (1, 2)}, "points": {"A": (1, 0), "B": (2, 0)}, "bodies": RODS}
+
+
+def last(problem, q, time):
+    """Return the last equation of a definition, that of its driver, at positions and a time."""
+    return float(problem.g[-1].subs(dict(zip(problem.q, q, strict=True)) | {t: time}))
+
+
+def test_a_driven_angle_holds_where_the_body_has_that_angle_and_its_start_turns_as_fast(random):
+    problem = Mechanism(**PLANE, joints=[DrivenAngle("upper", "ground", 3 * t + t**2)]).problem()
+    assert problem.t is t
+    for time in random.uniform(0, 5, 4):
+        angle = 3 * time + time**2
+        A = np.array([np.cos(angle), np.sin(angle)])
+        assert abs(last(problem, [*A, 0.3, 0.4], time)) < 1e-14
+        assert abs(last(problem, [A[0] * np.cos(0.1) - A[1] * np.sin(0.1), A[1] * np.cos(0.1) + A[0] * np.sin(0.1), 0, 0], time)) > 0.09
+    (case,) = problem.cases.values()
+    v = problem.M.LUsolve(sp.Matrix(case.p))
+    assert list(v[:2]) == [0, 3]
+
+
+def test_a_driven_angle_in_space_is_about_its_axis_from_one_body_to_the_other(random):
+    body = Body("O", "A", "B", "C", mass=1, centre="A", inertia=(1, 1, 1))
+    mechanism = Mechanism(
+        ground={"O": (0, 0, 0)},
+        points={"A": (1, 0, 0), "B": (0, 1, 0), "C": (0, 0, 1)},
+        bodies={"body": body},
+        joints=[Revolute("body", "ground", "O", axis=(1, 2, 2)), DrivenAngle("body", "ground", sp.sin(t), axis=(1, 2, 2))],
+    )
+    from scipy.spatial.transform import Rotation
+
+    with pytest.raises(InvalidProblem, match="fewer than positions"):
+        mechanism.problem()
+    free = Mechanism(**vars(mechanism) | {"joints": [mechanism.joints[1]]}).problem()
+    for time in random.uniform(0, 5, 3):
+        R = Rotation.from_rotvec(np.sin(time) * np.array([1, 2, 2]) / 3).as_matrix()
+        assert abs(last(free, R.T.ravel(), time)) < 1e-14
+        R = Rotation.from_rotvec((np.sin(time) + 0.1) * np.array([1, 2, 2]) / 3).as_matrix()
+        assert abs(last(free, R.T.ravel(), time)) > 0.05
+
+
+def test_a_driven_distance_and_a_driven_coordinate_hold_at_their_values():
+    joined = Mechanism(**PLANE, joints=[DrivenDistance("S", "B", sp.sqrt(5) + t)]).problem()
+    assert last(joined, [0, 0, 1, 2 - np.sqrt(5) - 0.5], 0.5) == pytest.approx(0, abs=1e-13)
+    slid = Mechanism(**PLANE, joints=[DrivenCoordinate("B", 1, sp.sin(2 * t))]).problem()
+    assert last(slid, [9, 9, 9, np.sin(1.4)], 0.7) == pytest.approx(0, abs=1e-15)
+    (case,) = slid.cases.values()
+    assert slid.M.LUsolve(sp.Matrix(case.p))[3] == 2
+
+
+CONTRADICTIONS = {
+    "angle": (DrivenAngle("upper", "ground", t + 1), "the DrivenAngle of upper and ground"),
+    "half a turn": (DrivenAngle("upper", "ground", t + sp.pi), "the DrivenAngle of upper and ground is on its other branch"),
+    "distance": (DrivenDistance("S", "B", 2 + t), "the DrivenDistance of S and B"),
+    "coordinate": (DrivenCoordinate("B", 0, 1 + t), "the driver of B"),
+}
+
+
+@pytest.mark.parametrize(("driver", "words"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
+def test_a_driver_that_contradicts_the_start_is_an_inconsistent_position(driver, words):
+    with pytest.raises(InvalidProblem, match="starts in an inconsistent position") as said:
+        Mechanism(**PLANE, joints=[driver]).problem()
+    assert words in str(said.value)
+
+
+def test_a_driver_of_an_axis_that_is_none_is_refused():
+    with pytest.raises(InvalidProblem, match="the driver of B has axis 2"):
+        Mechanism(**PLANE, joints=[DrivenCoordinate("B", 2, t)]).problem()
+
+
+@pytest.mark.parametrize("damper", [Damper("S", "B", "0.7"), Spring("S", "B", damping="0.7")], ids=["damper", "spring"])
+def test_a_damper_takes_the_power_of_its_rate_and_pulls_along_itself(random, damper):
+    problem = Mechanism(**PLANE, forces=[damper]).problem()
+    q, v = moving(problem, random)
+    call = sp.lambdify([list(problem.q), list(problem.v)], list(problem.force), "numpy")
+
+    def length(s):
+        return np.hypot(*((q + s * v)[2:] - [1, 2]))
+
+    F, rate = np.array(call(q, v), dtype=float), (length(1e-5) - length(-1e-5)) / 2e-5
+    assert F @ v == pytest.approx(-0.7 * rate**2, rel=1e-8)
+    along = (q[2:] - [1, 2]) / length(0)
+    assert np.abs(F - [0, 0, *(-0.7 * rate * along)]).max() < 1e-8
+
+
+def test_a_spring_has_its_energy_and_no_force_in_the_reference_position_unless_its_length_is_given(random):
+    for length, rest in ((None, np.sqrt(5)), (1, 1.0)):
+        problem = Mechanism(**PLANE, forces=[Spring("S", "B", stiffness=3, length=length)]).problem()
+        q, _ = moving(problem, random)
+        energy = float(problem.U.subs(dict(zip(problem.q, q, strict=True))))
+        assert energy == pytest.approx(1.5 * (np.hypot(q[2] - 1, q[3] - 2) - rest) ** 2, rel=1e-13)
+        assert problem.force is None
+
+
+def test_negative_damping_is_taken_and_said():
+    with pytest.warns(NegativeDamping, match="the damper between S and B has negative damping -2, so that it feeds energy in"):
+        problem = Mechanism(**PLANE, forces=[Damper("S", "B", -2)]).problem()
+    assert problem.force is not None
+
+
+def test_a_pendulum_whose_pivot_is_driven_accelerates_as_its_angle_says(random):
+    """The angle of a uniform rod under a pivot at height y(t) has theta'' = -3 (gravity + y'') sin(theta) / (2 length)."""
+    y = sp.sin(3 * t) / 5
+    problem = Mechanism(
+        points={"A": Guided((0, 0), (0, 1)), "B": ("0.6", "-0.8")},
+        bodies={"pivot": PointMass("A", 1), "rod": Rod("A", "B", mass=1)},
+        joints=[DrivenCoordinate("A", 1, y)],
+        gravity=(0, "-9.81"),
+        cases={"swing": Start(velocity={"B": ("0.8", "1.2")})},
+    ).problem()
+    assert (problem.d, problem.m) == (3, 2)
+    g, v = sp.Matrix(problem.g), sp.Matrix(rates(problem))
+    G = g.jacobian(problem.q)
+    moved = (G * v).jacobian(problem.q) * v + 2 * (G.diff(t)) * v + g.diff(t, 2)
+    for time, theta, omega in random.uniform(0.2, 1, (3, 3)):
+        up, rate, bent = (float(y.diff(t, k).subs(t, time)) for k in range(3))
+        q = [up, np.sin(theta), up - np.cos(theta)]
+        rates_now = [rate, omega * np.cos(theta), rate + omega * np.sin(theta)]
+        assert np.abs([float(x.subs(dict(zip(problem.q, q, strict=True)) | {t: time})) for x in g]).max() < 1e-15
+        call = called(problem, problem.M, sp.Matrix([problem.U]).jacobian(problem.q).T, G, moved.subs(t, time))
+        M, U_q, G_now, drift = (np.array(x, dtype=float) for x in call(q, rates_now))
+        kkt = np.block([[M, G_now.T], [G_now, np.zeros((2, 2))]])
+        a = np.linalg.solve(kkt, -np.concatenate([U_q.ravel(), drift.ravel()]))[:3]
+        turned = -1.5 * (9.81 + bent) * np.sin(theta)
+        expected = [bent, turned * np.cos(theta) - omega**2 * np.sin(theta), bent + turned * np.sin(theta) + omega**2 * np.cos(theta)]
+        assert np.abs(a - expected).max() < 1e-12 * np.abs(expected).max()
