@@ -76,8 +76,9 @@ def _direction(what: str, axis: Place, places: Places) -> sp.Matrix:
 def without_repeats(tied: Labelled, q: Sequence[sp.Symbol]) -> Labelled:
     """Return the equations that are not constant, each once, whatever its factor."""
     seen: dict[Any, tuple[str, sp.Expr]] = {}
+    index = {x: i for i, x in enumerate(q)}
     for label, equation in tied:
-        used = [x for x in q if x in equation.free_symbols]
+        used = sorted((x for x in equation.free_symbols if x in index), key=lambda x: index[x])
         if not used:
             if sp.expand(equation) != 0 and t in equation.free_symbols:
                 raise InvalidProblem(f"{label} moves nothing but the ground; drive what can move.")

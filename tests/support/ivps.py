@@ -19,6 +19,9 @@ SMALLER = {
     "four_bar": ("swing", {"bars": 1}),
     "slider_crank": ("swing", {"gravity": 2.0}),
     "butane": ("tumbling", IN_TENS),
+    "watt_six_bar": ("swing", {}),
+    "rssr_four_bar": ("swing", {}),
+    "double_wishbone": ("released", {"stiffness": 300.0}),
     "andrews_squeezer": ("bari", {"density": 1e4}),  # the same motion a hundred times as slowly
 }
 """What is swept of problems whose first case would take minutes, is too fast for the sweep's steps, or so special that some schemes are
@@ -65,9 +68,10 @@ That of the spherical pendulum is spherical-slow.
 """
 
 LARGE = ("andrews_squeezer", "butane", "rigid_body_rotation", "rigid_water")
+LARGE = ("andrews_squeezer", "butane", "double_wishbone", "rigid_body_rotation", "watt_six_bar")
 """Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
 
-LARGEST = ("andrews_squeezer", "butane")
+LARGEST = ("andrews_squeezer", "butane", "double_wishbone")
 """Those of them that the gate sweeps over a scheme of each kind only."""
 
 
