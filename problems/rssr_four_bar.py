@@ -6,11 +6,11 @@ from dataclasses import replace
 import sympy as sp
 
 from daebench.joints import Mechanism, Plate, Rod, Start
-from daebench.problems._linkages import by_angle, followed, located, square, vectors
+from daebench.problems._linkages import Places, by_angle, followed, located, square, vectors
 from daebench.systems.constrained import Chart, ConstrainedHamiltonian
 
-GROUND = {"O": (0, 0, 0), "N": ("0.5", 0, 0), "Q": (2, 2, 0), "R": (2, 2, "0.5")}
-POINTS = {"A": (0, 0, "0.5"), "B": (2, "0.5", 0)}
+GROUND: Places = {"O": (0, 0, 0), "N": ("0.5", 0, 0), "Q": (2, 2, 0), "R": (2, 2, "0.5")}
+POINTS: Places = {"A": (0, 0, "0.5"), "B": (2, "0.5", 0)}
 
 
 def problem(
@@ -59,7 +59,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
     The rocker's end B goes on a circle in the plane z = 0; the coupler leaves it the points at a distance of A there.
     """
     phi = sp.Symbol("phi", real=True)
-    at = vectors(GROUND | POINTS)
+    at = vectors({**GROUND, **POINTS})
     crank, rocker, coupler = (square(at[one], at[other]) for one, other in ("AO", "BQ", "AB"))
     y, z = -sp.sqrt(crank) * sp.sin(phi), sp.sqrt(crank) * sp.cos(phi)
     across, up = located([(sp.Matrix([0, y]), coupler - z**2), (sp.Matrix(at["Q"][:2]), rocker)], -1)

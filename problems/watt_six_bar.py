@@ -6,11 +6,11 @@ from dataclasses import replace
 import sympy as sp
 
 from daebench.joints import Mechanism, Plate, Rod, Start
-from daebench.problems._linkages import by_angle, dot, followed, located, square, vectors
+from daebench.problems._linkages import Places, by_angle, dot, followed, located, square, vectors
 from daebench.systems.constrained import Chart, ConstrainedHamiltonian
 
-GROUND = {"O": (0, 0), "Q": (4, 0)}
-POINTS = {"A": ("0.6", "0.8"), "B": ("3.4", "2.7"), "C": ("0.3", "1.4"), "D": ("1.6", "2.2"), "E": ("0.6", "2.9")}
+GROUND: Places = {"O": (0, 0), "Q": (4, 0)}
+POINTS: Places = {"A": ("0.6", "0.8"), "B": ("3.4", "2.7"), "C": ("0.3", "1.4"), "D": ("1.6", "2.2"), "E": ("0.6", "2.9")}
 
 
 def problem(
@@ -64,7 +64,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
     turned so that Q lies where it is.
     """
     beta = sp.Symbol("beta", real=True)
-    at = vectors(GROUND | POINTS)
+    at = vectors({**GROUND, **POINTS})
     crank = sp.Matrix([1, 0])
     b = crank + sp.sqrt(square(at["A"], at["B"])) * sp.Matrix([sp.cos(beta), sp.sin(beta)])
     c, d = carried(at["C"], at["O"], at["A"], at["O"], crank), carried(at["D"], at["A"], at["B"], crank, b)
@@ -85,7 +85,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
 
 def slope(q: Sequence[sp.Symbol]) -> sp.Matrix:
     """Return dq/dbeta: how A, B and E move where the crank turns, over how fast the coupler turns against it."""
-    at = vectors(GROUND | POINTS)
+    at = vectors({**GROUND, **POINTS})
     a, b, e = (sp.Matrix(q[k : k + 2]) for k in (0, 2, 4))
     a_rate = sp.Matrix([-a[1], a[0]])
     b_rate = followed(b, [(a, a_rate), (at["Q"], at["O"])])
