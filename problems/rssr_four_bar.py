@@ -10,7 +10,7 @@ from daebench.problems._linkages import Places, by_angle, followed, located, squ
 from daebench.systems.constrained import Chart, ConstrainedHamiltonian
 
 GROUND: Places = {"O": (0, 0, 0), "N": ("0.5", 0, 0), "Q": (2, 2, 0), "R": (2, 2, "0.5")}
-POINTS: Places = {"A": (0, 0, "0.5"), "B": (2, "0.5", 0)}
+POINTS: Places = {"A": (0, "-0.3", "0.4"), "B": (2, "0.5", 0)}
 
 
 def problem(
@@ -47,7 +47,7 @@ def problem(
         parameters={crank: crank_mass, coupler: coupler_mass, rocker: rocker_mass, gamma: gravity},
         cases={
             "turning": Start(spin={"crank": (15, 0, 0)}, about="the crank at 15 rad/s: enough for full turns"),
-            "swing": Start(about="released at rest, the crank upright: it falls to one side and swings"),
+            "swing": Start(about="released at rest, the crank 0.64 rad from upright: it falls and swings"),
         },
     ).problem()
     return replace(linkage, chart=angle(linkage.q, linkage.p, linkage.M))

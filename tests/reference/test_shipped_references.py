@@ -37,6 +37,7 @@ EXPECTED = {
     "rigid_body_rotation-heavy_top": 2.0,
     "slider_crank-turning": 32.0,
     "four_bar-iftomm": 10.0,
+    "rssr_four_bar-turning": 8.0,
     "andrews_squeezer-bari": 0.0625,
     "lotka_volterra-4,2": 100.0,
     "lotka_volterra-6,2": 100.0,
