@@ -73,6 +73,8 @@ def _coordinates(declared: Any) -> list[Any]:
     if getattr(declared, "in_time", False):
         return [*declared.q, time_symbols(declared)[0]]
     return list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
+
+
 def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
     """Return where the named points of a problem's picture are at positions q, shape(d,): none where it names none.
 
