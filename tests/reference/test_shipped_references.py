@@ -49,8 +49,13 @@ EXPECTED = {
 """Names, and a time that each reaches, s."""
 
 
+TOO_LARGE = ("double_wishbone", "watt_six_bar")
+"""Mechanisms whose equations in minimal coordinates are too long for the second way of a certificate: one has no chart besides."""
+
+
 def test_every_problem_has_one_and_none_is_missing():
-    assert {load(name).problem for name in names()} >= set(problems()) - set(OVER_CONSTRAINED)  # lam is certified where it is determined
+    without = {*OVER_CONSTRAINED, *TOO_LARGE}  # lam is certified where it is determined
+    assert {load(name).problem for name in names()} == set(problems()) - without
     assert set(EXPECTED) <= set(names())
 
 
