@@ -74,6 +74,16 @@ LARGEST = ("andrews_squeezer", "butane", "double_wishbone")
 """Those of them that the gate sweeps over a scheme of each kind only."""
 
 
+ALIKE = ("double_wishbone", "four_bar_spring", "rigid_water", "rssr_four_bar", "watt_six_bar")
+"""Problems of a kind that others are of, linkages and molecules: they are swept before a release, and have tests of their own."""
+
+
 def swept(names=IVPS):
     """Return parameters of a test that is swept over initial value problems of these names."""
-    return [pytest.param(name, id=name, marks=pytest.mark.slow if name in LARGE else ()) for name in names]
+    return [pytest.param(name, id=name, marks=_marks(name)) for name in names]
+
+
+def _marks(name):
+    if name in ALIKE:
+        return (pytest.mark.slow, pytest.mark.exhaustive)
+    return (pytest.mark.slow,) if name in LARGE else ()
