@@ -74,8 +74,8 @@ LARGEST = ("andrews_squeezer", "butane", "double_wishbone")
 """Those of them that the gate sweeps over a scheme of each kind only."""
 
 
-ALIKE = ("double_wishbone", "four_bar_spring", "rigid_water", "rssr_four_bar", "watt_six_bar")
-"""Problems of a kind that others are of, linkages and molecules: they are swept before a release, and have tests of their own."""
+ALIKE = ("double_wishbone", "fekete", "four_bar_spring", "rigid_water", "rssr_four_bar", "watt_six_bar")
+"""Problems of a kind that others are of, linkages, molecules, points on spheres: they are swept before a release, and have tests of their own."""
 
 
 def swept(names=IVPS):

@@ -1,0 +1,71 @@
+"""Points on a sphere that come to rest, against their equations written by hand, and at their end against the published positions."""
+
+import numpy as np
+import pytest
+from published import FEKETE_Q
+from scipy.integrate import solve_ivp
+
+from daebench.diagnostics.nearby import rates
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.reference.solution import reference_solution
+
+
+def repelled(p):
+    """Return the forces of the other points on each, (p_i - p_j) / |p_i - p_j|^2 summed, shape(n, 3)."""
+    apart = p[:, None] - p[None]
+    return (apart / (np.sum(apart**2, axis=2) + np.eye(len(p)))[:, :, None]).sum(axis=1)
+
+
+def moved(q0, times, damping=0.5, tolerance=1e-13):
+    """Return positions and velocities at times, each point kept on the sphere by a force along its radius."""
+    n = len(q0) // 3
+
+    def f(_, y):
+        p, v = y.reshape(2, n, 3)
+        F = repelled(p) - damping * v
+        along = np.sum(F * p, axis=1) + np.sum(v * v, axis=1)
+        return np.concatenate([v.ravel(), (F - along[:, None] * p).ravel()])
+
+    start = np.concatenate([q0, np.zeros(3 * n)])
+    return solve_ivp(f, (0, times[-1]), start, t_eval=times, method="DOP853", rtol=tolerance, atol=tolerance).y.T
+
+
+def test_a_few_points_move_as_the_equations_written_by_hand(plain_functions):
+    where, times = initial_value_problem("fekete", "spiral", {"damping": 0.7}), [1.0, 3.0]
+    states = reference_solution(where, times).states
+    found = np.hstack([states["q"][:, :-1], states["p"][:, :-1]])
+    assert np.abs(found - moved(where.q0[:-1], times, damping=0.7)).max() < 1e-11
+
+
+def test_what_the_points_have_lost_is_what_damping_takes():
+    where = initial_value_problem("fekete", "spiral")
+    p, q = np.append([0.1, 0.2, 0, *[0] * 9], 0.0), where.q0
+    assert rates(where, p, q)[0][-1] == pytest.approx(0.5 * (0.1**2 + 0.2**2), rel=1e-14)
+
+
+def test_four_points_come_to_rest_in_a_tetrahedron():
+    """With the multipliers (n - 1)/4 for g = |p|^2 - 1; the slowest motion decays as e^(-t/4), the damping's half."""
+    where = initial_value_problem("fekete", "spiral")
+    end = moved(where.q0[:-1], [100.0])[-1]
+    points = end[:12].reshape(4, 3)
+    assert np.abs(points @ points.T - (np.eye(4) * 4 - 1) / 3).max() < 1e-9
+    state = np.append(end[12:], 0.0), np.append(end[:12], 100.0)
+    assert where.value("lam", *state) == pytest.approx([3 / 4] * 4, abs=1e-9)
+
+
+def test_twenty_points_start_on_the_published_rings_and_end_where_the_test_set_says():
+    where = initial_value_problem("fekete", "bari")
+    end = moved(where.q0[:-1], [1000.0])[-1]
+    assert np.abs(np.linalg.norm(where.q0[:-1].reshape(20, 3), axis=1) - 1).max() < 1e-15
+    assert np.abs(end[:60] - FEKETE_Q).max() < 1e-11
+    assert np.abs(end[60:]).max() < 1e-12
+
+
+@pytest.mark.slow
+def test_the_forces_on_twenty_points_are_those_written_by_hand(random):
+    where = initial_value_problem("fekete", "bari")
+    q, v = where.q0[:-1].reshape(20, 3), random.normal(size=(20, 3))
+    v -= np.sum(v * q, axis=1)[:, None] * q
+    slope = -where.value("H_q", np.append(v.ravel(), 0.0), where.q0)
+    assert np.abs(slope[:60] - (repelled(q) - 0.5 * v).ravel()).max() < 1e-12
+    assert slope[60] == pytest.approx(0.5 * np.sum(v**2), rel=1e-13)
