@@ -38,6 +38,7 @@ EXPECTED = {
     "slider_crank-turning": 32.0,
     "four_bar-iftomm": 10.0,
     "rssr_four_bar-turning": 8.0,
+    "driven_slider_crank-turning": 20.0,
     "andrews_squeezer-bari": 0.0625,
     "car_axis-bari": 5.0,
     "arevalo-exact": 5.0,
