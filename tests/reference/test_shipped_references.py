@@ -38,9 +38,10 @@ EXPECTED = {
     "slider_crank-turning": 32.0,
     "four_bar-iftomm": 10.0,
     "rssr_four_bar-turning": 8.0,
-    "driven_slider_crank-turning": 20.0,
     "andrews_squeezer-bari": 0.0625,
     "car_axis-bari": 5.0,
+    "fekete-spiral": 20.0,
+    "driven_slider_crank-turning": 20.0,
     "arevalo-exact": 5.0,
     "slider_crank_sundials-ida": 20.0,
     "lotka_volterra-4,2": 100.0,
@@ -53,8 +54,8 @@ EXPECTED = {
 """Names, and a time that each reaches, s."""
 
 
-TOO_LARGE = ("double_wishbone", "fekete", "watt_six_bar")
-"""Problems whose equations in minimal coordinates are long, for which no certificate has been made; only one of them has a chart."""
+TOO_LARGE = ("double_wishbone", "watt_six_bar")
+"""Mechanisms whose equations in minimal coordinates are long, for which no certificate has been made: one has no chart besides."""
 
 
 def test_every_problem_has_one_and_none_is_missing():

@@ -67,7 +67,7 @@ IVPS = (
 That of the spherical pendulum is spherical-slow.
 """
 
-LARGE = ("andrews_squeezer", "butane", "double_wishbone", "rigid_body_rotation", "rigid_water", "watt_six_bar")
+LARGE = ("andrews_squeezer", "butane", "double_wishbone", "fekete", "rigid_body_rotation", "rigid_water", "watt_six_bar")
 """Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
 
 LARGEST = ("andrews_squeezer", "butane", "double_wishbone")

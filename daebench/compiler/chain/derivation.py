@@ -64,7 +64,7 @@ class ChainDerivation(Derived):
     def facts(self) -> dict[str, Any]:
         """Return the facts that ``constrained.derivation`` has, and NODES; a chart or a closed form only a short chain has."""
         return {
-            **dict.fromkeys(("CLOSED_FORM", "KINETIC_FLOW", "CHART"), False),
+            **dict.fromkeys(("CLOSED_FORM", "KINETIC_FLOW", "CHART", "EXTENDED", "FORCED", "DAMPED"), False),
             **dict.fromkeys(("SEPARABLE", "QUADRATIC"), True),
             "D": self.d,
             "M": self.m,
