@@ -58,7 +58,8 @@ def ladder(n=N):
 
 
 def ordered(equations):
-    return sorted(sp.srepr(sp.expand(x)) for x in equations)
+    """Return polynomials in an order of their own, whichever way their terms are written."""
+    return sorted(str((polynomial.gens, polynomial.terms())) for polynomial in map(sp.Poly, equations))
 
 
 MECHANISMS = {"masses": masses, "rods": rods, "bars": bars, "ladder": ladder}

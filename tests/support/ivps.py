@@ -54,28 +54,31 @@ OVER_CONSTRAINED = ("bricard", "cyclohexane_ring")
 """Problems with redundant constraints, of so many unknowns that each scheme would take minutes: what schemes do about redundancy is swept
 over a small problem in ``tests/methods/test_redundant.py``, and these are run by a few methods in ``test_over_constrained.py``."""
 
+IN_TIME = ("arevalo", "car_axis", "driven_slider_crank", "fekete", "slider_crank_sundials")
+"""Problems in time and under forces, of which schemes claim other things: ``tests/systems/test_in_time.py`` measures these."""
+
 IVPS = (
     "spherical-fast",
     "planar",
     "stretched-M",
     "stretched-H",
     "relativistic",
-    *(name for name in problems("constrained") if name not in OVER_CONSTRAINED),
+    *(name for name in problems("constrained") if name not in (*OVER_CONSTRAINED, *IN_TIME)),
 )
 """Chosen cases and kinds, and the first case of every problem of the catalogue but ``SMALLER``, which is in the sweep by being there.
 
 That of the spherical pendulum is spherical-slow.
 """
 
-LARGE = ("andrews_squeezer", "butane", "double_wishbone", "fekete", "rigid_body_rotation", "rigid_water", "watt_six_bar")
+LARGE = ("andrews_squeezer", "butane", "double_wishbone", "rigid_body_rotation", "rigid_water", "watt_six_bar")
 """Problems of so many unknowns that a sweep over all schemes takes minutes, run as Python: they are swept among the slow tests."""
 
 LARGEST = ("andrews_squeezer", "butane", "double_wishbone")
 """Those of them that the gate sweeps over a scheme of each kind only."""
 
 
-ALIKE = ("double_wishbone", "fekete", "four_bar_spring", "rigid_water", "rssr_four_bar", "watt_six_bar")
-"""Problems of a kind that others are of, linkages, molecules, points on spheres: they are swept before a release, and have tests of their own."""
+ALIKE = ("double_wishbone", "four_bar_spring", "rigid_water", "rssr_four_bar", "watt_six_bar")
+"""Problems of a kind that others are of, linkages and molecules: they are swept before a release, and have tests of their own."""
 
 
 def swept(names=IVPS):
