@@ -8,26 +8,8 @@ from typing import Any
 
 from daebench.errors import BadInput, real
 from daebench.schemes.kernels.claims import Claims, Member
-from daebench.schemes.kernels.language import (
-    EXTENDED,
-    SEPARABLE,
-    G,
-    H_p,
-    H_pp,
-    H_pq,
-    H_q,
-    H_qq,
-    curvature,
-    dot,
-    f,
-    g,
-    mass,
-    norm,
-    rate_of_time,
-    rows,
-    solve,
-    zero,
-)
+from daebench.schemes.kernels.in_time import by_mass_alone, with_p_t
+from daebench.schemes.kernels.language import EXTENDED, SEPARABLE, G, H_pp, H_pq, H_q, H_qq, curvature, f, g, mass, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import linear, newton
 from daebench.schemes.kernels.spaces import DATA, LENGTH, I, Multiplier, Number, Report, Update, Vector
 
@@ -63,19 +45,6 @@ CLAIMS = Claims(
 MEMBERS = {
     "generalized_alpha": Member(claims=CLAIMS, numbers=numbers, options={"rho_inf": 0.8}, multipliers=lambda: {"lam_n": 1.0}),
 }
-
-if EXTENDED:
-
-    def by_mass_alone(dp: Vector, q: Vector) -> Vector:
-        """Return M^-1 p', without the rate at which time goes on."""
-        return H_p(dp, q) - rate_of_time(q)
-
-else:
-
-    def by_mass_alone(dp: Vector, q: Vector) -> Vector:
-        """Return M^-1 p'."""
-        return H_p(dp, q)
-
 
 if SEPARABLE:
 
@@ -188,11 +157,9 @@ if EXTENDED:
             p1 = M(q1) v1,      p_t1 = p_t0 + h/2 (p_t'(0) + p_t'(1)),      p' = -H_q - G^T lam
         """
         q1, memory1, lam, report = advanced(p0, q0, of_velocities(memory), h)
-        e = rate_of_time(q0)
-        p = mass(p0, q1) @ (memory1[0] - e)
+        p = mass(p0, q1) @ memory1[0]
         dp = -(H_q(p, q1) + G(q1).T @ lam)
-        p_t = dot(e, p0) + h / 2 * dot(e, of_momenta(memory) + dp)
-        return p + p_t * e, q1, (memory1, dp), (lam,), report
+        return with_p_t(p, p0, h / 2 * (of_momenta(memory) + dp), q1), q1, (memory1, dp), (lam,), report
 
 else:
 

@@ -204,7 +204,9 @@ def test_energy_without_drift_is_claimed_by_what_the_book_says_and_by_symmetry_o
     names = [*registry(), *SYMMETRIC, *NEVER, "rattle/suzuki4", "lobatto2/kahan_li8"]
     given = {name: claimed(ivp, methods_of(ivp, [name])[0]) for name in dict.fromkeys(names)}
     claiming = {name for name, things in given.items() if "energy" in things}
-    wanted = SYMPLECTIC | {"energy_momentum", "rattle/suzuki4", "lobatto2/kahan_li8"} | (SYMMETRIC if setting == AT_REST else set())
+    wanted = SYMPLECTIC | {"energy_momentum", "rattle/suzuki4", "lobatto2/kahan_li8"}
+    if setting == AT_REST:  # a double pendulum, whose kinetic energy has no flow in closed form
+        wanted = (wanted | SYMMETRIC) - {"lie", "lie_adjoint", "strang"}
     assert claiming == wanted
     assert not claiming & NEVER
 

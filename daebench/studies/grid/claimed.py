@@ -24,13 +24,15 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
 
     Energy without drift is claimed by a method that is symplectic on the manifold, or a Poisson integrator, or that conserves H. A method
     that is symmetric alone and stays on the manifold claims it on a motion that is its own reverse: that begins at rest, so that
-    x(-t) is x(t) with p reversed. Methods that choose their own steps claim nothing.
+    x(-t) is x(t) with p reversed. Methods that choose their own steps claim nothing, nor do those that refuse the problem.
     """
     if method.knob != "h":
         return frozenset()
     if isinstance(ivp, PoissonIvp):
         return _on_poisson(ivp, method)
     assert isinstance(method, FixedStep | OutsideMethod)
+    if isinstance(method, FixedStep) and method.refusal(ivp):
+        return frozenset()
     claims = under_forces(method.claims) if ivp.facts.FORCED and isinstance(method, FixedStep) else method.claims
     symplectic = claims.symplectic and claims.on_manifold
     reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0) and not ivp.facts.EXTENDED

@@ -1,0 +1,22 @@
+"""Momenta and velocities of a system that may be one in time: its last position is the time, which has no mass."""
+
+from daebench.schemes.kernels.language import EXTENDED, H_p, dot, rate_of_time
+from daebench.schemes.kernels.spaces import Vector
+
+if EXTENDED:
+
+    def by_mass_alone(dp: Vector, q: Vector) -> Vector:
+        """Return M^-1 p', without the rate at which time goes on."""
+        return H_p(dp, q) - rate_of_time(q)
+
+else:
+
+    def by_mass_alone(dp: Vector, q: Vector) -> Vector:
+        """Return M^-1 p'."""
+        return H_p(dp, q)
+
+
+def with_p_t(p: Vector, p0: Vector, change: Vector, q: Vector) -> Vector:
+    """Return momenta with the p_t of p0 and of a change in their last place."""
+    e = rate_of_time(q)
+    return p + (dot(e, p0) + dot(e, change) - dot(e, p)) * e
