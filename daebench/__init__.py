@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from daebench.pages.certificate.certify import certify
     from daebench.runs.ivp import InitialValueProblem
     from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+    from daebench.studies.advise.advice import Advice
+    from daebench.studies.advise.run import advise
     from daebench.studies.certificate.verify import verify_certificate
     from daebench.studies.chaos.result import Chaos
     from daebench.studies.chaos.run import chaos
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from daebench.systems.poisson import DarbouxMap, Lift, Part, PoissonCase, PoissonSystem
 
 __all__ = [
+    "Advice",
     "BadInput",
     "Case",
     "Chaos",
@@ -64,6 +67,7 @@ __all__ = [
     "StepFor",
     "Study",
     "Trajectory",
+    "advise",
     "animation",
     "as_poisson",
     "certify",
@@ -92,6 +96,7 @@ _HOME = {
     **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "runs.trajectory"),
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "diagnostics.submanifold"),
     **dict.fromkeys(("Gradient", "gradient"), "methods.gradient"),
+    "Advice": "studies.advise.advice",
     "Chaos": "studies.chaos.result",
     "ConstrainedChain": "systems.chain",
     "Ensemble": "studies.ensemble.result",
@@ -99,6 +104,7 @@ _HOME = {
     "InitialValueProblem": "runs.ivp",
     "StepFor": "studies.step_for.result",
     "Study": "studies.grid.study",
+    "advise": "studies.advise.run",
     "animation": "pages.animation.animation",
     "certify": "pages.certificate.certify",
     "chaos": "studies.chaos.run",

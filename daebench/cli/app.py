@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from daebench.cli.advise import advise
 from daebench.cli.animate import animate
 from daebench.cli.archive import archive
 from daebench.cli.bench import bench
@@ -53,6 +54,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
 app.command("list")(listing)
 for command in (
+    advise,
     show,
     run,
     ensemble,

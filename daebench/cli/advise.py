@@ -1,0 +1,138 @@
+"""``daebench advise``: which method to take for an accuracy, and what it will cost."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from daebench.cli.arguments import OUTSIDE, Case, Json, Overwrite, Param, Problem
+from daebench.cli.console import bar, pairs, print_json, print_table, print_written, words
+from daebench.cli.folder import Folder
+
+if TYPE_CHECKING:
+    from daebench.studies.advise.advice import Advice, Choice
+
+TABLE = "advise.csv"
+"""Table that is written, a row a run."""
+
+
+def advise(
+    problem: Problem,
+    accuracy: Annotated[float, typer.Option("--accuracy", help="Largest error of a position, or of a component of y, in its unit.")],
+    t_end: Annotated[float, typer.Option("--t-end", help="Horizon, s.")],
+    keep: Annotated[str | None, typer.Option("--keep", help="What has to be kept: energy, constraints, casimirs, two-form.")] = None,
+    budget: Annotated[str | None, typer.Option("--budget", help="Largest CPU time of the run, as 1s, 20ms or a number of seconds.")] = None,
+    ensemble: Annotated[int, typer.Option("--ensemble", help="Number of other starts from which the choice is run.")] = 16,
+    methods: Annotated[str | None, typer.Option("--methods", help=f"Methods that are tried, comma-separated; {OUTSIDE}.")] = None,
+    also: Annotated[str | None, typer.Option("--also", help="Methods that are tried besides, as your own integrator.")] = None,
+    case: Case = None,
+    param: Param = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seeds the starts of --ensemble.")] = 0,
+    store: Annotated[
+        Path | None, typer.Option("--store", help="File in which runs are kept; beside the compiled kernels if left out.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of runs.")] = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Find the cheapest method for an accuracy, with its step size or tolerance; exit 1 if nothing tried does what is asked.
+
+    The choice is held against its accuracy from other starts; what it keeps is what it claims to keep and was seen to keep over ten times
+    the horizon. Runs are kept: a second question takes little time.
+    """
+    from daebench.studies.advise.run import advise as made
+
+    asked: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "case": case, "starts": ensemble, "seed": seed, "store": store}
+    asked |= {"keep": [name.replace("-", "_") for name in words(keep)] if keep else (), "budget": _seconds(budget)}
+    asked |= {"methods": words(methods) if methods else None, "also": words(also) if also else ()}
+    folder = Folder(out, "daebench advise", (TABLE,))
+    folder.check(overwrite=overwrite)
+    with bar(f"advice on {problem}") as progress:
+        advice = made(problem, **asked, parameters=pairs("param", param or []), progress=progress)
+    written = _write(folder, advice)
+    if as_json:
+        print_json(advice.summary() | {"written": written})
+    else:
+        _print(advice)
+        print_written(written)
+    raise typer.Exit(1 if advice.choice is None else 0)
+
+
+def _seconds(text: str | None) -> float | None:
+    """Return a time in seconds."""
+    from daebench.cli.console import number
+
+    if text is None:
+        return None
+    for ending, unit in (("ms", 1e-3), ("s", 1.0)):
+        if text.endswith(ending):
+            return unit * number("--budget", text.removesuffix(ending))
+    return number("--budget", text)
+
+
+def _write(folder: Folder, advice: "Advice") -> list[str]:
+    """Write the picture, with the table of runs beside it; return the paths."""
+    if folder.out is None:
+        return []
+    from daebench.studies.advise.figure import draw
+
+    about = {"Accuracy": f"{advice.question.accuracy:g}", "Seed": str(advice.question.seed)}
+    return folder.described(advice.question.ivp, about, draw(folder.out, advice))
+
+
+def _print(advice: "Advice") -> None:
+    """Print the answer on one screen."""
+    asked, choice = advice.question, advice.choice
+    print(f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error of {asked.part} at most {asked.accuracy:g}")
+    print(f"errors are against: {advice.reference}, which may be wrong by {advice.bound:.1e}")
+    if choice is None:
+        print(advice.why)
+        return
+    rows = [[what, *_cells(some, choice)] for what, some in zip(("take", "or", "or"), (choice, *advice.runners_up), strict=False)]
+    print_table(["", "method", "with", "error", "CPU time", "times as long"], rows)
+    print(_from_starts(advice))
+    kept = advice.summary()["kept"]
+    print_table(["keeps", "", "claimed", "measured"], [_kept(name, row) for name, row in kept.items()])
+    print_table(
+        ["what breaks first", "median error over the accuracy"], [[change.what, _factor(advice, change)] for change in advice.changes]
+    )
+    print(advice.command)
+    print(advice.python)
+    if advice.left_out:
+        print(f"not tried, or passed over: {', '.join(advice.left_out)}; --json says why")
+
+
+def _cells(some: "Choice", choice: "Choice") -> list[str]:
+    ratio = some.seconds / choice.seconds
+    return [some.method, f"{some.knob} = {some.value:.4g}", f"{some.error:.1e}", f"{1e3 * some.seconds:.3g} ms", f"{ratio:.2g}"]
+
+
+def _kept(name: str, row: Mapping[str, Any]) -> list[str]:
+    answer = "yes" if row["kept"] else "no"
+    return [name.replace("_", "-"), answer, "yes" if row["claimed"] else "no", f"{row['value']:.1e}, {row['words']}"]
+
+
+def _from_starts(advice: "Advice") -> str:
+    """Return what becomes of the choice from other starts, as a sentence."""
+    starts, accuracy = advice.starts, advice.question.accuracy
+    if not starts.errors:
+        return f"from other starts nothing is known: {starts.failure or 'their references are not good enough'}"
+    within, number = starts.within(accuracy), len(starts.errors)
+    low, middle, high = (starts.quantile(part) for part in (0.05, 0.5, 0.95))
+    return (
+        f"from {number} other starts: error {middle:.1e} in the median, {low:.1e} to {high:.1e} (5 to 95 %); "
+        f"{100 * within.value:.0f} % of them within {accuracy:g} [{100 * within.low:.0f} to {100 * within.high:.0f} of all]"
+    )
+
+
+def _factor(advice: "Advice", change: Any) -> str:
+    factor = change.factor(advice.question.accuracy)
+    if factor != factor:
+        return f"not known: {_clause(change.found.failure) or 'no reference is good enough'}"
+    return f"stops: {_clause(change.found.failure)}" if factor == float("inf") else f"{factor:.2g}"
+
+
+def _clause(sentence: str) -> str:
+    """Return what comes before the first colon or semicolon of a sentence."""
+    return sentence.partition(":")[0].partition(";")[0]

@@ -1,0 +1,152 @@
+"""An answer: the method to take with its step size or tolerance, what it costs, what else there is, what is kept, and what breaks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from daebench.studies.advise.breaking import Change, OverStarts
+from daebench.studies.advise.keeps import Kept
+from daebench.studies.advise.question import Question
+from daebench.studies.advise.search import Found, Row, error_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+RUNNERS_UP = 2
+"""Other methods that are named."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A run that reaches the accuracy.
+
+    Parameters
+    ----------
+    method, knob : str
+        The method, and what it is steered by: "h" or "tol".
+    value : float
+        Its step size, s, or tolerance.
+    error, seconds : float
+        Largest error at the outputs, and CPU time of the run, s.
+    """
+
+    method: str
+    knob: str
+    value: float
+    error: float
+    seconds: float
+
+    @classmethod
+    def of(cls, knob: str, row: Row, part: str) -> "Choice":
+        """Return the choice that a row is."""
+        return cls(str(row["method"]), knob, float(row["value"]), error_of(row, part), float(row["seconds"]))
+
+    def plain(self) -> dict[str, Any]:
+        """Return it for JSON."""
+        return {"method": self.method, self.knob: self.value, "error": self.error, "seconds": self.seconds}
+
+
+@dataclass(frozen=True)
+class Advice:
+    """An answer to a question.
+
+    Parameters
+    ----------
+    question : Question
+        What was asked.
+    choice : Choice or None
+        What to take; None where nothing tried does what is asked.
+    runners_up : tuple of Choice
+        The next in price.
+    kept : mapping of str to Kept
+        What the choice keeps, by thing.
+    starts : OverStarts
+        Errors of the choice from other starts.
+    changes : tuple of Change
+        What breaks, the worst first.
+    found : tuple of Found
+        What the search found, by method.
+    left_out : mapping of str to str
+        Why methods were not tried, or were passed over.
+    reference : str
+        What errors are against.
+    bound : float
+        What that may be wrong by.
+    why : str
+        Why there is no choice, and the best that was found; "" where there is one.
+    """
+
+    question: Question
+    choice: Choice | None
+    runners_up: tuple[Choice, ...]
+    kept: Mapping[str, Kept]
+    starts: OverStarts
+    changes: tuple[Change, ...]
+    found: tuple[Found, ...]
+    left_out: Mapping[str, str]
+    reference: str
+    bound: float
+    why: str = ""
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """All runs of the search, a row each."""
+        import pandas as pd
+
+        return pd.DataFrame([row for found in self.found for row in found.rows])
+
+    @property
+    def command(self) -> str:
+        """The command that makes the run of the choice; "" without one."""
+        if self.choice is None:
+            return ""
+        asked = self.question
+        parameters = "".join(f" --param {name}={value:g}" for name, value in asked.parameters.items())
+        steered = f"--{self.choice.knob} {self.choice.value!r}"
+        anyway = " --anyway" if asked.poisson and not self._poisson_integrator else ""
+        return (
+            f"daebench run {asked.problem} --case {asked.case}{parameters} --method {self.choice.method} {steered} "
+            f"--t-end {asked.t_end:g}{anyway}"
+        )
+
+    @property
+    def python(self) -> str:
+        """The call that makes the run of the choice; "" without one."""
+        if self.choice is None:
+            return ""
+        asked = self.question
+        parameters = f", parameters={dict(asked.parameters)!r}" if asked.parameters else ""
+        anyway = ", anyway=True" if asked.poisson and not self._poisson_integrator else ""
+        steered = f"{self.choice.knob}={self.choice.value!r}"
+        return (
+            f'daebench.run("{asked.problem}", case="{asked.case}"{parameters}, method="{self.choice.method}", {steered}, '
+            f"t_end={asked.t_end:g}{anyway})"
+        )
+
+    @property
+    def _poisson_integrator(self) -> bool:
+        return "two_form" in self.kept
+
+    def summary(self) -> dict[str, Any]:
+        """Return the answer for JSON."""
+        asked, accuracy = self.question, self.question.accuracy
+        about = {"problem": asked.problem, "case": asked.case, "parameters": dict(asked.ivp.parameters), "accuracy": accuracy}
+        about |= {"t_end": asked.t_end, "keep": list(asked.keep), "budget": None if asked.budget == float("inf") else asked.budget}
+        answer: dict[str, Any] = self.choice.plain() if self.choice else {"method": None, "error": None, "seconds": None}
+        answer |= {"why": self.why or None, "runners_up": [other.plain() for other in self.runners_up]}
+        answer |= {"keeps": [name for name, kept in self.kept.items() if kept.kept]}
+        answer |= {"kept": {name: kept.plain() for name, kept in self.kept.items()}}
+        within = self.starts.within(accuracy)
+        answer |= {
+            "starts": {
+                "number": len(self.starts.errors),
+                "error": {name: self.starts.quantile(part) for name, part in (("q05", 0.05), ("q50", 0.5), ("q95", 0.95))},
+                "within": {"share": within.value, "low": within.low, "high": within.high},
+                "reference": self.starts.words,
+            }
+        }
+        answer |= {
+            "breaks": [{"change": change.what, "factor": change.factor(accuracy), "why": change.found.failure} for change in self.changes]
+        }
+        answer |= {"reference": self.reference, "bound": self.bound, "command": self.command, "python": self.python}
+        return about | answer | {"left_out": dict(self.left_out)}

@@ -1,0 +1,116 @@
+"""What breaks first: the choice with a step twice as large, over ten times the horizon, and with parameters moved by 20 %."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from daebench.errors import DaebenchError
+from daebench.studies.advise.question import LONGER, Question
+from daebench.studies.advise.search import Make, Row
+from daebench.studies.grid.start_runs import StartRuns
+from daebench.studies.work_precision.intervals import Estimate, share
+
+STARTS = 5
+"""Starts from which each change is looked at."""
+
+PARAMETERS = 4
+"""Parameters that are moved, at most."""
+
+MOVED = 0.2
+"""By which part of its value a parameter is moved."""
+
+
+@dataclass(frozen=True)
+class OverStarts:
+    """Errors from many starts.
+
+    Parameters
+    ----------
+    errors : tuple of float
+        One a start: infinite where a run stopped, at least the bound of its reference.
+    bound : float
+        The largest error of a reference.
+    failure : str
+        Why the first run stopped that did; "" where none did.
+    words : str
+        What errors are against.
+    """
+
+    errors: tuple[float, ...]
+    bound: float
+    failure: str = ""
+    words: str = ""
+
+    def quantile(self, part: float) -> float:
+        """Return a quantile of the errors."""
+        return float(np.quantile(self.errors, part, method="inverted_cdf")) if self.errors else math.nan
+
+    def within(self, accuracy: float) -> Estimate:
+        """Return the share of starts whose errors are within an accuracy, with its interval."""
+        return share(sum(error <= accuracy for error in self.errors), len(self.errors))
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change, and what becomes of the error by it.
+
+    Parameters
+    ----------
+    what : str
+        The change.
+    found : OverStarts
+        Errors from some starts.
+    """
+
+    what: str
+    found: OverStarts
+
+    def factor(self, accuracy: float) -> float:
+        """Return the median error over the accuracy: infinite where runs stop, NaN where nothing is known."""
+        return self.found.quantile(0.5) / accuracy
+
+
+def over_starts(specification: StartRuns, part: str, make: Make) -> OverStarts:
+    """Return the errors of runs from many starts; none where they cannot be made."""
+    try:
+        row = make(specification)
+    except DaebenchError as error:
+        return OverStarts((), math.nan, str(error))
+    errors = [_error(row, part, i) for i in range(specification.members)]
+    bounds = np.array(row[f"bound_{part}"], dtype=float)
+    known = [error for error, bound in zip(errors, bounds, strict=True) if math.isfinite(bound)]
+    failure = next(filter(None, row["failure"]), "") if isinstance(row["failure"], list) else str(row["failure"])
+    return OverStarts(tuple(known), float(np.max(bounds)), failure, str(row.get("reference", "")))
+
+
+def _error(row: Row, part: str, i: int) -> float:
+    error, bound = float(row[f"error_{part}"][i]), float(row[f"bound_{part}"][i])
+    return max(error, bound) if math.isfinite(error) else math.inf
+
+
+def changes(question: Question, method: str, knob: str, value: float, make: Make) -> list[Change]:
+    """Return what becomes of a choice by each change, the worst first; one of which nothing is known comes last."""
+    found = [Change(what, over_starts(runs, question.part, make)) for what, runs in _changed(question, method, knob, value)]
+    return sorted(found, key=lambda change: -_known(change.factor(question.accuracy)))
+
+
+def _known(factor: float) -> float:
+    return -1.0 if math.isnan(factor) else factor
+
+
+def _changed(question: Question, method: str, knob: str, value: float) -> Iterator[tuple[str, StartRuns]]:
+    coarser, words = (2 * value, "step doubled") if knob == "h" else (10 * value, "tolerance times 10")
+    yield words, question.from_starts(method, coarser, starts=STARTS)
+    yield f"horizon times {LONGER:g}", question.from_starts(method, value, starts=STARTS, times=LONGER)
+    for name, at in _moved(question.ivp.parameters):
+        for sign, moved in (("+", 1 + MOVED), ("-", 1 - MOVED)):
+            runs = question.from_starts(method, value, starts=STARTS, parameters={name: at * moved})
+            yield f"{name} {sign}{100 * MOVED:.0f} %", runs
+
+
+def _moved(parameters: Mapping[str, Any]) -> Sequence[tuple[str, float]]:
+    """Return the parameters that are moved: the first that are not zero."""
+    return [(name, float(at)) for name, at in parameters.items() if float(at) != 0.0][:PARAMETERS]

@@ -1,0 +1,170 @@
+"""What advice is asked for, and the runs that an answer is made of."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from daebench.errors import BadInput, positive, unknown, whole
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
+from daebench.reference.motion import certified_for
+from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.studies.grid.claimed import THINGS
+from daebench.studies.grid.run_specification import FEWEST, GridRun
+from daebench.studies.grid.start_runs import StartRuns
+
+OUTPUTS = 48
+"""Times at which errors are taken, about; a number with many divisors, for numbers of steps that come to some of these times."""
+
+MOST_OUTPUTS = 96
+"""Stored times of a certified reference that are used, at most."""
+
+CALLS = 400_000
+"""Calls of the right side or residual after which a tolerance-driven run is given up."""
+
+LONGER = 10.0
+"""How many times as long a run is on which it is seen what is kept, and what breaks."""
+
+FINEST = 16
+"""Parts of the distance of outputs that a reference's step is a third of, where the method has no step size."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """What is asked: an accuracy at a horizon, and what has to be kept.
+
+    Parameters
+    ----------
+    problem, case : str
+        Names; a problem may be the path of a file.
+    accuracy : float
+        Largest error of a position, or of a component of a Poisson system's state, in its unit.
+    t_end : float
+        Horizon, s.
+    keep : tuple of str
+        What has to be kept, of :data:`daebench.studies.grid.claimed.THINGS`.
+    budget : float
+        Largest CPU time of a run, s; infinite where none is given.
+    starts : int
+        Number of other starts from which the answer is held against its accuracy.
+    parameters : mapping of str to float
+        Values of the problem's parameters.
+    seed : int
+        Seeds the starts.
+
+    Raises
+    ------
+    BadInput
+        If a number is not positive, or a thing to be kept is unknown or the problem has none.
+    """
+
+    problem: str
+    case: str
+    accuracy: float
+    t_end: float
+    keep: tuple[str, ...] = ()
+    budget: float = float("inf")
+    starts: int = 16
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        positive("accuracy", self.accuracy)
+        positive("t_end", self.t_end)
+        if self.budget != float("inf"):
+            positive("budget", self.budget)
+        if whole("starts", self.starts) < 1 or whole("seed", self.seed) < 0:
+            raise BadInput(f"starts = {self.starts} must be at least 1, and seed = {self.seed} at least 0.")
+        for name in self.keep:
+            if name not in THINGS:
+                raise unknown("thing to keep", name, THINGS)
+        lacking = {"constraints"} if self.poisson else {"casimirs"}
+        if isinstance(self.ivp, PoissonIvp) and not self.ivp.casimirs:
+            lacking.add("casimirs")
+        if absent := lacking & set(self.keep):
+            raise BadInput(f"{self.problem} has no {' and no '.join(sorted(absent))} to keep; leave that out.")
+
+    @cached_property
+    def ivp(self) -> Ivp:
+        """The initial value problem."""
+        return initial_value_problem(self.problem, self.case, dict(self.parameters))
+
+    @property
+    def poisson(self) -> bool:
+        """Whether it is a Poisson system."""
+        return isinstance(self.ivp, PoissonIvp)
+
+    @property
+    def part(self) -> str:
+        """Part of the state that the accuracy is of: "q" or "y"."""
+        return "y" if self.poisson else "q"
+
+    @cached_property
+    def outputs(self) -> int:
+        """Number of times at which errors are taken: stored times of the certified reference where there is one."""
+        reference = certified_for(self.ivp, self.t_end)
+        if reference is None:
+            return OUTPUTS
+        stored = self.t_end / float(reference.t[1])
+        count = round(stored)
+        if abs(stored - count) > 1e-9 * stored:
+            return OUTPUTS
+        apart = next(k for k in range(1, count + 1) if count % k == 0 and count // k <= MOST_OUTPUTS)
+        return count // apart if count // apart >= OUTPUTS / 2 else OUTPUTS
+
+    @property
+    def apart(self) -> float:
+        """Distance of these times, s."""
+        return self.t_end / self.outputs
+
+    def solver(self, method: str) -> Any:
+        """Return a method."""
+        return methods_of(self.ivp, [method], anyway=self.poisson)[0]
+
+    def run(self, method: str, value: float, *, repeat: int = 1, times: float = 1.0, metrics: Sequence[str] = ()) -> GridRun:
+        """Return one run: of a method, with a step size or tolerance, to a multiple of the horizon; timed ``repeat`` times."""
+        by_steps = self.solver(method).knob == "h"
+        outputs = math.gcd(round(self.t_end / value), self.outputs) if by_steps else self.outputs
+        return GridRun(**self._fields(method, value, times), metrics=tuple(metrics) or self.metrics, outputs=outputs, repeat=repeat)
+
+    def closely(self, method: str, value: float, *, repeat: int) -> GridRun:
+        """Return one run that is looked at at as many times as its steps have in common with the horizon."""
+        run = self.run(method, value, repeat=repeat)
+        return replace(run, outputs=_outputs(round(self.t_end / value))) if self.solver(method).knob == "h" else run
+
+    def from_starts(
+        self, method: str, value: float, *, starts: int, times: float = 1.0, parameters: Mapping[str, float] | None = None
+    ) -> StartRuns:
+        """Return the runs from starts beside that of the case, to a multiple of the horizon, with other values of some parameters."""
+        fields = self._fields(method, value, times)
+        fields["parameters"] = tuple({**dict(self.parameters), **(parameters or {})}.items())
+        fields |= {"metrics": (self.part,), "repeat": 1, "members": starts, "seed": self.seed}
+        if self.solver(method).knob != "h":
+            return StartRuns(**fields, outputs=self.outputs, finest=self.apart / FINEST)
+        steps = _whole(times * self.t_end / value)
+        h = times * self.t_end / steps
+        return StartRuns(**{**fields, "value": h}, outputs=_outputs(steps), finest=h)
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """What is measured of every run."""
+        return (self.part, "energy", "casimirs" if self.poisson else "manifold")
+
+    def _fields(self, method: str, value: float, times: float) -> dict[str, Any]:
+        named = {"problem": self.problem, "case": self.case, "method": method, "value": value, "t_end": times * self.t_end}
+        return named | {"parameters": tuple(self.parameters.items()), "anyway": self.poisson, "calls": int(CALLS * times)}
+
+
+def _whole(steps: float) -> int:
+    """Return about so many steps: if there are many and their number is not whole, a number with many divisors."""
+    nearest = max(FEWEST, round(steps))
+    return nearest if abs(steps - nearest) <= 1e-6 * steps or steps < OUTPUTS else 16 * round(steps / 16)
+
+
+def _outputs(steps: int) -> int:
+    """Return the largest number of outputs up to :data:`OUTPUTS` that a number of steps is a multiple of; all of few steps."""
+    if steps <= OUTPUTS:
+        return steps
+    return max(k for k in range(1, OUTPUTS + 1) if steps % k == 0)

@@ -1,0 +1,116 @@
+"""``daebench.advise``: which method to take for an accuracy, with which step size or tolerance, and what it will cost."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.compiler.cache import cache_directory
+from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.studies.advise.advice import Advice
+from daebench.studies.advise.breaking import OverStarts, changes, over_starts
+from daebench.studies.advise.candidates import candidates
+from daebench.studies.advise.question import Question
+from daebench.studies.advise.work import Progress, Work, chosen_of, reference_of, searched, why_nothing
+from daebench.studies.grid.store import opened
+
+if TYPE_CHECKING:
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+
+def advise(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem",
+    *,
+    accuracy: float,
+    t_end: float,
+    keep: Sequence[str] = (),
+    budget: float | None = None,
+    starts: int = 16,
+    methods: Sequence[str] | None = None,
+    also: Sequence[str] = (),
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    seed: int = 0,
+    store: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Advice:
+    """Return the cheapest method for an accuracy, with its step size or tolerance, its price, what it keeps, and what breaks first.
+
+    Each method is run with finer and finer step sizes or tolerances until it reaches the accuracy; one that becomes much dearer than the
+    cheapest so far is not followed further. The choice is then run from other starts, over ten times the horizon, with twice the step,
+    and with parameters moved by 20 %. Runs are kept, so that a second question about the same problem takes little time.
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or PoissonSystem
+        Name in the catalogue, or path of a problem file, which is executed.
+    accuracy : float
+        Largest error of a position at about 32 to 64 equidistant times, in its unit; for a Poisson system of a component of y.
+    t_end : float
+        Horizon, s.
+    keep : sequence of str
+        What has to be kept: "energy" without drift, "constraints", "casimirs", "two_form". The method has to claim it, and it has to be
+        seen over ten times the horizon.
+    budget : float, optional
+        Largest CPU time of the run, s.
+    starts : int
+        Number of other starts from which the choice is run.
+    methods : sequence of str, optional
+        Methods that are tried, in place of one or two of each family.
+    also : sequence of str
+        Methods that are tried besides, as one's own integrator ``./mine.py:step``.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    parameters : mapping of str to float, optional
+        Values of the problem's parameters.
+    seed : int
+        Seeds the starts.
+    store : path, optional
+        File in which runs are kept; by default one beside the compiled kernels.
+    progress : callable, optional
+        Told the fraction of the work done, and what is being done.
+
+    Returns
+    -------
+    Advice
+        Where nothing does what is asked, its ``choice`` is None, and ``why`` says what the best is.
+
+    Raises
+    ------
+    BadInput
+        If the question cannot be answered: a number is of no use, no method takes the problem, or the reference is not good enough.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> advice = daebench.advise("planar_pendulum", accuracy=1e-3, t_end=2.0, methods=["rattle", "lobatto3"], starts=4)
+    >>> advice.choice.error <= 1e-3, sorted(name for name, kept in advice.kept.items() if kept.kept)
+    (True, ['constraints', 'energy', 'two_form'])
+    """
+    ivp = initial_value_problem(problem, case, parameters)
+    numbers: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "starts": starts, "seed": seed, "parameters": dict(parameters or {})}
+    numbers |= {"budget": math.inf if budget is None else budget, "keep": tuple(keep)}
+    if not isinstance(problem, str):
+        raise BadInput("advise makes runs that are kept by their names; give the name of a problem, or the path of its file.")
+    question = Question(problem=problem, case=ivp.case, **numbers)
+    names, left_out = candidates(question, methods, also)
+    words, bound = reference_of(question, names[0])
+    path = Path(store) if store is not None else cache_directory() / "advise.db"
+    with opened(path) as kept_runs:
+        work = Work(question, kept_runs, progress)
+        found = searched(work, names, left_out)
+        chosen = chosen_of(work, found, left_out)
+        common: dict[str, Any] = {"question": question, "found": tuple(found), "left_out": left_out, "reference": words, "bound": bound}
+        if not chosen:
+            nothing: dict[str, Any] = {"choice": None, "runners_up": (), "kept": {}, "starts": OverStarts((), math.nan), "changes": ()}
+            return Advice(**common, **nothing, why=why_nothing(question, found, left_out))
+        (choice, kept), *others = chosen
+        work.tell(0.8, f"{choice.method} from other starts")
+        from_starts = over_starts(question.from_starts(choice.method, choice.value, starts=question.starts), question.part, work.make)
+        work.tell(0.9, "what breaks first")
+        broken = changes(question, choice.method, choice.knob, choice.value, work.make)
+        return Advice(
+            **common, choice=choice, runners_up=tuple(other for other, _ in others), kept=kept, starts=from_starts, changes=tuple(broken)
+        )

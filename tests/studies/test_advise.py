@@ -1,0 +1,164 @@
+"""Advice: the search finds the cheapest value of methods with known errors, and what it says holds where it is measured apart."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import daebench
+from daebench.errors import BadInput
+from daebench.studies.advise.question import Question
+from daebench.studies.advise.resolutions import StepSizes, Tolerances
+from daebench.studies.advise.search import error_of, search
+
+QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
+
+
+def made_up(of_error, of_price, calls):
+    """Return what makes rows of a method whose error and price are given functions of its step size or tolerance."""
+
+    def make(run):
+        calls.append(run.value)
+        error = of_error(run.value)
+        return {
+            "method": run.method,
+            "value": run.value,
+            "failure": "" if math.isfinite(error) else "it stopped",
+            "error_q": error,
+            "bound_q": 1e-15,
+            "seconds": of_price(run.value),
+        }
+
+    return make
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize(("order", "method"), [(1, "symplectic_euler"), (2, "rattle"), (4, "rattle/suzuki4"), (8, "rattle/kahan_li8")])
+def test_the_step_found_is_near_the_largest_that_reaches_an_accuracy(order, method, accuracy):
+    """Over constants of the error: laws C h^p that end in round-off and are lost, or of no use, at large steps."""
+    question = Question(**{**QUESTION, "accuracy": accuracy})
+    for constant, lost in itertools.product(10.0 ** np.arange(-2, 5, 0.7), (0.05, math.inf)):
+        largest = min((accuracy / constant) ** (1 / order), lost, question.t_end / 8)
+        calls = []
+        make = made_up(lambda h, c=constant, lost=lost: c * h**order if h <= lost else math.inf, lambda h: 1e-6 / h, calls)
+        found = search(question, method, make)
+        if question.t_end / largest > 2**22 / 2:
+            assert found.row is None or found.row["error_q"] <= accuracy
+            continue
+        assert found.row["error_q"] <= accuracy
+        assert largest / found.row["value"] <= 1.4
+        assert len(calls) <= 20
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("power", [0.7, 0.9, 1.0])
+def test_the_tolerance_found_is_within_a_quarter_of_a_decade(power, accuracy):
+    question = Question(**{**QUESTION, "accuracy": accuracy})
+    for constant in 10.0 ** np.arange(-1, 3, 0.6):
+        calls = []
+        found = search(question, "ida:index1", made_up(lambda tol, c=constant: c * tol**power, lambda tol: tol**-0.2, calls))
+        largest = (accuracy / constant) ** (1 / power)
+        if largest < 2e-14:
+            continue
+        assert found.row["error_q"] <= accuracy
+        assert largest / found.row["value"] < 1.9
+        assert len(calls) <= 12
+
+
+def test_a_method_at_its_round_off_is_given_up_and_says_so():
+    question = Question(**{**QUESTION, "accuracy": 1e-12})
+    calls = []
+    found = search(question, "rattle/kahan_li8", made_up(lambda h: max(h**8, 1e-11), lambda h: 1e-6 / h, calls))
+    assert found.row is None
+    assert "stays at 1.0e-11" in found.why
+    assert len(calls) < 10
+
+
+def test_a_method_that_gets_much_dearer_than_the_cheapest_is_not_followed():
+    question, calls = Question(**QUESTION), []
+    found = search(question, "rattle", made_up(lambda h: h**2, lambda h: 1e-6 / h, calls), cheapest=1e-5)
+    assert found.row is None
+    assert "times as long as the cheapest" in found.why
+    assert min(calls) > 1e-3 / 3  # the accuracy takes h = 1e-3
+
+
+def test_numbers_of_resolutions_go_from_coarse_to_fine():
+    steps = StepSizes(10.0, 48, 2**22, 2)
+    numbers = [steps.first(1e-6)]
+    while numbers[-1] < 100:
+        numbers.append(steps.finer(numbers[-1], 1.1e-6, 1e-6))
+    assert numbers[:6] == [8, 12, 16, 24, 32, 40]
+    assert all(steps.number(steps.value(number)) == number for number in numbers)
+    assert steps.between(8, 12) is None
+    assert steps.between(16, 48) == 32
+    assert [Tolerances().value(k) for k in (4, 5, 24)] == [0.1, 0.056, 1e-6]
+
+
+@pytest.fixture(scope="module")
+def asked(tmp_path_factory):
+    store = tmp_path_factory.mktemp("advice") / "runs.db"
+    methods = ("rattle", "rattle/suzuki4", "lobatto3", "rk4")
+    return {"case": "rotating", "t_end": 2.0, "methods": methods, "starts": 4, "store": store}
+
+
+def test_what_is_advised_reaches_the_accuracy_from_the_closed_form_and_is_the_cheapest_by_work(asked):
+    advice = daebench.advise("planar_pendulum", accuracy=1e-5, **asked)
+    run = daebench.run("planar_pendulum", case="rotating", method=advice.choice.method, h=advice.choice.value, t_end=2.0)
+    fine = daebench.run("planar_pendulum", case="rotating", method="lobatto4", h=2.0**-10, t_end=2.0)
+    assert np.max(np.abs(run.q[-1] - fine.q[-1])) <= 1e-5
+    assert advice.choice.error <= 1e-5
+    found = {some.method: some for some in advice.found}
+    assert set(found) == set(asked["methods"])
+    reaching = {name: some for name, some in found.items() if some.row}
+    assert all(some.row or "times as long" in some.why for some in found.values())
+    for name, some in reaching.items():
+        fewer = int(some.row["steps"] / 1.5)  # no step half as large again would have done
+        coarse = daebench.run("planar_pendulum", case="rotating", method=name, h=2.0 / fewer, steps=fewer)
+        assert fewer < 8 or np.max(np.abs(coarse.q[-1] - fine.q[-1])) > 1e-5
+
+
+def test_what_has_to_be_kept_is_claimed_and_measured(asked):
+    advice = daebench.advise("planar_pendulum", accuracy=1e-3, keep=("energy", "two_form"), **asked)
+    assert advice.choice.method != "rk4"
+    assert {"energy", "two_form"} <= {name for name, kept in advice.kept.items() if kept.kept}
+    assert "does not claim" in advice.left_out["rk4"]
+
+
+def test_what_cannot_be_had_is_said_with_the_best_there_is(asked):
+    one = {**asked, "methods": ["rk4"]}
+    nothing = daebench.advise("planar_pendulum", accuracy=1e-6, budget=1e-7, **one)
+    assert nothing.choice is None
+    assert "no method tried reaches an error of 1e-06 in 1e-07 s" in nothing.why
+    with pytest.raises(BadInput, match=r"may be wrong by .* needs one of"):
+        daebench.advise("double_pendulum", **{**asked, "case": "horizontal", "t_end": 200.0}, accuracy=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"accuracy": 0.0}, "accuracy"),
+        ({"accuracy": 1e-3, "keep": ("phase",)}, "thing to keep"),
+        ({"accuracy": 1e-3, "keep": ("casimirs",)}, "no casimirs to keep"),
+        ({"accuracy": 1e-3, "starts": 0}, "at least 1"),
+        ({"accuracy": 1e-3, "methods": ["rk4"], "keep": ("constraints",)}, "no method is left"),
+    ],
+)
+def test_bad_questions_are_refused_with_one_sentence(wrong, sentence, asked):
+    with pytest.raises(BadInput, match=sentence):
+        daebench.advise("planar_pendulum", **{**asked, **wrong})
+
+
+def test_an_integrator_of_ones_own_is_among_the_candidates(asked, tmp_path):
+    mine = tmp_path / "mine.py"
+    mine.write_text("def step(problem, p, q, h):\n    return p, q + h * problem.H_p(p, q)\n", encoding="utf-8")
+    advice = daebench.advise("planar_pendulum", accuracy=1e-3, also=[f"{mine}:step"], **{**asked, "methods": ["rattle"]})
+    assert advice.choice.method == "rattle"
+    assert any(some.method.endswith("mine.py:step") and some.row is None for some in advice.found)
+
+
+def test_errors_count_as_infinite_where_a_run_failed_and_never_below_the_bound():
+    row = {"error_q": 1e-9, "bound_q": 1e-7, "failure": ""}
+    assert error_of(row, "q") == 1e-7
+    assert error_of(row | {"failure": "it stopped"}, "q") == math.inf
+    assert error_of(row | {"error_q": math.nan}, "q") == math.inf
