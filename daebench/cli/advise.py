@@ -65,7 +65,7 @@ def _seconds(text: str | None) -> float | None:
 
     if text is None:
         return None
-    for ending, unit in (("ms", 1e-3), ("s", 1.0)):
+    for ending, unit in (("us", 1e-6), ("ms", 1e-3), ("s", 1.0)):
         if text.endswith(ending):
             return unit * number("--budget", text.removesuffix(ending))
     return number("--budget", text)

@@ -10,6 +10,9 @@ from daebench.studies.work_precision.study import front
 HIGHEST = 10.0
 """Errors up to this are drawn."""
 
+BELOW = 1e-3
+"""The error of the reference is drawn where it is more than this part of the least error."""
+
 NAMED = 5
 """Methods that are drawn in colours: the choice and those that come nearest to it in price."""
 
@@ -35,15 +38,15 @@ def draw(out: Path, advice: Advice) -> Path:
         axis.set(xscale="log", yscale="log")
         for method, rows in shown.groupby("method", sort=False):
             if method not in named:
-                rows = rows.sort_values("seconds")
-                axis.plot(rows["seconds"], rows[error], color="#c4c4c4", linewidth=0.7, zorder=1)
+                in_order = rows.sort_values("value", ascending=False)
+                axis.plot(in_order["seconds"], in_order[error], color="#c4c4c4", linewidth=0.7, zorder=1)
         for k, method in enumerate(named):
-            rows = shown[shown["method"] == method].sort_values("seconds")
+            rows = shown[shown["method"] == method].sort_values("value", ascending=False)
             axis.plot(rows["seconds"], rows[error], label=method, zorder=3, **curve(k) | {"linestyle": "-", "linewidth": 1.1})
         best = front(shown, error, "seconds")
         axis.plot(best["seconds"], best[error], color=BLACK, linewidth=0.8, zorder=2, label="front of all runs")
         axis.axhline(asked.accuracy, color=QUIET, linewidth=1.0, linestyle="--", label=f"accuracy asked for, {asked.accuracy:g}")
-        if advice.bound > 0:
+        if advice.bound > BELOW * float(shown[error].min()):
             axis.axhline(advice.bound, color=QUIET, linewidth=1.0, linestyle=":", label="error of the reference")
         if advice.choice:
             axis.plot([advice.choice.seconds], [advice.choice.error], "o", markersize=11, markerfacecolor="none", color=BLACK, zorder=4)

@@ -20,8 +20,8 @@ Make = Callable[[GridRun], Row]
 ATTEMPTS = 24
 """Runs of a method at most."""
 
-DEARER = 2.5
-"""A method that is so many times as dear as the cheapest so far is not followed further."""
+DEARER = 1.3
+"""A method that takes so many times as long as one that is sure to be named is not followed further."""
 
 STUCK = 3
 """Refinements in a row that do not help: the method is at its round-off, or does not converge."""
@@ -64,7 +64,7 @@ def resolutions_of(question: Question, method: str) -> Resolutions:
     return StepSizes(question.t_end, question.outputs, MOST_STEPS, claimed_order(solver) or 1)
 
 
-def search(question: Question, method: str, make: Make, cheapest: float = math.inf) -> Found:
+def search(question: Question, method: str, make: Make, longest: float = math.inf) -> Found:
     """Return the cheapest run of a method that reaches the accuracy.
 
     Parameters
@@ -75,8 +75,8 @@ def search(question: Question, method: str, make: Make, cheapest: float = math.i
         Name of the method.
     make : callable
         Makes the row of a run.
-    cheapest : float
-        Price of the cheapest run of other methods that reaches the accuracy, s: a method that is much dearer is not followed.
+    longest : float
+        CPU time of the last of those methods that are sure to be named, s: one that takes longer is not followed.
     """
     resolutions, knob = resolutions_of(question, method), question.solver(method).knob
     rows: dict[int, Row] = {}
@@ -84,7 +84,7 @@ def search(question: Question, method: str, make: Make, cheapest: float = math.i
     for _ in range(ATTEMPTS):
         rows[number] = make(question.run(method, resolutions.value(number)))
         reached = [k for k, row in rows.items() if error_of(row, question.part) <= question.accuracy]
-        following, why = _next(question, resolutions, rows, min(reached, default=None), cheapest)
+        following, why = _next(question, resolutions, rows, min(reached, default=None), longest)
         if following is None:
             break
         number = following
@@ -93,7 +93,7 @@ def search(question: Question, method: str, make: Make, cheapest: float = math.i
 
 
 def _next(
-    question: Question, resolutions: Resolutions, rows: Mapping[int, Row], reached: int | None, cheapest: float
+    question: Question, resolutions: Resolutions, rows: Mapping[int, Row], reached: int | None, longest: float
 ) -> tuple[int | None, str]:
     """Return the number of the next run, or None with the reason for which there is none."""
     low = max((k for k in rows if reached is None or k < reached), default=0)
@@ -106,9 +106,9 @@ def _next(
         return None, f"its error is {errors[-1]:.1e} at the finest that is tried"
     number = min(resolutions.most, resolutions.finer(low, errors[-1], question.accuracy))
     known = [k for k in sorted(rows) if math.isfinite(float(rows[k]["seconds"]))]
-    limit = DEARER * min(cheapest, 2 * question.budget)
+    limit = DEARER * min(longest, 2 * question.budget)
     if known and resolutions.cost(known[-1], float(rows[known[-1]]["seconds"]), number) > limit:
-        return None, f"it takes more than {DEARER:g} times as long as the cheapest"
+        return None, "it takes longer than others that reach the accuracy, or than the budget allows"
     return number, "more runs than are made did not reach the accuracy"
 
 

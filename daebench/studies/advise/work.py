@@ -98,8 +98,8 @@ def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list
             left_out[name] = f"{name} was not tried, for time; ask again, and it is"
             continue
         work.tell(0.75 * k / len(names), name)
-        cheapest = min((float(some.row["seconds"]) for some in found if some.row), default=math.inf)
-        found.append(search(work.question, name, work.make, cheapest))
+        prices = sorted(float(some.row["seconds"]) for some in found if some.row)
+        found.append(search(work.question, name, work.make, prices[RUNNERS_UP] if len(prices) > RUNNERS_UP else math.inf))
     return found
 
 
@@ -142,8 +142,10 @@ def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[st
     rows = [row for some in found for row in some.rows if float(row["seconds"]) <= question.budget]
     best = min(rows, key=lambda row: error_of(row, question.part), default=None)
     asked = f"an error of {question.accuracy:g}" + (f" in {question.budget:g} s" if question.budget < math.inf else "")
+    reaching = sorted((float(some.row["seconds"]), some.method) for some in found if some.row)
     if best is None or not math.isfinite(error_of(best, question.part)):
-        return f"no method tried reaches {asked}, and none comes to its end"
+        quickest = f"the quickest that does, {reaching[0][1]}, takes {reaching[0][0]:.2g} s" if reaching else ""
+        return f"no method tried reaches {asked}; {quickest or 'none comes to its end'}"
     if not question.budget < math.inf and any(some.row for some in found):
         lost = "; ".join(why for name, why in left_out.items() if "lose" in why)
         return f"no method tried keeps what is asked: {lost}"
