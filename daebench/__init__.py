@@ -118,14 +118,26 @@ _HOME = {
     "verify_certificate": "studies.certificate.verify",
 }
 
+_PACKAGES = ("joints", "methods", "problems")
+"""Packages that are there without an import of their own."""
+
 find_renamed_modules()
 
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
-    if name in ("joints", "methods", "problems"):
+    if name in _PACKAGES:
         return import_module(f"daebench.{name}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("daebench")
     name = current_name(name)
     if name not in _HOME:
         raise AttributeError(f"module 'daebench' has no attribute {name!r}")
     return getattr(import_module(f"daebench.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Return all names, those too that are imported when they are asked for."""
+    return sorted((*globals(), *__all__, *_PACKAGES, "__version__"))

@@ -9,6 +9,7 @@ import typer
 from daebench.cli.arguments import OUTSIDE, Case, Json, Overwrite, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
+from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     from daebench.studies.advise.advice import Advice, Choice
@@ -23,7 +24,7 @@ def advise(
     t_end: Annotated[float, typer.Option("--t-end", help="Horizon, s.")],
     keep: Annotated[str | None, typer.Option("--keep", help="What has to be kept: energy, constraints, casimirs, two-form.")] = None,
     budget: Annotated[str | None, typer.Option("--budget", help="Largest CPU time of the run, as 1s, 20ms or a number of seconds.")] = None,
-    ensemble: Annotated[int, typer.Option("--ensemble", help="Number of other starts from which the choice is run.")] = 16,
+    ensemble: Annotated[int, typer.Option("--ensemble", parser=whole, help="Number of other starts from which the choice is run.")] = 16,
     methods: Annotated[str | None, typer.Option("--methods", help=f"Methods that are tried, comma-separated; {OUTSIDE}.")] = None,
     also: Annotated[str | None, typer.Option("--also", help="Methods that are tried besides, as your own integrator.")] = None,
     case: Case = None,

@@ -38,6 +38,7 @@ app = typer.Typer(
     no_args_is_help=True,
     invoke_without_command=True,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     help="What a treatment of constraints really costs, and what it breaks.",
 )
 

@@ -10,8 +10,8 @@ Case = Annotated[str | None, typer.Option("--case", help="Named initial values; 
 OUTSIDE = "FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed"
 """What the help of methods says of code from outside."""
 
-Method = Annotated[str, typer.Option("--method", help=f"Name of a method, as rattle or ida:index2; {OUTSIDE}.")]
-Methods = Annotated[str, typer.Option("--methods", help=f"Names of methods, comma-separated; {OUTSIDE}.")]
+Method = Annotated[str, typer.Option("--method", "--methods", help=f"Name of a method, as rattle or ida:index2; {OUTSIDE}.")]
+Methods = Annotated[str, typer.Option("--methods", "--method", help=f"Names of methods, comma-separated; {OUTSIDE}.")]
 Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
 Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]
@@ -52,7 +52,8 @@ StepSize = Annotated[float | None, typer.Option("--h", help="Step size of the fi
 Tolerance = Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")]
 Compensated = Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")]
 StudyMethods = Annotated[
-    str | None, typer.Option("--methods", help=f"Names of methods, comma-separated; some of each family if left out; {OUTSIDE}.")
+    str | None,
+    typer.Option("--methods", "--method", help=f"Names of methods, comma-separated; some of each family by default; {OUTSIDE}."),
 ]
 StudyTEnd = Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")]
 Repeat = Annotated[int, typer.Option("--repeat", min=0, help="Runs that are timed, of which the best counts; 0: no times.")]

@@ -7,6 +7,7 @@ import typer
 from daebench.cli.arguments import Algebra, Anyway, Case, Json, Param
 from daebench.cli.benchmarks import MEASUREMENTS, cell
 from daebench.cli.console import bar, pairs, print_json, print_table, words
+from daebench.cli.whole import whole
 from daebench.errors import BadInput
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
@@ -29,7 +30,7 @@ def bench(
     algebra: Algebra = "",
     methods: Annotated[str | None, typer.Option("--methods", help="Fixed-step methods, comma-separated; all if left out.")] = None,
     h: Annotated[float, typer.Option("--h", help="Step size.")] = 0.01,
-    steps: Annotated[int, typer.Option("--steps", help="Steps of one timed run.")] = 300_000,
+    steps: Annotated[int, typer.Option("--steps", parser=whole, help="Steps of one timed run.")] = 300_000,
     repeat: Annotated[int, typer.Option("--repeat", help="Runs, of which the best counts.")] = 7,
     anyway: Anyway = False,
     solvers: Solvers = False,

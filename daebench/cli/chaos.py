@@ -10,6 +10,7 @@ from daebench.cli.arguments import Anyway, Case, Free, Json, Method, Overwrite, 
 from daebench.cli.console import bar, number, pairs, print_json, print_written, words
 from daebench.cli.folder import Folder
 from daebench.cli.starts import ranges
+from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     from daebench.studies.chaos.result import Chaos
@@ -23,7 +24,7 @@ def chaos(
     method: Method,
     h: Annotated[float, typer.Option("--h", help="Step size, s.")],
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in place of --t-end.")] = None,
+    steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps, in place of --t-end.")] = None,
     plane: Annotated[
         str | None,
         typer.Option(

@@ -7,6 +7,7 @@ import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, Param, Problem
 from daebench.cli.console import Bar, bar, pairs, print_json, print_table, printable
+from daebench.cli.whole import whole
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def check(
     ] = None,
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", help="Steps along which what is kept is monitored; 200 if left out.")] = None,
+    steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Steps along which what is kept is monitored [200].")] = None,
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,

@@ -28,6 +28,7 @@ from daebench.cli.console import bar, pairs, print_json, print_table, print_writ
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, bounds, settings_of
+from daebench.cli.whole import whole
 from daebench.errors import BadInput
 from daebench.studies.grid.tls import Tls
 
@@ -50,8 +51,8 @@ def ensemble(
     method: Method,
     h: Annotated[float | None, typer.Option("--h", help="Step size, s, where it is not in a --grid.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", help="Number of steps, in place of --t-end.")] = None,
-    members: Annotated[int | None, typer.Option("--members", help="Number of starts [1024]; a grid has its own.")] = None,
+    steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps, in place of --t-end.")] = None,
+    members: Annotated[int | None, typer.Option("--members", parser=whole, help="Number of starts [1024]; a grid has its own.")] = None,
     starts: Starts = Distribution.neighbourhood,
     size: Size = None,
     box: Box = None,
@@ -62,7 +63,7 @@ def ensemble(
     param: Param = None,
     option: Free = None,
     seed: Annotated[int, typer.Option("--seed", help="Seeds starts and parameters.")] = 0,
-    points: Annotated[int, typer.Option("--points", help="States of each member that are stored, about.")] = 101,
+    points: Annotated[int, typer.Option("--points", parser=whole, help="States of each member that are stored, about.")] = 101,
     compensated: Compensated = False,
     on_singular: OnSingular = None,
     anyway: Anyway = False,

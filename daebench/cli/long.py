@@ -7,6 +7,7 @@ import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
+from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,8 +25,8 @@ def long(
     h: Annotated[float, typer.Option("--h", help="Step size.")],
     steps: Annotated[float, typer.Option("--steps", help="Number of steps, for example 1e8.")] = 1e8,
     case: Case = None,
-    ensemble: Annotated[int, typer.Option("--ensemble", help="Number of starts; 16 or more tell a random walk.")] = 1,
-    stride: Annotated[int | None, typer.Option("--stride", help="Steps between samples of the energy; 16 if left out.")] = None,
+    ensemble: Annotated[int, typer.Option("--ensemble", parser=whole, help="Number of starts; 16 or more tell a random walk.")] = 1,
+    stride: Annotated[int | None, typer.Option("--stride", parser=whole, help="Steps between samples of the energy [16].")] = None,
     param: Param = None,
     option: Free = None,
     compensated: Compensated = False,

@@ -10,6 +10,7 @@ import typer
 from daebench.cli import steps_out as steps_files
 from daebench.cli.arguments import Algebra, Anyway, Case, Compensated, Free, Json, Method, OnSingular, Overwrite, Param, Problem, Project
 from daebench.cli.console import bar, numbers, pairs, print_json, words
+from daebench.cli.whole import whole
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -64,10 +65,12 @@ def run(
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size, s.")] = None,
     tol: Annotated[float | None, typer.Option("--tol", help="Tolerance, relative and absolute.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", help="Number of steps of exactly h.")] = None,
+    steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps of exactly h.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    points: Annotated[int | None, typer.Option("--points", help="Equidistant outputs of a tolerance-driven method [201].")] = None,
-    every: Annotated[int | None, typer.Option("--every", help="Keep a state every so many steps [1]; 0: the end alone.")] = None,
+    points: Annotated[
+        int | None, typer.Option("--points", parser=whole, help="Equidistant outputs of a method with a tolerance [201].")
+    ] = None,
+    every: Annotated[int | None, typer.Option("--every", parser=whole, help="Keep a state every so many steps [1]; 0: the end.")] = None,
     param: Param = None,
     option: Free = None,
     q0: Annotated[str | None, typer.Option("--q0", help="Initial positions, comma-separated, in place of the case's.")] = None,

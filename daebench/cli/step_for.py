@@ -10,6 +10,7 @@ from daebench.cli.arguments import Anyway, Case, Free, Json, Method, Overwrite, 
 from daebench.cli.console import bar, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
+from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     from daebench.studies.step_for.result import StepFor
@@ -25,7 +26,7 @@ def step_for(
     method: Method,
     h: Annotated[float, typer.Option("--h", help="Largest step size, s; its half, a quarter and so on are tried after it.")],
     t_end: Annotated[float, typer.Option("--t-end", help="End time, s.")],
-    members: Annotated[int, typer.Option("--members", help="Number of starts.")] = 1024,
+    members: Annotated[int, typer.Option("--members", parser=whole, help="Number of starts.")] = 1024,
     halvings: Annotated[int, typer.Option("--halvings", help="Number of step sizes that are tried at most.")] = 6,
     level: Annotated[
         float, typer.Option("--level", help="Probability that the search passes a step size that differs by the margin or more.")

@@ -13,6 +13,7 @@ import typer
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import daebench as package
 from daebench.cli.app import app
 from daebench.errors import BadInput
 
@@ -290,3 +291,22 @@ def test_a_device_is_never_replaced_by_a_file(tmp_path):
     with pytest.raises(BadInput, match="is no file that could be replaced"), atomic(fifo):
         pass
     assert fifo.is_fifo()
+
+
+@pytest.mark.parametrize("words", ["1000", "1_000", "1e3", "10.0e2"])
+def test_numbers_of_steps_may_have_an_exponent(daebench, words):
+    command = ("run", "planar_pendulum", "--methods", "rattle", "--h", "0.001", "--steps", words, "--every", "0", "--json")
+    assert json.loads(daebench(*command)[1])["steps"] == 1000
+
+
+@pytest.mark.parametrize("words", ["1.5", "abc", "1e400", "nan", ""])
+def test_what_is_no_whole_number_is_refused(daebench, words):
+    status, _, err = daebench("run", "planar_pendulum", "--method", "rattle", "--h", "0.001", "--steps", words)
+    assert status == 2
+    assert f"Invalid value for '--steps': {words!r} is not a valid integer" in err
+
+
+def test_help_is_short_too_and_all_names_are_seen(daebench):
+    assert daebench("run", "-h")[1] == daebench("run", "--help")[1]
+    assert {*package.__all__, "__version__", "joints"} <= set(dir(package))
+    assert package.__version__ in daebench("--version")[1]
