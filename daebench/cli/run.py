@@ -67,9 +67,7 @@ def run(
     tol: Annotated[float | None, typer.Option("--tol", help="Tolerance, relative and absolute.")] = None,
     steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps of exactly h.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    points: Annotated[
-        int | None, typer.Option("--points", parser=whole, help="Equidistant outputs of a method with a tolerance [201].")
-    ] = None,
+    points: Annotated[int | None, typer.Option("--points", parser=whole, help="Outputs of a method with a tolerance [201].")] = None,
     every: Annotated[int | None, typer.Option("--every", parser=whole, help="Keep a state every so many steps [1]; 0: the end.")] = None,
     param: Param = None,
     option: Free = None,

@@ -47,6 +47,6 @@ def test_work_precision_has_the_starts_of_solvers_and_the_repeats_of_the_study()
 
 
 def test_the_help_says_what_is_taken():
-    assert f"; {STRIDE} if left out." in help_of(long_command, "stride")
+    assert f" [{STRIDE}]." in help_of(long_command, "stride")
     assert f" [{MEMBERS}];" in help_of(ensemble_command, "members")
     assert f" [{Neighbourhood.size:g}]." in help_of(ensemble_command, "size")
