@@ -44,6 +44,8 @@ def pytest_collection_modifyitems(items):
         place, method = given.get("each_ivp"), given.get("method")
         if (method in MANY_STAGES and place in LARGE) or (method not in (None, *OF_EACH_KIND) and place in LARGEST):
             item.add_marker(pytest.mark.exhaustive)
+        if item.get_closest_marker("exhaustive"):
+            item.add_marker(pytest.mark.slow)  # an exhaustive test is a slow one: the README's command leaves it out
 
 
 @pytest.fixture(params=swept())

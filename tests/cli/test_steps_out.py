@@ -69,5 +69,9 @@ def test_the_file_of_somebody_else_is_kept(daebench, here, ending):
     assert status == 2
     assert f"--steps-out steps.{ending}: the file is there" in error
     assert (here / f"steps.{ending}").read_text() == "mine"
+
+
+def test_files_of_ones_own_are_replaced_and_those_of_others_when_that_is_said(daebench, here):
+    (here / "steps.png").write_text("mine")
     assert daebench(*RUN, "--steps-out", "steps.csv", "--overwrite")[0] == 0
     assert daebench(*RUN, "--steps-out", "steps.csv")[0] == 0

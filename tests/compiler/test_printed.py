@@ -15,7 +15,16 @@ from daebench.errors import BadInput
 from daebench.methods import catalogue
 from daebench.methods.initial_value_problem import initial_value_problem
 
-PROBLEMS = sorted(set(catalogue.problems()) - {"ablowitz_ladik"})
+MANY_TERMS = (
+    *("bricard", "butane", "cyclohexane_ring", "double_wishbone", "fekete", "rigid_body_rotation", "rigid_water"),
+    *("slider_crank_sundials", "watt_six_bar"),
+)
+"""Problems whose functions have so many terms that printing and running them takes long: they are swept before a release."""
+
+PROBLEMS = [
+    pytest.param(name, marks=(pytest.mark.slow, pytest.mark.exhaustive) if name in MANY_TERMS else ())
+    for name in sorted(set(catalogue.problems()) - {"ablowitz_ladik"})
+]
 POINTS = 3
 
 

@@ -8,7 +8,7 @@ from fuzzed import called, command_lines, commands, problem_files, require_well_
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from daebench.studies import ensemble_timing
+from daebench.studies import ensemble_timing, gradient_timing, solver_timing
 
 EXAMPLES = 500
 """In the gate, command lines and problem files together; ten times as many where it is exhaustive."""
@@ -24,8 +24,10 @@ SHARE = -(-(EXAMPLES - FILES) // len(NAMES))
 def short(folder, uncompiled_schemes, plain_functions, references, monkeypatch):
     """A folder with problem files and a table, where schemes and equations run as Python: most calls are too short to compile for.
 
-    What ``bench --ensemble`` times are kernels, which are left out.
+    What ``bench`` times with ``--ensemble``, ``--gradients`` and ``--solvers`` are compiled, which is left out.
     """
+    monkeypatch.setattr(gradient_timing, "_row", lambda settings, *_: {"problem": settings["problem"]})
+    monkeypatch.setattr(solver_timing, "measure_solvers", lambda **_: [{"tol": 1e-6}])
     monkeypatch.setattr(ensemble_timing, "_row", lambda problem, *_, **__: {"problem": problem})
     monkeypatch.setattr(ensemble_timing, "measure_heyoka", lambda **_: None)
     monkeypatch.setattr(ensemble_timing, "measure_narrow", lambda **_: None)

@@ -72,7 +72,10 @@ def test_the_car_axis_ends_where_the_test_set_says():
     assert np.abs(states["lam"][-1] + CAR_AXIS_LAM).max() < 1e-13
 
 
-@pytest.mark.parametrize(("method", "order"), [("rattle", 2), ("lobatto3", 4)])
+ORDERS = [pytest.param("rattle", 2, marks=[pytest.mark.slow, pytest.mark.exhaustive]), ("lobatto3", 4)]
+
+
+@pytest.mark.parametrize(("method", "order"), ORDERS)
 def test_schemes_reach_the_published_end_at_their_order(method, order):
     where, errors = initial_value_problem("car_axis", "bari"), []
     for steps in (1500, 3000):

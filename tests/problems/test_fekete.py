@@ -53,6 +53,8 @@ def test_four_points_come_to_rest_in_a_tetrahedron():
     assert where.value("lam", *state) == pytest.approx([3 / 4] * 4, abs=1e-9)
 
 
+@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_twenty_points_start_on_the_published_rings_and_end_where_the_test_set_says():
     where = initial_value_problem("fekete", "bari")
     end = moved(where.q0[:-1], [1000.0])[-1]

@@ -66,7 +66,7 @@ DEFINED = {
         "g is q1**2 + q2**2 - radius**2, and must be a sequence",
     ),
     "g that is an equation": ("- r**2]", "- r**2, sp.Eq(q[0], 0)][1:]", "g is the equation Eq(q1, 0); give the difference of its sides"),
-    "too many constraints": ("- r**2]", "- r**2, q[0]]", "2 constraints on 2 positions"),
+    "too many constraints": ("- r**2]", "- r**2, q[0]]", "must have 0 eta and 0 xi, as many as positions less constraints"),
     "wrong case": ("p=(0, 0))", "p=(0, 0, 0))", "case 'resting' has 2 positions and 3 momenta; both must be 2"),
     "case of another type": ("Case(q=(r, 0), p=(0, 0))", "((r, 0), (0, 0))", "case 'resting' is a tuple; it must be a Case(q=..., p=...)"),
     "q that is no symbol": ("        q=q,", "        q=('q1', 'q2'),", "q contains 'q1', which is no SymPy Symbol"),
