@@ -6,6 +6,7 @@ import numpy as np
 
 from daebench.methods.formulations.constrained import Posed, read_only
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
+from daebench.methods.solvers.error_test import of_declared_unknowns
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.sundials import count_steps, stepwise
@@ -23,9 +24,10 @@ class Cvode(OnReducedOde):
         from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
 
         family = native.BDF if self.variant == "bdf" else native.ADAMS
-        return native.begin(dae, family, tol, np.full(dae.n, tol), monitor) or self._called_from_python(dae, tol, monitor)
+        rtol, atol = of_declared_unknowns(dae, tol, np.full(dae.n, tol))
+        return native.begin(dae, family, rtol, atol, monitor) or self._called_from_python(dae, rtol, atol, monitor)
 
-    def _called_from_python(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
+    def _called_from_python(self, dae: Posed, rtol: float, atol: Array, monitor: Monitor) -> Advance:
         """Return how CVODE is advanced by scikit-sundae, which calls Python functions."""
         from sksundae.cvode import CVODE
 
@@ -46,6 +48,6 @@ class Cvode(OnReducedOde):
         rhs(0.0, y, np.empty(dae.n), par)
         rhs_jacobian(0.0, y, np.empty((dae.n, dae.n)), par)
         events = {"eventsfn": every_step, "num_events": 1}
-        solver = CVODE(right_side, method=self.variant, jacfn=jacobian, rtol=tol, atol=tol, max_num_steps=MOST_STEPS, **events)
+        solver = CVODE(right_side, method=self.variant, jacfn=jacobian, rtol=rtol, atol=atol, max_num_steps=MOST_STEPS, **events)
         solver.init_step(0.0, dae.y0)
         return stepwise(solver, monitor)

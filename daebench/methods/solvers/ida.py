@@ -14,6 +14,7 @@ from daebench.methods.formulations.constrained import Dae, Posed, pose, read_onl
 from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.solvers.constrained_run import OnConstrained
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
+from daebench.methods.solvers.error_test import of_declared_unknowns
 from daebench.methods.solvers.least_squares import reduced
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
@@ -103,7 +104,8 @@ class Ida(TreatedMultipliers, OnConstrained):
         return self.treatment_advice or "use a larger tol or another formulation, and see whether G keeps its rank"
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
-        return begin(dae, tol, self.tolerances(dae, tol), monitor, self.suppressed(dae))
+        rtol, atol = of_declared_unknowns(dae, tol, self.tolerances(dae, tol))
+        return begin(dae, rtol, atol, monitor, self.suppressed(dae))
 
 
 def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor, suppressed: NDArray[np.bool_] | None = None) -> Advance:

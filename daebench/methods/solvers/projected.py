@@ -7,6 +7,7 @@ import numpy as np
 from daebench.errors import BadInput, unknown
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Advance, require_native
+from daebench.methods.solvers.error_test import of_declared_unknowns
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import CVODE, PROJECTED
@@ -66,7 +67,8 @@ class ProjectedCvode(OnReducedOde):
 
         length, _ = constrained_scales(dae.ivp, 0.0, rated=False)
         settings = native.Settings(projection=projection(dae).projection_callback, length=length)
-        advance = native.begin(dae, native.BDF, tol, np.full(dae.n, tol), monitor, settings)
+        rtol, atol = of_declared_unknowns(dae, tol, np.full(dae.n, tol))
+        advance = native.begin(dae, native.BDF, rtol, atol, monitor, settings)
         if advance is None:
             raise BadInput(f"{self.name} needs compiled callbacks, which {dae.ivp.problem} does not have here; use cvode:bdf.")
         return advance
