@@ -6,6 +6,7 @@ The rule is that of :mod:`daebench.studies.claims.bench`, bound = 64 eps n size,
 - energy: |H| + sum |H_p p| + sum |H_q q|, the largest along the run;
 - reversal: the state, and each of its entries carried to the end, |x| + |Phi' X X^T| |x|, X a basis of the tangent space for a method
   that stays on the manifold, which takes all else away, and of the whole space for others; there are 2 n steps, out and back;
+- volume: 1, of a share of what was there;
 - two-form: sum |Z_p| |Z_q| over the degrees of freedom, for the columns of Z = X and Z = Phi' X, and 1 for the rounding of X itself,
   the orthonormal basis of the tangent space. A symplectic map carries the two-form of a rounding and a column unchanged, so that
   roundings add up over the steps and are not amplified.
@@ -29,6 +30,7 @@ from daebench.diagnostics.symplecticity import (
     tangent_map,
     two_form_change,
 )
+from daebench.diagnostics.volume import TOLERANCE, volume_left, volume_share
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.outside.method import OutsideMethod, Stated
@@ -57,7 +59,9 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
 
     def defects(self) -> list[Finding]:
         """Return the findings on symmetry, on symplecticity, and on the Poisson map of the problem's chart."""
-        return [self.symmetric(), *([self.contraction()] if self.ivp.facts.DAMPED else [self.symplectic()]), *self.poisson()]
+        facts = self.ivp.facts
+        form = [self.contraction()] if facts.DAMPED else [self.symplectic(), *([self.volume()] if facts.FORCED else [])]
+        return [self.symmetric(), *form, *self.poisson()]
 
     def symmetric(self) -> Finding:
         """Return the finding on rho∘Phi∘rho∘Phi = 1, or on Phi_{-h}∘Phi_h = 1 where time and forces tell past from future."""
@@ -90,6 +94,25 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
         size = 1 + max(self._two_form_size(Z) for Z in (at_one_time, carried.value))
         claimed = getattr(self.claims, "conformal", False)
         return finding("contracts the two-form", claimed, measured, self.bound(self.n, size), f"by exp(-c t) = {left:.6g}")
+
+    def volume(self) -> Finding:
+        """Return the finding on the volume on the manifold, which forces change as :mod:`daebench.diagnostics.volume` says.
+
+        No scheme claims to change it as the motion does: where the rate is another in each position, a step knows it to its order only.
+        """
+        at_one_time = tangent_basis_at_one_time(self.ivp, self.ivp.p0, self.ivp.q0)
+        left = volume_left(self.ivp, self.n * self.run.value)
+
+        def off(parts: int) -> float:
+            flow = self.method.flow(self.ivp, self.run.value / parts, parts * self.n)
+            return abs(volume_share(tangent_map(flow, self.ivp.p0, self.ivp.q0, at_one_time), at_one_time) / left - 1)
+
+        measured, note = attempted(lambda: off(1))
+        bound = self.bound(self.n, 1.0) + TOLERANCE
+        if measured > bound:
+            halved, note = attempted(lambda: off(2))
+            note = note or f"by exp(integral of the divergence) = {left:.6g}, off by {halved:.1e} with h/2."
+        return finding("contracts the volume", False, measured, bound, note or f"by exp(integral of the divergence) = {left:.6g}.")
 
     def symplectic(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""

@@ -1,0 +1,57 @@
+"""The volume on the manifold that forces without potential take away: what the motion leaves of it, and what a map leaves.
+
+On the manifold of n degrees of freedom the volume is (dq ^ dp)^n / n!, which Hamiltonian motion keeps (Liouville). Forces F(q, v, t) change
+it at the rate of their divergence there, whatever their part that does not depend on v is::
+
+    (log volume)' = tr( (S^T H_pp S)^-1 S^T H_pp F_p S )        the columns of S span the p with G H_pp p = 0
+
+With H = 1/2 p^T M^-1 p + U and F = -C v that is -tr( (T^T M T)^-1 T^T C T ), where T spans the directions that G leaves free: -n c where
+C = c M, and another number in each position in general. For one time the vectors leave t and p_t as they are.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from daebench.diagnostics.nearby import field
+from daebench.runs.ivp import Array, ConstrainedIvp
+
+TOLERANCE = 1e-12
+"""Of the integration of the motion and of the divergence along it, by SciPy's DOP853."""
+
+DEPENDENT = 1e-9
+"""Part of the largest singular value below which one is taken for zero: constraints may be redundant."""
+
+
+def divergence(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
+    """Return the rate of change of log volume at a point of the manifold of a system in time, 1/s."""
+    state, d = (tuple(p), tuple(q)), ivp.d - 1
+    H_pp = ivp.value("H_pp", *state)[:d, :d]
+    F_p = (ivp.value("H_pq", *state).T - ivp.value("H_qp", *state))[:d, :d]
+    _, singular, rows = np.linalg.svd(ivp.value("G", state[1])[:, :d] @ H_pp)
+    S = rows[int(np.sum(singular > DEPENDENT * singular[0])) :].T
+    return float(np.trace(np.linalg.solve(S.T @ H_pp @ S, S.T @ H_pp @ F_p @ S)))
+
+
+def volume_left(ivp: ConstrainedIvp, t: float) -> float:
+    """Return the share of volume that the exact motion from the start leaves at time t: exp of the integral of the divergence."""
+    from scipy.integrate import solve_ivp  # takes long to import, and most problems do without
+
+    def rate(_: float, y: Array) -> Array:
+        x = y[:-1]
+        return np.append(field(ivp, x), divergence(ivp, x[ivp.d :], x[: ivp.d]))
+
+    start = np.concatenate([ivp.q0, ivp.p0, [0.0]])
+    end = solve_ivp(rate, (0.0, t), start, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE).y[-1, -1]
+    return float(np.exp(end))
+
+
+def volume_share(carried: ArrayLike, X: ArrayLike) -> float:
+    """Return the volume of vectors that a map has carried along over that of the vectors X, both shape(2d, 2n), momenta first.
+
+    The volume of 2n vectors is the Pfaffian of X^T J X, whose square is its determinant.
+    """
+    volumes = []
+    for Z in (np.asarray(carried, dtype=float), np.asarray(X, dtype=float)):
+        half = Z[: len(Z) // 2].T @ Z[len(Z) // 2 :]
+        volumes.append(np.linalg.det(half - half.T))
+    return float(np.sqrt(max(volumes[0], 0.0) / volumes[1]))
