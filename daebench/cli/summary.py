@@ -34,7 +34,7 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
         "t": float(trajectory.t[-1]),
         **({"y": state[0]} if isinstance(trajectory, PoissonTrajectory) else {**_mechanical(ivp, *state), "lam": ivp.value("lam", *state)}),
         "sensitivities": {name: {part: rows[-1] for part, rows in by.items()} for name, by in trajectory.sensitivities.items()} or None,
-        "energy": energy - (state[0][-1] if ivp.facts.KIND == "constrained" and ivp.facts.EXTENDED else 0.0),
+        "energy": energy - (float(state[0][-1]) if ivp.facts.KIND == "constrained" and ivp.facts.EXTENDED else 0.0),
         "energy_error": energy - start,
         "max_energy_error": energy_error,
         **_kept(ivp, maxima),

@@ -28,6 +28,6 @@ def case_of(name: str, start: Start, places: Places, M: sp.Matrix, g: Labelled, 
             raise InvalidProblem(f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move a point of it.")
     G = sp.Matrix([x for _, x in g]).jacobian(places.q)
     g_t = sp.Matrix([x for _, x in g]).diff(t)
-    v = velocities(name, start, places, M, G, g_t, at, numbers_here)
+    v = velocities(name, start, places, M, G, g_t, at, numbers_here, [label for label, _ in g])
     momenta = [sp.expand(x) for x in M * sp.Matrix(v)]
     return Case(q=q0, p=momenta, parameters=start.parameters, about=start.about, on_singular=start.on_singular)

@@ -45,12 +45,16 @@ def simplified(x: sp.Expr) -> sp.Expr:
 
 def number(x: Exact, values: Values) -> float:
     """Return the value of an expression in the parameters."""
-    return float(sp.sympify(x).subs(values))
+    return float(numbers(sp.Matrix([x]), values)[0, 0])
 
 
 def numbers(matrix: Any, values: Values) -> Array:
     """Return the values of a matrix of expressions in the parameters."""
-    return np.array(sp.Matrix(matrix).subs(values).evalf(), dtype=float)
+    found = sp.Matrix(matrix).subs(values)
+    if found.free_symbols:
+        names = ", ".join(sorted(map(str, found.free_symbols)))
+        raise InvalidProblem(f"{names} of the mechanism has no value; declare it in parameters, and for the time take daebench.joints.t.")
+    return np.array(found.evalf(), dtype=float)
 
 
 def rank(matrix: Array) -> int:

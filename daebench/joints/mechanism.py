@@ -196,8 +196,10 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
     left = [name for name in places.declared if name not in places.columns and "." not in name]
     if left:
         raise InvalidProblem(f"{', '.join(left)} belongs to no body, so that it has no mass; name it in one, or add a PointMass there.")
-    for name in (end for force in mechanism.forces for end in (force.first, force.second)):
-        places.given(name)
+    for force in mechanism.forces:
+        if places.given(force.first) is places.given(force.second):
+            what = f"the {type(force).__name__} of {force.first} and {force.second}"
+            raise InvalidProblem(f"{what} ties {force.first} to itself; name two points.")
 
 
 def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:

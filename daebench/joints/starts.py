@@ -56,7 +56,15 @@ def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
 
 
 def velocities(
-    case: str, start: Start, places: Places, M: sp.Matrix, G: sp.Matrix, g_t: sp.Matrix, at: Mapping[sp.Symbol, sp.Expr], values: Values
+    case: str,
+    start: Start,
+    places: Places,
+    M: sp.Matrix,
+    G: sp.Matrix,
+    g_t: sp.Matrix,
+    at: Mapping[sp.Symbol, sp.Expr],
+    values: Values,
+    labels: Sequence[str],
 ) -> list[sp.Expr]:
     """Return v at the start, shape(d,): G v = -g_t, what is given, and the least kinetic energy of what is left.
 
@@ -80,8 +88,26 @@ def velocities(
     chosen = _independent(A)
     size = max(1.0, float(np.abs(b).max()))
     if np.abs(A @ np.linalg.lstsq(A[chosen], b[chosen], rcond=None)[0] - b).max() > CLOSE * size:
-        raise InvalidProblem(f"the velocities of case {case!r} contradict the joints; give fewer of them, or others.")
+        if start.velocity or start.spin:
+            raise InvalidProblem(f"the velocities of case {case!r} contradict the joints; give fewer of them, or others.")
+        raise InvalidProblem(contradiction(case, labels, A, b))
     return solved(M, rows.extract(chosen, list(range(rows.cols))), right.extract(chosen, [0]))
+
+
+def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
+    """Return which driver asks for what the equations before it do not allow: the first row that A v = b has no solution with.
+
+    Rows are those of the joints, A = G and b = -g_t, with the words for what each keeps.
+    """
+    rows = [k for k in range(len(A)) if b[k] == 0]
+    for driven in (k for k in range(len(A)) if b[k] != 0):
+        rows.append(driven)
+        if rank(np.column_stack([A, b])[rows].T) > rank(A[rows].T):
+            break
+    return (
+        f"{labels[rows[-1]]} contradicts the other joints and drivers: no velocities at the start of case {case!r} keep all of them; "
+        "leave a driver out, or let it begin as they do."
+    )
 
 
 def solved(M: sp.Matrix, S: sp.Matrix, right: sp.Matrix) -> list[sp.Expr]:

@@ -1,12 +1,15 @@
 """Mistakes in a mechanism: each gets one sentence that names the part and says what to do."""
 
 import pytest
+import sympy as sp
 
 from daebench.errors import BadInput, InvalidProblem
 from daebench.joints import (
     Body,
     Damper,
     Distance,
+    DrivenAngle,
+    DrivenDistance,
     Guided,
     Mechanism,
     Plate,
@@ -16,6 +19,7 @@ from daebench.joints import (
     Spring,
     Start,
     Universal,
+    t,
 )
 
 ROD = {"rod": Rod("O", "A", mass=1)}
@@ -43,6 +47,27 @@ MISTAKES = {
         "the Revolute of rod and rod ties rod to itself; name two.",
     ),
     "itself by points": (lambda: Mechanism(**PLANE, joints=[Distance("A", "A")]), "the Distance of A and A ties A to itself"),
+    "itself by a damper": (lambda: Mechanism(**PLANE, forces=[Damper("A", "A", 1)]), "the Damper of A and A ties A to itself; name two"),
+    "itself by a driver": (
+        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "rod", t)]),
+        "the DrivenAngle of rod and rod ties rod to itself; name two.",
+    ),
+    "another time": (
+        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", sp.Symbol("t"))]),
+        "t of the mechanism has no value; declare it in parameters, and for the time take daebench.joints.t",
+    ),
+    "contradicting drivers": (
+        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", t), DrivenAngle("rod", "ground", 2 * t)]),
+        "the DrivenAngle of rod and ground contradicts the other joints and drivers: no velocities at the start of case 'rest' keep all",
+    ),
+    "driver of a rod": (
+        lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", 0), DrivenDistance("O", "A", 1 + t)]),
+        "the DrivenDistance of O and A contradicts the other joints and drivers",
+    ),
+    "driven from elsewhere": (
+        lambda: Mechanism(**PLANE, joints=[DrivenDistance("O", "A", 2 + t)]),
+        "case 'rest' starts in an inconsistent position: the equation of the DrivenDistance of O and A is off by -3",
+    ),
     "no such body": (lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rud", "A")]), "unknown body in the Revolute of rod and rud 'rud'"),
     "no such point": (lambda: Mechanism(**PLANE, forces=[Spring("O", "a", stiffness=1)]), "unknown point or direction"),
     "no such damped point": (lambda: Mechanism(**PLANE, forces=[Damper("X", "A", 1)]), "unknown point or direction"),
