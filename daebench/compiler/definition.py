@@ -112,7 +112,7 @@ class Source:
         """Return the source of the same definition with other constraints: g_i + sum_j shares[i][j] g_j, for each i that is given."""
 
         def define() -> Any:
-            problem = self.derivation.problem
+            problem = self.derivation.definition
             return replace(problem, g=[sum((c * problem.g[j] for j, c in row.items()), problem.g[i]) for i, row in shares.items()])
 
         which = f" constraints {shares}"

@@ -7,7 +7,7 @@ import numpy as np
 
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
-from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 LOST = 1.0
@@ -62,8 +62,11 @@ def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory)
     if isinstance(run, PoissonTrajectory):
         scales = scales_along(np.asarray(ivp.along("H", run.y), dtype=float))
     else:
-        T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
-        scales = scales_along(T, np.asarray(ivp.along("H", run.p, run.q), dtype=float) - T)
+        assert isinstance(ivp, ConstrainedIvp)
+        n = ivp.d - ivp.facts.EXTENDED  # of a system in time H is K - p_t
+        products = run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float)
+        T, received = np.sum(products[:, :n], axis=1) / 2, np.sum(run.p[:, n:], axis=1)
+        scales = scales_along(T, np.asarray(ivp.along("H", run.p, run.q), dtype=float) - T - received)
     return EnergyScales(float(scales.kinetic), float(scales.most))
 
 

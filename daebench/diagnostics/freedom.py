@@ -114,17 +114,30 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
         rows = unit_rows(ivp, ivp.q0)
         others = dependent_rows(rows)
         if not others:
-            return Freedom(ivp.d, ivp.m, ivp.m, ivp.m, {})
+            return Freedom(moving(ivp), ivp.m, ivp.m, ivp.m, {})
         rank = rank_of(rows)
         nearby = max((rank_of(unit_rows(ivp, q)) for q in _nearby(ivp, rows, rank)), default=rank)
     except (np.linalg.LinAlgError, ValueError):
         return None
-    return Freedom(ivp.d, ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()})
+    return Freedom(moving(ivp), ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()})
+
+
+def moving(ivp: ConstrainedIvp) -> int:
+    """Return the number of positions, among which the time of a system in time is none."""
+    return ivp.d - bool(ivp.facts.EXTENDED)
+
+
+def _root(ivp: ConstrainedIvp, q: Array) -> Array:
+    """Return a root of M^-1 at q, one column for each position; the time, which has no mass, has a row of zeros."""
+    n = moving(ivp)
+    root = np.zeros((ivp.d, n))
+    root[:n] = np.linalg.cholesky(ivp.value("H_pp", ivp.p0, q)[:n, :n])
+    return root
 
 
 def unit_rows(ivp: ConstrainedIvp, q: Array) -> Array:
-    """Return the rows of G at q in the metric M^-1, shape(m, d), each of length one but for those that are zero."""
-    rows = np.array(ivp.value("G", q) @ np.linalg.cholesky(ivp.value("H_pp", ivp.p0, q)), dtype=float)
+    """Return the rows of G at q in the metric M^-1, shape(m, d), each of length one but for those that are zero; without the time."""
+    rows = np.array(ivp.value("G", q) @ _root(ivp, q), dtype=float)
     length = np.linalg.norm(rows, axis=1)
     return np.asarray(rows / np.where(length > 0, length, 1.0)[:, None])
 
@@ -155,7 +168,7 @@ def _nearby(ivp: ConstrainedIvp, rows: Array, rank: int) -> Iterator[Array]:
     free = np.linalg.svd(rows)[2][rank:]
     if not len(free):
         return
-    root = np.linalg.cholesky(ivp.value("H_pp", ivp.p0, ivp.q0))  # q = root x has unit mass in x
+    root = _root(ivp, ivp.q0)  # q = root x has unit mass in x
     for k in range(POINTS):
         direction = root @ (np.cos(1.0 + k + np.arange(len(free))) @ free)
         size = NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) / float(np.max(np.abs(direction)))
@@ -212,7 +225,7 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
     from scipy.linalg import qr
     from sympy import Rational
 
-    rows = np.array(ivp.value("G", ivp.q0) @ np.linalg.cholesky(ivp.value("H_pp", ivp.p0, ivp.q0)), dtype=float)
+    rows = np.array(ivp.value("G", ivp.q0) @ _root(ivp, ivp.q0), dtype=float)
     length = np.linalg.norm(rows, axis=1)
     n = np.linalg.svd(unit_rows(ivp, ivp.q0))[0][:, found.rank :]
     added = sorted(map(int, qr(n.T, mode="r", pivoting=True)[1][: ivp.m - found.rank]))
@@ -226,14 +239,14 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
 
 
 def require_freedom(ivp: ConstrainedIvp) -> None:
-    """Accept a problem that can move from its start.
+    """Accept a problem that can move from its start; one in time may be moved by its drivers alone.
 
     Raises
     ------
     BadInput
         If the rank of G is the number of positions there.
     """
-    if beyond_comparison(ivp) or ivp.m < ivp.d:
+    if beyond_comparison(ivp) or ivp.m < ivp.d or ivp.facts.EXTENDED:
         return
     found = freedom(ivp)
     if found is not None and not found.degrees:

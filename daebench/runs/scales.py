@@ -33,7 +33,7 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
     origin of its coordinates and returns there: g = 0 fixes positions up to the rounding of its terms, which there are much larger
     than q. g_qq is a difference of G over the length e, and what is not curved is left out. Powers of two in the units of length,
     mass and time go through all of it unrounded, so that the motion in other units has the same digits. Both are positive but where
-    nothing moves at all. Of long chains L is |q0|, and no rate is known.
+    nothing moves at all. Of long chains L is |q0|, and no rate is known. The time, where it is a position, and its rate are left out.
 
     Parameters
     ----------
@@ -48,8 +48,9 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
     if ivp.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme that takes it wants the rate
         return _largest(q0), 0.0
     with np.errstate(all="ignore"):
-        v, a = _largest(ivp.value("H_p", ivp.p0, q0)), _largest(_acceleration(ivp, q0))
-        size, first = _largest(q0), _finite(h * v + h * h * a)
+        n = ivp.d - ivp.facts.EXTENDED  # the time is no position here
+        v, a = _largest(ivp.value("H_p", ivp.p0, q0)[:n]), _largest(_acceleration(ivp, q0)[:n])
+        size, first = _largest(q0[:n]), _finite(h * v + h * h * a)
         radius = 0.0 if ivp.arrays or first + size == 0 else _radius(ivp, q0, max(size, first))
         length = max(size, min(first, radius) if radius else first, min(radius, FLAT * max(size, first)) / SLACK)
         rate = _finite(max(v / length, np.sqrt(a / length))) if rated and length > 0 else 0.0
@@ -60,8 +61,9 @@ def constrained_scales_of(members: Members, *, rated: bool) -> tuple[Array, Arra
     """Return the length and the rate of each member, to the bit those of :func:`constrained_scales`, shape(n,)."""
     p0, q0 = members.start
     with np.errstate(all="ignore"):
-        v, a = _largest_of(members.along("H_p", p0, q0)), _largest_of(_acceleration_of(members))
-        size, first = _largest_of(q0), _finite_of(members.h * v + members.h * members.h * a)
+        n = q0.shape[1] - members.ivp.facts.EXTENDED
+        v, a = _largest_of(members.along("H_p", p0, q0)[:, :n]), _largest_of(_acceleration_of(members)[:, :n])
+        size, first = _largest_of(q0[:, :n]), _finite_of(members.h * v + members.h * members.h * a)
         extent = np.where(first > size, first, size)
         radius = np.where(first + size == 0, 0.0, _radius_of(members, extent))
         reached = np.where(radius != 0, np.minimum(first, radius), first)
@@ -80,7 +82,10 @@ def _acceleration_of(members: Members) -> Array:
 
 def _radius_of(members: Members, extent: Array) -> Array:
     q0 = members.start[1]
-    here, there = members.along("G", q0), members.along("G", q0 + extent[:, None] * np.cos(1.0 + np.arange(q0.shape[1])))
+    d = q0.shape[1]
+    n = d - members.ivp.facts.EXTENDED
+    shift = extent[:, None] * np.append(np.cos(1.0 + np.arange(n)), np.zeros(d - n))
+    here, there = members.along("G", q0)[:, :, :n], members.along("G", q0 + shift)[:, :, :n]
     slope, turn = np.abs(here).sum(axis=2), np.abs(there - here).sum(axis=2)
     radii = np.where((turn > 0) & np.isfinite(slope / turn), extent[:, None] * slope / turn, np.inf)
     least = radii.min(axis=1, initial=np.inf)
@@ -114,7 +119,9 @@ def poisson_scales(ivp: PoissonIvp, h: float) -> tuple[float, float]:
     return _finite(h * _largest(ivp.value("field", y0))), 0.0
 
 
-def in_coordinates(scales: tuple[float, float], leave: Leave, start: Sequence[Any], moved: int) -> tuple[float, float]:
+def in_coordinates(
+    scales: tuple[float, float], leave: Leave, start: Sequence[Any], moved: int, *, timed: bool = False
+) -> tuple[float, float]:
     """Return length and rate in other coordinates x of the same motion: L / |dq/dx|, and the same rate.
 
     Parameters
@@ -127,15 +134,18 @@ def in_coordinates(scales: tuple[float, float], leave: Leave, start: Sequence[An
         The parts at the start.
     moved : int
         Which of the parts are the positions.
+    timed : bool
+        Whether the last position is the time, in either coordinates.
     """
     length, rate = scales
     parts = [np.asarray(part, dtype=complex) for part in start]
     largest = 0.0
     with np.errstate(all="ignore"):
-        for k in range(len(parts[moved])):
+        for k in range(len(parts[moved]) - timed):
             parts[moved][k] += 1j * STEP
             left = leave(*(tuple(part) for part in parts))
-            largest = max(largest, _largest(np.imag(np.asarray(left[-1] if len(parts) > 1 else left)) / STEP))
+            places = np.asarray(left[-1] if len(parts) > 1 else left)
+            largest = max(largest, _largest(np.imag(places[: len(places) - timed]) / STEP))
             parts[moved][k] -= 1j * STEP
         return (_finite(length / largest) if largest > 0 else _largest(np.real(parts[moved]))), rate
 
@@ -150,8 +160,9 @@ def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
 
 def _radius(ivp: ConstrainedIvp, q0: Array, extent: float) -> float:
     """Return the least radius |G| / |g_qq| of the constraints that are curved; 0 where none is."""
-    shift = extent * np.cos(1.0 + np.arange(ivp.d))
-    here, there = ivp.value("G", q0), ivp.value("G", q0 + shift)
+    n = ivp.d - ivp.facts.EXTENDED
+    shift = extent * np.append(np.cos(1.0 + np.arange(n)), np.zeros(ivp.d - n))
+    here, there = ivp.value("G", q0)[:, :n], ivp.value("G", q0 + shift)[:, :n]
     slope, turn = np.abs(here).sum(axis=1), np.abs(there - here).sum(axis=1)
     radii = [extent * a / b for a, b in zip(slope, turn, strict=True) if b > 0 and np.isfinite(a / b)]
     return min(radii, default=0.0)

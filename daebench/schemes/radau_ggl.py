@@ -3,11 +3,12 @@
 from functools import partial
 
 from daebench.schemes.kernels.claims import Claims, Member
-from daebench.schemes.kernels.language import STAGES, g, norm, solve_2s, zero
+from daebench.schemes.kernels.in_time import but_for_time
+from daebench.schemes.kernels.language import EXTENDED, STAGES, g, mass, norm, solve_2s, zero
 from daebench.schemes.kernels.newton import newton
 from daebench.schemes.kernels.radau import Blocks, Multipliers, Points, first_guess, held, moved, nodes, numbers, size_of, velocity_matrix
-from daebench.schemes.kernels.spaces import DATA, LENGTH, Jacobian, Number, Rows, Step, Update, Vector
-from daebench.schemes.kernels.stages import weighted
+from daebench.schemes.kernels.spaces import DATA, LENGTH, Gram, Jacobian, Number, Rows, Step, Update, Vector
+from daebench.schemes.kernels.stages import places, weighted
 
 
 def _member(s: int) -> Member:
@@ -26,21 +27,45 @@ def _member(s: int) -> Member:
 MEMBERS = {f"radau{s}_ggl": _member(s) for s in (2, 3)}
 
 
-def matrix(h: Number, J: tuple[Jacobian, ...], R: tuple[Rows, ...], C: tuple[Rows, ...]) -> Blocks:
+if EXTENDED:
+
+    def velocity_by_mu(C: Rows, J: Jacobian, R: Rows, p: Vector, q: Vector) -> Gram:
+        """Return C G^T without the time, on which mu does not act: R = G M^-1 has 0 there."""
+        return C @ (R @ mass(p, q).T).T
+
+    def position_by_mu(G1: Jacobian, J: Jacobian, R: Rows, p: Vector, q: Vector) -> Gram:
+        """Return G1 G^T without the time."""
+        return G1 @ (R @ mass(p, q).T).T
+
+else:
+
+    def velocity_by_mu(C: Rows, J: Jacobian, R: Rows, p: Vector, q: Vector) -> Gram:
+        """Return C G^T."""
+        return C @ J.T
+
+    def position_by_mu(G1: Jacobian, J: Jacobian, R: Rows, p: Vector, q: Vector) -> Gram:
+        """Return G1 G^T."""
+        return G1 @ J.T
+
+
+def matrix(h: Number, J: tuple[Jacobian, ...], R: tuple[Rows, ...], C: tuple[Rows, ...], P: Points, Q: Points) -> Blocks:
     """Return minus the derivative of (G H_p, g) at the stages with respect to (Lam, mu), as 2 s rows of blocks of shape(m, m)."""
     A, square = DATA[0], DATA[1]
     by_Lam = velocity_matrix(h, J, R, C)
-    upper = tuple(by_Lam[i] + tuple(h * A[i][j] * C[i] @ J[j].T for j in range(STAGES)) for i in range(STAGES))
+    upper = tuple(
+        by_Lam[i] + tuple(h * A[i][j] * velocity_by_mu(C[i], J[j], R[j], P[j], Q[j]) for j in range(STAGES)) for i in range(STAGES)
+    )
     lower = tuple(
-        tuple(h * h * square[i][j] * J[i] @ R[j].T for j in range(STAGES)) + tuple(h * A[i][j] * J[i] @ J[j].T for j in range(STAGES))
+        tuple(h * h * square[i][j] * J[i] @ R[j].T for j in range(STAGES))
+        + tuple(h * A[i][j] * position_by_mu(J[i], J[j], R[j], P[j], Q[j]) for j in range(STAGES))
         for i in range(STAGES)
     )
     return upper + lower
 
 
-def shifted(h: Number, free: Points, J: tuple[Jacobian, ...], mu: Multipliers) -> Points:
-    """Return positions moved by -h sum_j a_ij G_j^T mu_j."""
-    back = tuple(J[j].T @ mu[j] for j in range(STAGES))
+def shifted(h: Number, free: Points, J: tuple[Jacobian, ...], mu: Multipliers, Q: Points) -> Points:
+    """Return positions moved by -h sum_j a_ij G_j^T mu_j, but for the time."""
+    back = tuple(but_for_time(J[j].T @ mu[j], Q[j]) for j in range(STAGES))
     return tuple(free[i] + weighted(-h, DATA[0][i], back) for i in range(STAGES))
 
 
@@ -49,13 +74,13 @@ def update(x: tuple[Points, Points, Multipliers, Multipliers], data: tuple[Vecto
     dP, dQ, Lam, mu = x
     p0, q0, h = data
     Q, free_P, V, S, J, R, C, scale_v = held(p0, q0, dP, dQ, Lam, h)
-    free_Q = shifted(h, tuple(weighted(h, DATA[0][i], V) for i in range(STAGES)), J, mu)
+    free_Q = shifted(h, tuple(weighted(h, DATA[0][i], V) for i in range(STAGES)), J, mu, Q)
     drift = tuple(free_Q[i] - dQ[i] for i in range(STAGES))
     value_v = tuple(C[i] @ drift[i] + J[i] @ V[i] for i in range(STAGES))
     value_g = tuple(J[i] @ drift[i] + g(Q[i]) for i in range(STAGES))
-    change, pivot = solve_2s(matrix(h, J, R, C), value_v + value_g)
+    change, pivot = solve_2s(matrix(h, J, R, C, places(p0, free_P), Q), value_v + value_g)
     P1, Q1 = moved(h, free_P, free_Q, J, R, change)
-    Q1 = shifted(h, Q1, J, tuple(change[STAGES + i] for i in range(STAGES)))
+    Q1 = shifted(h, Q1, J, tuple(change[STAGES + i] for i in range(STAGES)), Q)
     scale_q = max(LENGTH, norm(Q[STAGES - 1]))
     size = size_of(S, dP, dQ, P1, Q1, scale_v, scale_q)
     residual = sum(norm(value_v[i]) + norm(value_g[i]) for i in range(STAGES))

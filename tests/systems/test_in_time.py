@@ -89,6 +89,17 @@ def test_a_mass_matrix_that_is_solved_with_gives_what_its_inverse_gives(force):
         np.testing.assert_allclose(by_mass.p, inverted.p, atol=3e-12, rtol=0, err_msg=method)
 
 
+@pytest.mark.parametrize(("method", "order"), [("radau2_ggl", 3), ("radau3_ggl", 5)])
+def test_the_multiplier_of_positions_does_not_act_on_the_time(method, order):
+    """Of GGL it is mu that moves positions: the time, which has no mass, goes on by h in each step, and the order is that of the scheme."""
+    scheme, ivp, errors = FixedStep(method, compiled=False), initial_value_problem(pendulum("diagonal", TWIST)), []
+    for steps in (50, 100):
+        run = scheme.solve(ivp, Request(value=T_END / steps, steps=steps, every=0))
+        assert run.q[-1, 2] == pytest.approx(T_END, rel=1e-14)
+        errors.append(np.abs(run.q[-1, :2] - truth(TWIST)).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.3)
+
+
 def test_the_energy_received_is_the_work_of_driver_and_force():
     """Work is integrated beside the motion by SciPy, along the run of a method of order 6."""
     problem = pendulum("diagonal", TWIST)

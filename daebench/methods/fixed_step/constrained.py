@@ -97,7 +97,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
         if self.form != "local":
             return scales
-        return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1)
+        return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
 
     def _reasons(self, ivp: ConstrainedIvp) -> Mapping[int, tuple[str, str]]:
         return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS

@@ -9,11 +9,20 @@ if EXTENDED:
         """Return M^-1 p', without the rate at which time goes on."""
         return H_p(dp, q) - rate_of_time(q)
 
+    def but_for_time(x: Vector, q: Vector) -> Vector:
+        """Return a vector with 0 in the place of the time."""
+        e = rate_of_time(q)
+        return x - dot(e, x) * e
+
 else:
 
     def by_mass_alone(dp: Vector, q: Vector) -> Vector:
         """Return M^-1 p'."""
         return H_p(dp, q)
+
+    def but_for_time(x: Vector, q: Vector) -> Vector:
+        """Return a vector as it is."""
+        return x
 
 
 def with_p_t(p: Vector, p0: Vector, change: Vector, q: Vector) -> Vector:

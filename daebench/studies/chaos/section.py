@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.diagnostics.freedom import freedom
 from daebench.errors import BadInput, real, unknown
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
@@ -60,7 +61,7 @@ def surface(
     if len(given) != 1:
         raise BadInput(f"a section is one coordinate with its value, as q3=0, not {len(given)}.")
     ((name, value),) = given.items()
-    if not isinstance(ivp, ConstrainedIvp) or ivp.d - ivp.m != 2:
+    if not _of_two_degrees(ivp):
         raise BadInput(f"a section is for constrained problems of two degrees of freedom, which {ivp.problem} is not; leave it out.")
     if energy is None:
         raise BadInput("a section shows motions of one energy; give the energy too.")
@@ -70,6 +71,14 @@ def surface(
     if not plane or name in plane:
         raise BadInput(f"a section at {name} takes a plane of two other coordinates; name them.")
     return name, real(name, value)
+
+
+def _of_two_degrees(ivp: InitialValueProblem) -> bool:
+    """Return whether it is a constrained problem of two degrees of freedom whose energy is constant."""
+    if not isinstance(ivp, ConstrainedIvp) or ivp.facts.EXTENDED:
+        return False
+    found = freedom(ivp)
+    return (found.degrees if found else ivp.d - ivp.m) == 2
 
 
 def section_of(method: FixedStepMethod[Any, Any], plane: Plane, cut: tuple[str, float], steps: int, threads: int | None) -> Section:

@@ -142,12 +142,15 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
     def conserved(self) -> dict[str, tuple[bool | None, float]]:
         """Return claims and sizes for g, G H_p and H, and for first integrals, momentum maps among them, which no method claims to keep."""
         P, Q = self.run.p, self.run.q
-        G, Gv_q = (_largest_row(self.ivp.along(name, *x)) for name, x in (("G", (Q,)), ("Gv_q", (P, Q))))
+        n = self.ivp.d - self.ivp.facts.EXTENDED  # the time counts with what it is itself
+        rows = [self.ivp.along(name, *x) for name, x in (("G", (Q,)), ("Gv_q", (P, Q)))]
+        (G, G_t), (Gv_q, Gv_t) = ((_largest_row(row[..., :n]), _largest_row(row[..., n:])) for row in rows)
+        q, t = float(np.max(self.q[:n])), float(np.max(self.q[n:], initial=0.0))
         M_inverse = np.max(np.abs(self.ivp.along("H_pp", P, Q)), axis=0)
-        v = float(np.max(self.v)) + float(np.max(M_inverse @ self.quotient @ self.q))
+        v = float(np.max(self.v[:, :n])) + float(np.max((M_inverse @ self.quotient @ self.q)[:n]))
         return {
-            "g": (self.claims.keeps_g, G * float(np.max(self.q))),
-            "Gv": (self.claims.keeps_Gv, G * v + Gv_q * float(np.max(self.q))),
+            "g": (self.claims.keeps_g, G * q + G_t * t),
+            "Gv": (self.claims.keeps_Gv, G * v + Gv_q * q + Gv_t * t),
             "energy": (self.claims.conserves_energy, self._energy_size()),
             **dict.fromkeys(self.ivp.integrals, (None, NO_BOUND)),
         }
