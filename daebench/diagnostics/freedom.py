@@ -21,6 +21,15 @@ NEARBY = 1e-3
 POINTS = 3
 """Points of the manifold nearby that are looked at."""
 
+LATER = (1e-3, 1e-1)
+"""Times after the start, s, at which positions are looked for that keep the constraints of a system in time."""
+
+ITERATIONS = 20
+"""Of Gauss and Newton that look for them."""
+
+UNMET = 1e-6
+"""Part of what a driver asks for that is left where it contradicts others; where it does not, some roundings are."""
+
 NAMED = 4
 """Constraints that are named as those another one is a combination of."""
 
@@ -194,7 +203,25 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     found = freedom(ivp)
     if found is None or not found.others:
         return None
-    return f"G has rank {found.rank} of {ivp.m}: {found.named}, {found.where}; {found.remedy}"
+    told = f"G has rank {found.rank} of {ivp.m}: {found.named}"
+    if contradicted(ivp):
+        return f"{told}, and no positions keep all of them as time goes on: a driver contradicts the others; leave it out"
+    return f"{told}, {found.where}; {found.remedy}"
+
+
+def contradicted(ivp: ConstrainedIvp) -> bool:
+    """Return whether constraints that a system in time keeps at its start have no positions in common a little later."""
+    if not ivp.facts.EXTENDED:
+        return False
+    n = moving(ivp)
+    for later in LATER:
+        q = np.append(ivp.q0[:n], ivp.q0[n:] + later)
+        asked = float(np.max(np.abs(ivp.value("g", q))))
+        for _ in range(ITERATIONS):
+            q[:n] -= np.linalg.lstsq(ivp.value("G", q)[:, :n], ivp.value("g", q), rcond=DEPENDENT)[0]
+        if float(np.max(np.abs(ivp.value("g", q)))) > UNMET * asked:
+            return True
+    return False
 
 
 def redundant(ivp: ConstrainedIvp) -> bool:

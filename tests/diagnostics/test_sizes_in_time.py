@@ -20,6 +20,7 @@ from daebench.systems.constrained import Case, ConstrainedHamiltonian
 x, y, px, py, vx, vy, t = sp.symbols("x y px py vx vy t", real=True)
 SMALL = sp.Rational(1, 1000)
 ROUND = (x - SMALL * sp.sin(t)) ** 2 + y**2 - SMALL**2
+ROUND_AT_REST = x**2 + y**2 - SMALL**2
 MOVED = {"a": Case(q=(SMALL, 0), p=(SMALL, 0))}
 TURNED = {"a": Case(q=(SMALL, 0), p=(0, SMALL))}
 
@@ -63,6 +64,14 @@ def test_redundant_constraints_in_time_are_named_and_combined_with_their_forces(
     p, q = np.array([3e-4, 2e-4, 0.1]), np.array([0.001, 0.0, 0.2])
     assert one.value("H_q", p, q) == pytest.approx(single.value("H_q", p, q), rel=1e-14)
     assert abs(single.value("H_q", p, q)[1] - 1e-3 + 0.02) < 1e-15
+
+
+def test_a_driver_that_contradicts_another_later_is_told_from_one_that_is_redundant():
+    """All begin at rest: x of a point on a circle, whose y is driven, goes as y says or otherwise."""
+    drivers = [ROUND_AT_REST, y - SMALL * sp.sin(t**2)]
+    for more, contradicts in ((x - SMALL * sp.cos(t**2), False), (x - SMALL * sp.cos(2 * t**2), True)):
+        ivp = initial_value_problem(pendulum(t=t, g=[*drivers, more]))
+        assert ("a driver contradicts the others; leave it out" in dependence(ivp)) == contradicts
 
 
 def test_the_energies_of_a_run_are_those_of_positions():
