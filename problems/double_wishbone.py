@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from daebench.joints import Mechanism, Plate, PointMass, Rod, Spring, Start
+from daebench.joints import Mechanism, Plate, PointMass, Spring, Start, points, rods
 from daebench.systems.constrained import ConstrainedHamiltonian
 
 
@@ -41,33 +41,16 @@ def problem(
     arm, tie, upright, wheel, k = sp.symbols("arm_mass tie_mass upright_mass wheel_mass stiffness", positive=True)
     gamma = sp.Symbol("gravity", real=True)
     return Mechanism(
-        ground={
-            "A": ("0.16", "0.38", "-0.13"),
-            "B": ("-0.22", "0.38", "-0.12"),
-            "C": ("0.13", "0.45", "0.14"),
-            "D": ("-0.17", "0.45", "0.13"),
-            "S": ("-0.14", "0.36", "-0.05"),
-            "H": ("0", "0.48", "0.34"),
-        },
-        points={
-            "E": ("0.01", "0.73", "-0.15"),
-            "F": ("-0.01", "0.69", "0.16"),
-            "T": ("-0.13", "0.61", "-0.06"),
-            "W": ("0.07", "0.77", "-0.04"),
-        },
+        ground=points("A 0.16 0.38 -0.13, B -0.22 0.38 -0.12, C 0.13 0.45 0.14, D -0.17 0.45 0.13, S -0.14 0.36 -0.05, H 0 0.48 0.34"),
+        points=points("E 0.01 0.73 -0.15, F -0.01 0.69 0.16, T -0.13 0.61 -0.06, W 0.07 0.77 -0.04"),
         bodies={
-            "front lower arm": Rod("A", "E", mass=arm),
-            "rear lower arm": Rod("B", "E", mass=arm),
-            "front upper arm": Rod("C", "F", mass=arm),
-            "rear upper arm": Rod("D", "F", mass=arm),
-            "tie rod": Rod("S", "T", mass=tie),
+            **rods("A E, B E, C F, D F", mass=arm),
+            **rods("S T", mass=tie),
             "upright": Plate("E", "F", "T", "W", mass=upright),
             "wheel": PointMass("W", wheel),
         },
         forces=[Spring("H", "E", stiffness=k)],
         gravity=(0, 0, -gamma),
         parameters={arm: arm_mass, tie: tie_mass, upright: upright_mass, wheel: wheel_mass, k: stiffness, gamma: gravity},
-        cases={
-            "released": Start(about="released at rest, the spring without force: the wheel falls into it and swings"),
-        },
+        cases={"released": Start(about="released at rest, the spring without force: the wheel falls into it and swings")},
     ).problem()

@@ -36,3 +36,5 @@ from daebench.joints.joints import Universal as Universal
 from daebench.joints.mechanism import Mechanism as Mechanism
 from daebench.joints.placing import Guided as Guided
 from daebench.joints.starts import Start as Start
+from daebench.joints.written import points as points
+from daebench.joints.written import rods as rods

@@ -19,6 +19,8 @@ from daebench.joints import (
     Spring,
     Start,
     Universal,
+    points,
+    rods,
     t,
 )
 
@@ -68,6 +70,12 @@ MISTAKES = {
         lambda: Mechanism(**PLANE, joints=[DrivenDistance("O", "A", 2 + t)]),
         "case 'rest' starts in an inconsistent position: the equation of the DrivenDistance of O and A is off by -3",
     ),
+    "flat and deep": (lambda: Mechanism(**PLANE | {"points": points("A 1")}), "point A has 1 coordinates in 'A 1'; give two or three"),
+    "no comma": (lambda: points("A 1 0 B 2 0"), "point A has 5 coordinates in 'A 1 0 B 2 0'; give two or three, and commas between points"),
+    "two points": (lambda: points("A 1 0, A 2 0"), "A stands for two points in 'A 1 0, A 2 0'; rename one"),
+    "a comma more": (lambda: rods("O A,", mass=1), "'O A,' has a comma with nothing before or after it; leave it out"),
+    "two rods": (lambda: rods("O A, O A", mass=1), "'O A, O A' has two rods O-A; leave one out"),
+    "one end": (lambda: rods("O", mass=1), "a Rod of 'O' needs 2 names of points first"),
     "no such body": (lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rud", "A")]), "unknown body in the Revolute of rod and rud 'rud'"),
     "no such point": (lambda: Mechanism(**PLANE, forces=[Spring("O", "a", stiffness=1)]), "unknown point or direction"),
     "no such damped point": (lambda: Mechanism(**PLANE, forces=[Damper("X", "A", 1)]), "unknown point or direction"),

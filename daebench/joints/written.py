@@ -1,0 +1,63 @@
+"""Points and rods written in one line of text, as "A 0 0, B 1 0" and "A B, B C": what spelled-out mappings take many lines for."""
+
+from daebench.errors import InvalidProblem
+from daebench.joints.bodies import Rod
+from daebench.systems.picture import Exact
+
+
+def points(text: str) -> dict[str, tuple[str, ...]]:
+    """Return points by their names, of a text such as "A 0.1 0.2, B 1/3 0": decimals are exact.
+
+    Parameters
+    ----------
+    text : str
+        Names with two coordinates each, in space three; commas between points.
+
+    Raises
+    ------
+    InvalidProblem
+        If an entry has no name first, or other than two or three coordinates, or a name stands for two points.
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for name, coordinates in _entries(text):
+        if len(coordinates) not in (2, 3):
+            raise InvalidProblem(
+                f"point {name} has {len(coordinates)} coordinates in {text!r}; give two or three, and commas between points."
+            )
+        if name in found:
+            raise InvalidProblem(f"{name} stands for two points in {text!r}; rename one.")
+        found[name] = coordinates
+    return found
+
+
+def rods(text: str, *, mass: Exact) -> dict[str, Rod]:
+    """Return rods of equal mass by names such as "A-B", of a text such as "A B, B C".
+
+    Parameters
+    ----------
+    text : str
+        Names of the two ends of each, and of further points on it; commas between rods.
+    mass : number or Expr
+        Mass of each, kg.
+
+    Raises
+    ------
+    InvalidProblem
+        If a rod has less than two points, or is given twice.
+    """
+    found: dict[str, Rod] = {}
+    for first, others in _entries(text):
+        rod = Rod(first, *others, mass=mass)
+        name = "-".join(rod.names[:2])
+        if name in found:
+            raise InvalidProblem(f"{text!r} has two rods {name}; leave one out.")
+        found[name] = rod
+    return found
+
+
+def _entries(text: str) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the words between commas, the first apart."""
+    words = [entry.split() for entry in text.split(",")]
+    if not all(words):
+        raise InvalidProblem(f"{text!r} has a comma with nothing before or after it; leave it out.")
+    return [(first, tuple(others)) for first, *others in words]
