@@ -8,6 +8,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import daebench
+from daebench.cli.summary import print_summary, summary_of
 from daebench.errors import BadInput, InvalidProblem
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -119,6 +120,17 @@ def test_the_energy_received_is_the_work_of_driver_and_force():
     assert abs(received) > 0.1
     assert received == pytest.approx(-p[-1, 2], abs=1e-9)
     assert received == pytest.approx(work, abs=1e-6)
+
+
+def test_the_table_of_a_run_has_its_energy_and_what_it_received(capsys):
+    """The table that ``daebench run`` prints: H at the end is K less p_t."""
+    ivp = initial_value_problem(pendulum("H"))
+    run = FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.05, steps=10, every=0))
+    summary = summary_of(ivp, run, compensated=False)
+    print_summary(summary)
+    told = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if len(line.split(maxsplit=1)) == 2)
+    assert float(told["energy"]) == pytest.approx((run.p[-1, :2] ** 2).sum() / 2 + 9.81 * run.q[-1, 1], abs=1e-7)
+    assert float(told["energy_received"]) == pytest.approx(-run.p[-1, 2], rel=1e-8)
 
 
 def _rows(run):
