@@ -23,7 +23,8 @@ def problem(*, points: int = 20, damping: float = 0.5) -> ConstrainedHamiltonian
     The points come to rest where the product of their distances is largest, and all multipliers are (n - 1)/4 then, whatever the points.
     A problem by J. D. Pinter, W. J. H. Stortelder and J. J. B. de Swart, *Computation of elliptic Fekete point sets*, CWI Quarterly 12
     (1999) 63-76, in F. Mazzia and C. Magherini, *Test Set for Initial Value Problem Solvers*, release 2.4 (Bari, 2008), whose
-    multipliers are minus these.
+    multipliers are minus these. Twenty points are derived and compiled once, in about a minute; then ``ida:index2`` is at t = 1000 in a
+    fraction of a second, with a tolerance of 1e-9 within 1e-8 of the positions published there.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ def problem(*, points: int = 20, damping: float = 0.5) -> ConstrainedHamiltonian
         q=q,
         p=p,
         v=v,
-        H=sum(x**2 for x in p) / 2 - sum(sp.log(square) for square in pairs) / 2,
+        H=sp.Add(*(x**2 / 2 for x in p), *(-sp.log(square, evaluate=False) / 2 for square in pairs)),
         force=tuple(-alpha * x for x in v),
         g=[x.dot(x) - 1 for x in r],
         parameters={alpha: damping},

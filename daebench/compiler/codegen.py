@@ -139,6 +139,16 @@ def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mappin
     return lines + [f"{target} = {result}" for target, result in zip(targets, results, strict=True)]
 
 
+def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
+    """Accept expressions of finite real numbers without cases, for a function of this name; raise InvalidProblem otherwise."""
+    if any(value.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for value in values):
+        raise InvalidProblem(
+            f"{name} is no finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
+        )
+    if any(value.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for value in values):
+        raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
+
+
 def computed(
     name: str, arguments: Mapping[str, Sequence[sp.Symbol]], values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]
 ) -> tuple[list[str], list[str]]:
@@ -161,12 +171,7 @@ def computed(
         If an expression has a function that has no numerical counterpart, or none that is smooth.
     """
     whole = [sp.sympify(value) for value in values]
-    if any(value.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for value in whole):
-        raise InvalidProblem(
-            f"{name} is no finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
-        )
-    if any(value.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for value in whole):
-        raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
+    require_smooth(name, whole)
     entries = [(argument, i, s) for argument, symbols in {**arguments, "par": parameters}.items() for i, s in enumerate(symbols)]
     private = {s: _private(argument, i, s) for argument, i, s in entries}
     return _straight_line(name, whole, private, {s: f"{argument}[{i}]" for argument, i, s in entries})

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 from functools import cache
 
 from daebench.compiler import codegen
+from daebench.compiler.constrained import loops
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
 from daebench.compiler.lanes.branches import straightened
 from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.loops import Loops
 from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
 from daebench.compiler.specialise import Specialise
@@ -69,6 +71,8 @@ class Options:
         are solved that way besides.
     sweeps, roundings : int and float
         Sweeps after which Newton's iteration is ended, 0 for convergence, and increments, in roundings, that end it.
+    loops : bool
+        Whether vectors are arrays in the place of tuples, and sums are loops, as suits a problem with many unknowns.
     """
 
     precision: str = "float64"
@@ -84,6 +88,7 @@ class Options:
     singular: str = ""
     sweeps: int = 0
     roundings: float = ROUNDINGS
+    loops: bool = False
 
 
 @cache
@@ -110,7 +115,8 @@ class Linker:
         self.number = number_type(options.precision)
         least_squares, lanes = options.singular == "least-squares", self.number.lanes > 0
         target = Target(self.number.dtype, options.compiled, options.stages, least_squares, self.number.directions, lanes)
-        self.algebra = derivation.algebra(target)
+        self.algebra = Loops(derivation.algebra(target)) if options.loops else derivation.algebra(target)
+        self.tables: dict[str, str] = dict(self.algebra.tables) if isinstance(self.algebra, Loops) else {}
         self.algebraic = cache(self.algebra.source)
         self.kinds = derivation.work
         self.constants: dict[str, bool | int | float] = (
@@ -134,7 +140,9 @@ class Linker:
                 "TANGENTS": self.number.directions > 0,
             }
         )
-        self.monitored = derivation.monitored(options.watch, len(self.kinds) if options.count else 0, options.stage_multipliers)
+        kinds = len(self.kinds) if options.count else 0
+        held = {"arrays": True} if options.loops else {}
+        self.monitored = derivation.monitored(options.watch, kinds, options.stage_multipliers, **held)
         self.monitored.tangents = self.number.directions > 0
         self.files: dict[str, SourceFile] = {}
         if scheme:
@@ -167,6 +175,8 @@ class Linker:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one_step", "after_step", "initialise")]
         elementwise = columns or (self.algebra.elementwise and "def solve" not in body and "def _solve" not in body)
         lines.append(f"ELEMENTWISE = {elementwise}")
+        if self.options.loops:
+            lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
@@ -250,11 +260,22 @@ class Linker:
         if name not in self.emitted:
             for needed in (*self.monitored.needs(name), *self.derivation.needs(name)):
                 self.resolve(LANGUAGE, needed)
-            source = self.derivation.source(name) or self.algebraic(name) or self.monitored.source(name)
+            source = self._of_problem(name) or self.algebraic(name) or self.monitored.source(name)
             if source is None:
                 return self._composed(name)
             self.emitted[name] = source
         return name
+
+    def _of_problem(self, name: str) -> str | None:
+        """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
+        if not self.options.loops:
+            source: str | None = self.derivation.source(name)
+            return source
+        written = loops.source(self.derivation, name, self.number.dtype)
+        if written is None:
+            return None
+        self.tables |= written[1]
+        return written[0]
 
     def filled(self, name: str) -> tuple[str, str] | None:
         """Return file and function that stand in this hole, where they are of the scheme, of what is around it, or of the form."""

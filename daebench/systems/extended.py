@@ -51,8 +51,8 @@ def time_symbols(problem: ConstrainedHamiltonian) -> tuple[sp.Symbol, sp.Symbol]
 def force(problem: ConstrainedHamiltonian, p: Sequence[sp.Expr], velocity: Sequence[sp.Expr]) -> sp.Matrix:
     """Return (F, -F.v) at given momenta and velocities, shape(d + 1,): what is added to p' and to p_t' beside derivatives of H."""
     values = dict(zip([*problem.p, *(problem.v or ())], [*p[: problem.d], *velocity[: problem.d if problem.v else 0]], strict=True))
-    F = [sp.sympify(entry).subs(values, simultaneous=True) for entry in problem.force or [0] * problem.d]
-    return sp.Matrix([*F, -sum(F[k] * velocity[k] for k in range(problem.d))])
+    F = [sp.sympify(entry).xreplace(values) for entry in problem.force or [0] * problem.d]
+    return sp.Matrix([*F, -sp.Add(*(F[k] * velocity[k] for k in range(problem.d)))])
 
 
 def _closed_form(problem: ConstrainedHamiltonian) -> Callable[..., Any]:

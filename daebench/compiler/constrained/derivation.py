@@ -7,6 +7,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler import codegen
+from daebench.compiler.derivatives import jacobian
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.facts import Derived
 from daebench.compiler.linear.elimination_source import Target
@@ -92,27 +93,27 @@ class Derivation(Derived):
     @cached_property
     def G(self) -> sp.Matrix:
         """Constraint Jacobian G(q), shape(m, d)."""
-        return self.g.jacobian(self.q)
+        return jacobian(self.g, self.q)
 
     @cached_property
     def H_p(self) -> sp.Matrix:
         """Velocity H_p(p, q), shape(d,)."""
-        return sp.Matrix([self.H]).jacobian(self.p).T
+        return jacobian([self.H], self.p).T
 
     @cached_property
     def H_q(self) -> sp.Matrix:
         """Minus the force, H_q(p, q), shape(d,)."""
-        return sp.Matrix([self.H]).jacobian(self.q).T
+        return jacobian([self.H], self.q).T
 
     @cached_property
     def H_pp(self) -> sp.Matrix:
         """Inverse mass H_pp(p, q), shape(d, d)."""
-        return self.H_p.jacobian(self.p)
+        return jacobian(self.H_p, self.p)
 
     @cached_property
     def H_qp(self) -> sp.Matrix:
         """Derivative of H_q with respect to p, shape(d, d)."""
-        return self.H_q.jacobian(self.p)
+        return jacobian(self.H_q, self.p)
 
     @cached_property
     def Gv(self) -> sp.Matrix:
@@ -131,17 +132,17 @@ class Derivation(Derived):
     @cached_property
     def N(self) -> sp.Matrix:
         """Derivative of M(q) v with respect to q, shape(d, d)."""
-        return (self.M * self.v).jacobian(self.q)
+        return jacobian(self.M * self.v, self.q)
 
     @cached_property
     def T_q(self) -> sp.Matrix:
         """Gradient of 1/2 v^T M(q) v with respect to q at fixed v, shape(d,)."""
-        return sp.Matrix([(self.v.T * self.M * self.v)[0] / 2]).jacobian(self.q).T
+        return jacobian([(self.v.T * self.M * self.v)[0] / 2], self.q).T
 
     @cached_property
     def U_q(self) -> sp.Matrix:
         """Gradient of U, shape(d,)."""
-        return sp.Matrix([self.U]).jacobian(self.q).T
+        return jacobian([self.U], self.q).T
 
     @cached_property
     def c(self) -> sp.Matrix:
@@ -151,18 +152,18 @@ class Derivation(Derived):
     @cached_property
     def g_qv(self) -> sp.Matrix:
         """Derivative of G(q) v with respect to q at fixed v, shape(m, d)."""
-        return (self.G * self.v).jacobian(self.q)
+        return jacobian(self.G * self.v, self.q)
 
     @cached_property
     def a(self) -> sp.Matrix:
         """Right side of (1.12): the second derivative of g along the solution, shape(m,)."""
         force = self.H_q + self.G.T * self.lam
-        return self.Gv.jacobian(self.q) * self.H_p - self.G * self.H_pp * force
+        return jacobian(self.Gv, self.q) * self.H_p - self.G * self.H_pp * force
 
     @cached_property
     def curvature(self) -> sp.Matrix:
         """Derivative of G(q)^T lam with respect to q, shape(d, d)."""
-        return (self.G.T * self.lam).jacobian(self.q)
+        return jacobian(self.G.T * self.lam, self.q)
 
     @cached_property
     def structure(self) -> list[list[bool]]:
@@ -226,10 +227,10 @@ class Derivation(Derived):
         """Return the algebra of its vectors."""
         return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled)
 
-    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int, *, arrays: bool = False) -> Monitored:
         """Return what the loop does beside stepping, see :class:`daebench.compiler.monitored.Monitored`."""
         quantities = of_constrained(self.m, len(self.problem.integrals))
-        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m)
+        state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=arrays)
         return Monitored(quantities, state, names, kinds, stage_multipliers, guarded=self.guarded)
 
     @cached_property
@@ -275,18 +276,18 @@ class Derivation(Derived):
                 "H_q": lambda: (pq, self.H_q, (d,)),
                 "H_pp": lambda: (pq, self.H_pp, (d, d)),
                 "H_qp": lambda: (pq, self.H_qp, (d, d)),
-                "H_qq": lambda: (pq, self.H_q.jacobian(self.q), (d, d)),
-                "Gv_p": lambda: (pq, self.Gv.jacobian(self.p), (m, d)),
-                "Gv_q": lambda: (pq, self.Gv.jacobian(self.q), (m, d)),
-                "a_p": lambda: ({**pq, "lam": list(self.lam)}, self.a.jacobian(self.p), (m, d)),
+                "H_qq": lambda: (pq, jacobian(self.H_q, self.q), (d, d)),
+                "Gv_p": lambda: (pq, jacobian(self.Gv, self.p), (m, d)),
+                "Gv_q": lambda: (pq, jacobian(self.Gv, self.q), (m, d)),
+                "a_p": lambda: ({**pq, "lam": list(self.lam)}, jacobian(self.a, self.p), (m, d)),
             }
         return rules | {
             "U": lambda: (q, [self.U], ()),
             "U_q": lambda: (q, self.U_q, (d,)),
-            "U_qq": lambda: (q, self.U_q.jacobian(self.q), (d, d)),
+            "U_qq": lambda: (q, jacobian(self.U_q, self.q), (d, d)),
             "N": lambda: (qv, self.N, (d, d)),
             "T_q": lambda: (qv, self.T_q, (d,)),
-            "T_qq": lambda: (qv, self.T_q.jacobian(self.q), (d, d)),
-            "c_v": lambda: (qv, self.c.jacobian(self.v), (d, d)),
+            "T_qq": lambda: (qv, jacobian(self.T_q, self.q), (d, d)),
+            "c_v": lambda: (qv, jacobian(self.c, self.v), (d, d)),
             "g_qv": lambda: (qv, self.g_qv, (m, d)),
         }

@@ -8,6 +8,7 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.derivatives import jacobian
 from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
@@ -72,13 +73,13 @@ class ExtendedDerivation(Derivation):
     @cached_property
     def N(self) -> sp.Matrix:
         """Derivative of M(q, t) v with respect to q and t, shape(d + 1, d + 1)."""
-        return self.momenta.jacobian(self.q)
+        return jacobian(self.momenta, self.q)
 
     @cached_property
     def T_q(self) -> sp.Matrix:
         """Derivative of 1/2 v^T M v with respect to q and t at fixed v, and the forces without potential, shape(d + 1,)."""
         T = (self.velocity.T * self.momenta)[0] / 2
-        return sp.Matrix([T]).jacobian(self.q).T + force(self.declared, list(self.momenta), list(self.velocity))
+        return jacobian([T], self.q).T + force(self.declared, list(self.momenta), list(self.velocity))
 
     @cached_property
     def c(self) -> sp.Matrix:
@@ -88,7 +89,7 @@ class ExtendedDerivation(Derivation):
     @cached_property
     def g_qv(self) -> sp.Matrix:
         """Derivative of G v + g_t with respect to q and t at fixed v, shape(m, d + 1)."""
-        return (self.G * self.velocity).jacobian(self.q)
+        return jacobian(self.G * self.velocity, self.q)
 
     @cached_property
     def coupled(self) -> list[list[int]]:
@@ -112,14 +113,14 @@ class ExtendedDerivation(Derivation):
         d, v = self.d - 1, list(self.velocity[: self.d - 1]) if self.mechanical else list(self.p[: self.d - 1])
         p = self.momenta if self.mechanical else self.p
         F = force(self.declared, list(p), list(self.velocity if self.mechanical else self.H_p))[:d]
-        by_v, mass = sp.Matrix(F).jacobian(v), sp.Matrix(p[:d]).jacobian(v)
+        by_v, mass = jacobian(F, v), jacobian(p[:d], v)
         if mass[0, 0] == 0 or by_v == sp.zeros(d, d):
             return None
         rate = sp.simplify(-by_v[0, 0] / mass[0, 0])
         settled = not rate.free_symbols & {*self.q, *self.p, *self.v}
         if not settled or sp.simplify(by_v + rate * mass) != sp.zeros(d, d):
             return None
-        rest = (sp.Matrix(F) + rate * sp.Matrix(p[:d])).jacobian(self.q[:d])
+        rest = jacobian(sp.Matrix(F) + rate * sp.Matrix(p[:d]), self.q[:d])
         return rate if sp.simplify(rest - rest.T) == sp.zeros(d, d) else None
 
     @cached_property
@@ -152,12 +153,12 @@ class ExtendedDerivation(Derivation):
             rules["damping"] = lambda: ({"q": list(self.q), "time": [time]}, values, (2,))
         if self.explicit:
             return rules | {
-                "H_pq": lambda: (pq, self.H_p.jacobian(self.q), (d, d)),
+                "H_pq": lambda: (pq, jacobian(self.H_p, self.q), (d, d)),
                 "H_pp_and_time": lambda: (pq, self.H_pp + sp.diag(*[0] * (d - 1), 1), (d, d)),
             }
         return rules | {
-            "T_qv": lambda: (qv, self.T_q.jacobian(self.v), (d, d)),
-            "c_v": lambda: (qv, self.c.jacobian(self.v), (d, d)),
+            "T_qv": lambda: (qv, jacobian(self.T_q, self.v), (d, d)),
+            "c_v": lambda: (qv, jacobian(self.c, self.v), (d, d)),
         }
 
 

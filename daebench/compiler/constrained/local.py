@@ -51,9 +51,9 @@ class LocalDerivation(Derivation):
         """Velocity constraint G H_p, shape(m,)."""
         return self.G * sp.Matrix([self.H]).jacobian(self.p).T
 
-    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
+    def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int, *, arrays: bool = False) -> Monitored:
         """Return what the loop does beside stepping, for states in the problem's own coordinates."""
-        return self.own.monitored(names, kinds, stage_multipliers)
+        return self.own.monitored(names, kinds, stage_multipliers, arrays=arrays)
 
     @cached_property
     def K_y(self) -> sp.Matrix:

@@ -82,6 +82,10 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return what else decides the generated module, as :class:`daebench.compiler.link.Options` takes it."""
         return {}
 
+    def _in_loops(self, ivp: Ivp, precision: str) -> bool:
+        """Return whether vectors in a kernel are arrays where those of the problem's functions are tuples: not if nothing else is said."""
+        return False
+
     @property
     def data(self) -> tuple[Any, ...]:
         """Run-time data of scheme and form: the scheme's numbers, and the form's."""
@@ -111,6 +115,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
         structure |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
+        structure |= {"loops": True} if self._in_loops(ivp, precision) else {}
 
         def build(cached: bool) -> str:
             from daebench.compiler.link import Linker, Options
@@ -136,7 +141,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             leave=lambda x: np.concatenate(leave(x)),
             work=self.counted,
             reasons=self._reasons(ivp),
-            arrays=ivp.arrays,
+            arrays=ivp.arrays or getattr(kernel, "ARRAYS", False),
         )
 
     @abstractmethod

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from daebench.compiler.constrained.held import in_loops
 from daebench.compiler.work import WORK
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
@@ -88,6 +89,11 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             "roundings": self.roundings,
             "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
         }
+
+    def _in_loops(self, ivp: ConstrainedIvp, precision: str) -> bool:
+        """Return whether a kernel takes arrays; a scheme that puts multipliers together of numbers, or a chart, takes tuples."""
+        written = self.form == "local" or hasattr(self.module, "multiplier")
+        return self.compiled and not written and in_loops(ivp.facts, precision)
 
     def _coordinates(self, ivp: ConstrainedIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
         enter, leave = self.system.enter(ivp), self.system.leave(ivp)

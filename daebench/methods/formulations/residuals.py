@@ -6,13 +6,20 @@ import sympy as sp
 
 from daebench.compiler import callbacks, codegen
 from daebench.compiler.constrained.derivation import Derivation
+from daebench.compiler.constrained.held import WRITTEN_OUT
+from daebench.compiler.derivatives import jacobian
+from daebench.compiler.equal_terms import added
 from daebench.compiler.syntax import decorated
 from daebench.methods.formulations.equations import OPTIONS, Equations
 
 Columns = Mapping[str, Sequence[sp.Symbol]]
 
 
-def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], parameters: Sequence[sp.Symbol]) -> str:
+Tables = dict[str, str] | None
+"""Sources of tables that functions in loops read, by name, to which they add theirs; None where functions are written out."""
+
+
+def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], parameters: Sequence[sp.Symbol], tables: Tables = None) -> str:
     """Return the source of ``name(*inputs, *outputs, par)``, which fills the output arrays.
 
     Parameters
@@ -25,7 +32,11 @@ def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], paramet
         Arrays that are written, zeros included: of one axis where the matrix has one column, and of two otherwise.
     parameters : sequence of Symbol
         What ``par`` holds.
+    tables : dict of str to str, optional
+        See :data:`Tables`.
     """
+    if tables is not None:
+        return _in_loops(name, inputs, outputs, parameters, tables)
     entries = {
         f"{array}[{row}]" if matrix.cols == 1 else f"{array}[{row}, {column}]": matrix[row, column]
         for array, matrix in outputs.items()
@@ -37,6 +48,21 @@ def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], paramet
     lines += [f"{array}[:] = 0.0" for array in outputs]
     lines += [f"{target} = {value}" for target, value in zip(entries, values, strict=True)]
     return codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
+
+
+def _in_loops(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], parameters: Sequence[sp.Symbol], tables: dict[str, str]) -> str:
+    """Return what ``writer`` does, of many unknowns: terms of one form are summed in loops."""
+    lines = [f"{array}[:] = 0.0" for array in outputs]
+    for array, matrix in outputs.items():
+        text = added(name, inputs, _entries(matrix), parameters, array)
+        lines += text.lines
+        tables |= text.tables
+    return codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
+
+
+def _entries(matrix: sp.Matrix) -> dict[tuple[int, ...], sp.Expr]:
+    """Return the entries of a matrix that are not zero, by their indices: one where it has one column, and two otherwise."""
+    return {(place if matrix.cols > 1 else place[:1]): value for place, value in sorted(matrix.todok().items())}
 
 
 HEADER = """\"\"\"{title}\"\"\"
@@ -168,25 +194,26 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     state = [*derivation.q, *equations.w]
     z, system = equations.multiplied
     at_zero = dict.fromkeys(z, 0)
+    tables: Tables = {} if derivation.d > WRITTEN_OUT and not directions else None
     start = [
-        writer("system", {"y": state}, {"A": system.jacobian(z), "b": -system.subs(at_zero)}, parameters),
-        writer("slope", {"y": state, "z": list(z)}, {"out": equations.slope}, parameters),
+        writer("system", {"y": state}, {"A": jacobian(system, z), "b": -system.subs(at_zero)}, parameters, tables),
+        writer("slope", {"y": state, "z": list(z)}, {"out": equations.slope}, parameters, tables),
     ]
     if formulation == "ode":
-        outputs = {"E_y": system.jacobian(state), "f_y": equations.slope.jacobian(state), "f_z": equations.slope.jacobian(z)}
-        compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters), ODE, IMPLICIT]
+        outputs = {"E_y": jacobian(system, state), "f_y": jacobian(equations.slope, state), "f_z": jacobian(equations.slope, z)}
+        compiled = [*start, writer("derivatives", {"y": state, "z": list(z)}, outputs, parameters, tables), ODE, IMPLICIT]
         plain = []
     else:
-        compiled, plain = implicit(*_unknowns(equations, formulation, multipliers), parameters, directions), start
+        compiled, plain = implicit(*_unknowns(equations, formulation, multipliers), parameters, directions, tables), start
     n = len(state) + derivation.m * {"ode": 0, "ggl": 2}.get(formulation, 1)
     kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT, callbacks.EXPLICIT_DENSE] * (formulation == "ode")]
     compiled.append(callbacks.called_back(n * (1 + directions), len(parameters) * (1 + directions), *kinds))
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
     header = HEADER.format(title=title) + "from daebench.compiler.linear.elimination_compiled import eliminate, finite, finite_matrix\n"
-    return (
-        "\n\n".join([header, facts, *plain, decorated("\n\n".join(compiled), ROOTS, cached, {"K": str(len(z))}, callbacks.SIGNATURES)])
-        + "\n"
-    )
+    constants = {"K": str(len(z)), **(tables or {})}
+    read = "".join(["import numpy\n\n"] * bool(tables) + [f"{name} = {source}\n" for name, source in (tables or {}).items()])
+    written = decorated("\n\n".join(compiled), ROOTS, cached, constants, callbacks.SIGNATURES)
+    return "\n\n".join([header, f"{read}{facts}", *plain, written]) + "\n"
 
 
 def _unknowns(equations: Equations, formulation: str, multipliers: str) -> tuple[sp.Matrix, list[sp.Symbol], list[sp.Symbol]]:
@@ -199,7 +226,12 @@ def _unknowns(equations: Equations, formulation: str, multipliers: str) -> tuple
 
 
 def implicit(
-    F: sp.Matrix, y: Sequence[sp.Symbol], yp: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol], directions: int = 0
+    F: sp.Matrix,
+    y: Sequence[sp.Symbol],
+    yp: Sequence[sp.Symbol],
+    parameters: Sequence[sp.Symbol],
+    directions: int = 0,
+    tables: Tables = None,
 ) -> list[str]:
     """Return the source of ``residual`` and ``jacobian`` of the rows F(y, y', a), and of so many of their variations.
 
@@ -208,18 +240,18 @@ def implicit(
         F_y s + F_y' s' + F_a da,      of the change da of the parameters a
     """
     inputs, scale = {"y": y, "yp": yp}, sp.Dummy("scale")
-    F_y, F_yp = F.jacobian(y), F.jacobian(yp)
+    F_y, F_yp = jacobian(F, y), jacobian(F, yp)
     writers = [
-        writer("rows", inputs, {"res": F}, parameters),
-        writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y + scale * F_yp}, parameters),
+        writer("rows", inputs, {"res": F}, parameters, tables),
+        writer("rows_y", {**inputs, "scale": [scale]}, {"JJ": F_y + scale * F_yp}, parameters, tables),
     ]
     if not directions:
         return [*writers, DAE]
     s, sp_, da = ([sp.Dummy() for _ in symbols] for symbols in (y, yp, parameters))
-    V = F_y * sp.Matrix(s) + F_yp * sp.Matrix(sp_) + F.jacobian(parameters) * sp.Matrix(da)
+    V = F_y * sp.Matrix(s) + F_yp * sp.Matrix(sp_) + jacobian(F, parameters) * sp.Matrix(da)
     text = VARIED.format(n=len(y), k=directions, parameters=len(parameters))
     more = {**inputs, "s": s, "sp": sp_, "da": da}
-    V_y = V.jacobian(y) + scale * V.jacobian(yp)
+    V_y = jacobian(V, y) + scale * jacobian(V, yp)
     writers += [
         writer("variation", more, {"res": V}, parameters),
         writer("variation_y", {**more, "scale": [scale]}, {"JJ": V_y}, parameters),

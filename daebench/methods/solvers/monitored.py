@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench.compiler.constrained.held import in_loops
 from daebench.compiler.syntax import imports
 from daebench.methods.formulations.constrained import Dae, Posed
 
@@ -105,7 +106,13 @@ class Monitored:
             roots.append("inside")
         wrapper = Wrapper(self._text(), (), True, _momenta if constrained and ivp.arrays else None)
         options: dict[str, Any] = {"wrapper": wrapper, "compiled": self.compiled, "singular": ivp.singular}
+        options |= {"loops": True} if self._loops else {}
         return ivp.source.linked("monitored", f"What is monitored of {ivp.problem}.", roots, **options)
+
+    @property
+    def _loops(self) -> bool:
+        """Whether functions of a problem with many unknowns take arrays."""
+        return self.compiled and in_loops(self.posed.ivp.facts)
 
     @property
     def address(self) -> int:
@@ -124,7 +131,7 @@ class Monitored:
         posed, ivp, size = self.posed, self.posed.ivp, self.size
         constrained = isinstance(posed, Dae)
         ends = ((size // 2, size), (0, size // 2)) if constrained else ((0, size),)
-        vectors = [f"y[{a}:{b}]" if ivp.arrays else _tuple("y", range(a, b)) for a, b in ends]
+        vectors = [f"y[{a}:{b}]" if ivp.arrays or self._loops else _tuple("y", range(a, b)) for a, b in ends]
         state = ", ".join([*vectors, "par"])
         value = f"conserved_{self._kernel}({state})"
         functions = {

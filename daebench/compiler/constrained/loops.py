@@ -1,0 +1,38 @@
+"""The functions of a constrained problem with many unknowns: vectors are arrays, and terms of one form are summed in loops."""
+
+from typing import TYPE_CHECKING
+
+from daebench.compiler.codegen import function
+from daebench.compiler.equal_terms import added
+
+if TYPE_CHECKING:
+    from daebench.compiler.constrained.derivation import Derivation
+
+PAIRS = ("damping",)
+"""Functions of few numbers that are returned as a tuple."""
+
+
+def source(derivation: "Derivation", name: str, dtype: str) -> tuple[str, dict[str, str]] | None:
+    """Return the source of the problem's function of this name and of the tables that it reads; None if it is no expression.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        The problem.
+    name : str
+        Name in ``kernels/language.py``.
+    dtype : str
+        Name of the number type.
+    """
+    rule = derivation.rule(name)
+    if rule is None or name in PAIRS:
+        written = derivation.source(name)
+        return None if written is None else (written, {})
+    arguments, values, shape = rule
+    columns = shape[1] if len(shape) == 2 else 1
+    places: list[tuple[int, ...]] = [divmod(k, columns) if len(shape) == 2 else (k,) for k in range(len(values))]
+    entries = {place: value for place, value in zip(places, values, strict=True) if value != 0}
+    text = added(name, arguments, entries, derivation.parameters)
+    result = {0: "out[0]", 1: "out"}.get(len(shape), "out[0], out[1]" if name == "kinetic_increment" else "out")
+    head = f"out = numpy.zeros({shape or 1}, dtype=numpy.{dtype})"
+    return function(f"{name}({', '.join([*arguments, 'par'])})", head, *text.lines, f"return {result}"), text.tables

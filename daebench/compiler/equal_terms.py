@@ -1,0 +1,165 @@
+"""Sums with many terms of one form as loops over tables of their places, for functions that would be too long written out.
+
+The terms of all values that have the same symbols in them are a *cluster*: the forces between two bodies, say. Clusters that differ in
+their symbols alone, and in the values that they belong to, become one loop, whose body is that of one cluster::
+
+    for row in range(190):
+        s_0 = q[TABLE[row, 0]]
+        ...
+        out[TABLE[row, 6]] += ...
+"""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import sympy as sp
+
+from daebench.compiler import codegen
+from daebench.compiler.derivatives import in_form
+
+FEWEST = 3
+"""Clusters of one form that become a loop; fewer are written out."""
+
+
+class Text(NamedTuple):
+    """Source that reads tables.
+
+    Parameters
+    ----------
+    lines : list of str
+        Lines of a function's body.
+    tables : dict of str to str
+        Sources of the tables, by their names.
+    """
+
+    lines: list[str]
+    tables: dict[str, str]
+
+
+class Cluster(NamedTuple):
+    """Terms with the same symbols.
+
+    Parameters
+    ----------
+    symbols : tuple of Symbol
+        Their symbols.
+    terms : dict of int to list of Expr
+        Terms by the number of the value that they belong to.
+    """
+
+    symbols: tuple[sp.Symbol, ...]
+    terms: dict[int, list[sp.Expr]]
+
+
+def added(
+    name: str,
+    arguments: Mapping[str, Sequence[sp.Symbol]],
+    values: Mapping[tuple[int, ...], sp.Expr],
+    parameters: Sequence[sp.Symbol],
+    target: str = "out",
+) -> Text:
+    """Return lines that add each value to the entry of an array at its place.
+
+    Parameters
+    ----------
+    name : str
+        Name of the function that they are for.
+    arguments : mapping of str to sequence of Symbol
+        Arrays that are indexed, and the symbols that their entries stand for.
+    values : mapping of tuple of int to Expr
+        What is added, by its place in the array: its indices.
+    parameters : sequence of Symbol
+        The problem's parameters, in the order in which ``par`` holds them.
+    target : str
+        Name of the array.
+
+    Raises
+    ------
+    InvalidProblem
+        As :func:`daebench.compiler.codegen.computed`.
+    """
+    whole = [sp.sympify(value) for value in values.values()]
+    codegen.require_smooth(name, whole)
+    entries = {symbol: (array, i) for array, symbols in arguments.items() for i, symbol in enumerate(symbols)}
+    sources = {symbol: f"par[{i}]" for i, symbol in enumerate(parameters)}
+    places, text, rest = list(values), Text([], {}), Cluster((), {})
+    for alike in _alike(_clusters(whole, list(entries))).values():
+        if len(alike) < FEWEST:
+            for cluster in alike:
+                for k, terms in cluster.terms.items():
+                    rest.terms.setdefault(k, []).extend(terms)
+        else:
+            _loop(text, alike, places, entries, sources, target)
+    names = {symbol: f"{array}[{i}]" for symbol, (array, i) in entries.items()} | sources
+    order = sorted(rest.terms)
+    sums = [sp.Add(*rest.terms[k]) for k in order]
+    text.lines.extend(_adding([f"{target}[{', '.join(map(str, places[k]))}]" for k in order], sums, names))
+    return text
+
+
+def _clusters(values: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> list[Cluster]:
+    """Return the terms of sums by the symbols in them."""
+    rank = {symbol: i for i, symbol in enumerate(symbols)}
+    found: dict[frozenset[sp.Symbol | int], Cluster] = {}
+    for k, value in enumerate(values):
+        for term in sp.Add.make_args(value):
+            inside = term.free_symbols & rank.keys()
+            cluster = found.setdefault(frozenset(inside or {k}), Cluster(tuple(sorted(inside, key=rank.__getitem__)), {}))
+            cluster.terms.setdefault(k, []).append(term)
+    return list(found.values())
+
+
+def _alike(clusters: Sequence[Cluster]) -> dict[tuple[sp.Expr, ...], list[Cluster]]:
+    """Return clusters by their form."""
+    forms: dict[tuple[sp.Expr, ...], list[Cluster]] = {}
+    for cluster in clusters:
+        sums = sp.Tuple(*(sp.Add(*terms) for terms in cluster.terms.values()))
+        forms.setdefault(tuple(in_form(sums, cluster.symbols)[0]), []).append(cluster)
+    return forms
+
+
+def _loop(
+    text: Text,
+    alike: Sequence[Cluster],
+    places: Sequence[tuple[int, ...]],
+    entries: Mapping[sp.Symbol, tuple[str, int]],
+    sources: Mapping[sp.Symbol, str],
+    target: str,
+) -> None:
+    """Add a loop over clusters of one form to a text; what does not change from row to row is not in the table."""
+    columns: dict[tuple[int, ...], str] = {}
+
+    def index(numbers: Sequence[int]) -> str:
+        if len(set(numbers)) == 1:
+            return str(numbers[0])
+        return columns.setdefault(tuple(numbers), f"TABLE[row, {len(columns)}]")
+
+    groups: dict[tuple[str, ...], list[Cluster]] = {}
+    for cluster in alike:
+        groups.setdefault(tuple(entries[symbol][0] for symbol in cluster.symbols), []).append(cluster)
+    for arrays, group in groups.items():
+        columns.clear()
+        first = group[0]
+        names = {
+            symbol: f"{arrays[i]}[{index([entries[cluster.symbols[i]][1] for cluster in group])}]" for i, symbol in enumerate(first.symbols)
+        }
+        keys = [list(cluster.terms) for cluster in group]
+        targets = [
+            f"{target}[{', '.join(index([places[key[k]][axis] for key in keys]) for axis in range(len(places[0])))}]"
+            for k in range(len(first.terms))
+        ]
+        body = _adding(targets, [sp.Add(*terms) for terms in first.terms.values()], {**names, **sources})
+        rows = ", ".join(f"[{', '.join(map(str, row))}]" for row in zip(*columns, strict=True))
+        table = f"TABLE_{hashlib.sha256(rows.encode()).hexdigest()[:16]}"
+        if columns:
+            text.tables[table] = f"numpy.array([{rows}])"
+        text.lines.append(f"for row in range({len(group)}):")
+        text.lines.extend(f"    {line.replace('TABLE[row', f'{table}[row')}" for line in body)
+
+
+def _adding(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
+    """Return lines that add a value to each target."""
+    lines = codegen.assignments(targets, values, names)
+    starts = len(lines) - len(targets)
+    return [line if i < starts else line.replace(" = ", " += ", 1) for i, line in enumerate(lines)]
