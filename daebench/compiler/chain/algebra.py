@@ -6,6 +6,7 @@ from functools import cached_property, partial
 from typing import Any
 
 from daebench.compiler.chain.band import Band, Row
+from daebench.compiler.chain.blocks import MOST, Block, pairs
 from daebench.compiler.chain.fields import At, Field, Scalar, combined, made, nothing, weight, zeros
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import at_node
@@ -146,7 +147,8 @@ class ChainLanguage:
         rows = self._lightened_rows(self.G(q))
         if self.chain.m == 1 and rows.entries:
             return self._sum("abs({0} * {1})", "REAL", rows.of.entries, rows.entries)
-        return self.solve(Gram(rows.of, rows), nothing("m", self.chain.c))[1]
+        equations, places, at = self._gram_rows(((Gram(rows.of, rows),),), (nothing("m", self.chain.c),))
+        return Scalar(f"{self._banded(equations, places, pairs(at(0)[0]), 'pivot').name}_pivot", late=True)
 
     def _lightened_rows(self, X: Jacobian) -> Rows:
         self.tracer.node("lightness")
@@ -303,7 +305,8 @@ class ChainLanguage:
         saddle = A[0][0].right.entries is None
         system = self._saddle_rows(A, b) if saddle else self._gram_rows(A, b)
         rows, places, at = system
-        band = self._banded(rows, places)
+        positions = [i for j in range(len(b)) for i in at(j)[1]]
+        band = self._banded(rows, places, [*pairs(positions), *pairs([i for j in range(len(b)) for i in at(j)[0]])])
         solution = tuple(band.unknowns("m", at(j)[0], self.program.stage) for j in range(len(b)))
         if saddle:
             for j, x in enumerate(solution):
@@ -312,12 +315,11 @@ class ChainLanguage:
 
     solve_stages_but_one = solve_stages
 
-    def _banded(self, rows: Sequence[Row], places: Sequence[tuple[int, int, int]]) -> Band:
-        program = self.program
-        band = Band(name=program.name("band"), nodes=self.chain.nodes, rows=rows, places=places)
-        band = replace(band, base=program.reserve(band.columns))
-        program.top.arrays |= band.arrays
-        if not band.tridiagonal:
+    def _banded(self, rows: Sequence[Row], places: Sequence[tuple[int, int, int]], order: Sequence[Block], asked: Any = "") -> Band:
+        program, order = self.program, order if len(rows) <= MOST else ()
+        band = Band(name=program.name("band"), nodes=self.chain.nodes, rows=rows, places=places, order=order, asked=asked)
+        band = replace(band, base=program.reserve(band.columns), scratch=program.scratches(band.scratches))
+        if not (band.tridiagonal or (band.blocks and asked)):
             self.tracer.banded(band.width)
         program.events.append(band)
         return band
@@ -433,7 +435,7 @@ class ChainLanguage:
         b = self.chain.b
         rows = [self._mass_row(i, None, _entry(p, i), lambda t: t, lambda a: a, [(p, 0)]) for i in range(b)]
         places = [(r, side - 1, t) for side in range(3) for r, t in self.nodes.coupled[side]]
-        return self._banded(rows, places).unknowns("d", range(b), self.program.stage)
+        return self._banded(rows, places, pairs(range(b)), "solution").unknowns("d", range(b), self.program.stage)
 
     def no_work(self) -> Scalar:
         """No work."""

@@ -1,9 +1,14 @@
-"""Source of the solution of banded systems, node by node: elimination in a loop up the chain, substitution in one down the chain."""
+"""Source of the solution of banded systems, node by node: elimination in a loop up the chain, substitution in one down the chain.
+
+Rows are not exchanged, which takes half the time and fills half the entries. Where a pivot is small the system is set up again, and solved
+with exchange by ``kernels/band.py``.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from typing import Literal
 
+from daebench.compiler.chain.blocks import Block, Blocks
 from daebench.compiler.chain.fields import At, Field
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.codegen import function
@@ -11,6 +16,9 @@ from daebench.compiler.linear import kernels
 
 Entries = Mapping[tuple[int, int], str]
 """Sources of the entries of a row by place of the node, counted from the present one, and number of the unknown there."""
+
+SMALL = 1e-3
+"""Relative pivots below which rows are exchanged: those above cost three digits of a solution at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,20 +54,34 @@ class Band:
         Equations of a node, as many as it has unknowns, u.
     places : sequence of (int, int, int)
         Number of the row, place of the node and number of the unknown of entries that may not be zero.
+    order : sequence of tuple of int
+        Unknowns in an order in which they can be eliminated without exchange of rows, see :class:`Blocks`; empty if there is none.
+    asked : str
+        What is asked of it: both the solution and the smallest relative pivot, ""; or only the "solution" or the "pivot", of a positive
+        definite matrix, which needs no exchange of rows.
     base : int
-        First column of the slab, shape(n, ...), that it may use.
+        First column of the slab, shape(n, ...), that its unknowns may have.
+    scratch : int
+        First column of the slab for what is not read after its loops.
     """
 
     name: str
     nodes: int
     rows: Sequence[Row]
     places: Sequence[tuple[int, int, int]]
+    order: Sequence[Block] = ()
+    asked: Literal["", "solution", "pivot"] = ""
     base: int = 0
+    scratch: int = 0
     width: int = field(init=False)
+    blocks: Blocks | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         u = self.u
         object.__setattr__(self, "width", max(abs(place * u + unknown - row) for row, place, unknown in self.places) or 1)
+        if self.order and not self.tridiagonal:
+            blocks = Blocks(name=self.name, u=u, places=self.places, order=self.order, judged=self.asked != "solution")
+            object.__setattr__(self, "blocks", blocks)
 
     @property
     def u(self) -> int:
@@ -73,54 +95,75 @@ class Band:
 
     @property
     def columns(self) -> int:
-        """Number of columns of the slab that it uses, from ``base`` on: pivot rows, right sides and unknowns, where they are few."""
-        return 5 if self.tridiagonal else 0
+        """Number of columns of the slab for its unknowns, from ``base`` on."""
+        return self.u
 
     @property
-    def arrays(self) -> dict[str, str]:
-        """Sources of the arrays that it uses, by name."""
-        if self.tridiagonal:
-            return {}
-        b, unknowns, w = self.name, self.nodes * self.u, self.width
-        return {
-            f"{b}_window": f"numpy.empty(({w + 1}, {2 * w + 2}), dtype=DTYPE)",
-            f"{b}_size": f"numpy.empty(({w + 2}, {2 * w + 1}), dtype=REAL)",
-            f"{b}_scale": f"numpy.empty({w + 1}, dtype=REAL)",
-            f"{b}_U": f"numpy.empty(({unknowns}, {2 * w + 2}), dtype=DTYPE)",
-            f"{b}_x": f"numpy.zeros({unknowns + 2 * w}, dtype=DTYPE)",
-        }
+    def scratches(self) -> int:
+        """Number of columns of the slab for what substitution needs, from ``scratch`` on."""
+        if not self.blocks:
+            return 4 if self.tridiagonal else 0
+        return 0 if self.asked == "pivot" else len(self.blocks.kept)
 
     @property
     def begin(self) -> list[str]:
         """Lines before the loop up the chain."""
-        b = self.name
-        return [f"{b}_pivot = INF"] if self.tridiagonal else [f"{b}_rows, {b}_column, {b}_pivot = 0, 0, INF"]
+        return self.blocks.begin if self.blocks else [f"{self.name}_pivot = INF"] if self.tridiagonal else self._emptied
 
     def elimination(self) -> list[Demand]:
-        """Return what the loop up the chain does for each equation."""
-        write = self._one if self.tridiagonal else self._many
-        return [Demand(needs=row.needs, write=partial(write, r)) for r, row in enumerate(self.rows)]
+        """Return what the loop up the chain does for its equations."""
+        if self.blocks:
+            return [Demand(needs=[need for row in self.rows for need in row.needs], write=self._blockwise)]
+        return [Demand(needs=self.rows[0].needs, write=self._one)] if self.tridiagonal else self.set_up()
 
-    def _many(self, r: int, at: At) -> list[str]:
-        b, w, row = self.name, self.width, self.rows[r]
-        lines = [f"for j in range({2 * w + 2}): {b}_window[{b}_rows, j] = 0.0"]
-        for (place, unknown), text in row.entries(at).items():
-            ahead = place * self.u + unknown - r
-            line = f"{b}_window[{b}_rows, {b}_rows + {ahead}] = {text}" if ahead else f"{b}_window[{b}_rows, {b}_rows] = {text}"
-            lines.append(f"if {b}_rows >= {-ahead}: {line}" if ahead < 0 else line)
-        lines.append(f"{b}_window[{b}_rows, {2 * w + 1}] = {row.right(at)}")
-        lines += [f"band{w}_push({b}_window, {b}_size, {b}_scale, {b}_rows)", f"{b}_rows += 1", f"if {b}_rows == {w + 1}:"]
-        return lines + [f"    {line}" for line in self._settled()]
+    def _blockwise(self, at: At) -> list[str]:
+        assert self.blocks is not None
+        lines = self.blocks.elimination([row.entries(at) for row in self.rows], [row.right(at) for row in self.rows])
+        return lines if self.asked == "pivot" else lines + self.blocks.keep(f"slab[k, {self.scratch} + {{i}}]")
 
-    def _settled(self) -> list[str]:
-        b = self.name
-        arrays = f"{b}_window, {b}_size, {b}_scale, {b}_rows, {b}_U, {b}_column, {b}_pivot"
-        return [f"{b}_pivot = band{self.width}_settle({arrays})", f"{b}_rows -= 1", f"{b}_column += 1"]
+    @property
+    def _emptied(self) -> list[str]:
+        return [f"{self.name}_rows = numpy.zeros(({self.nodes * self.u}, {2 * self.width + 2}), dtype=DTYPE)"]
 
-    def _one(self, r: int, at: At) -> list[str]:
+    def set_up(self) -> list[Demand]:
+        """Return what writes its rows into an array, each around its diagonal."""
+
+        def written(r: int) -> Callable[[At], list[str]]:
+            row, last = f"{self.name}_rows[{self.u} * k + {r}", 2 * self.width + 1
+
+            def write(at: At) -> list[str]:
+                entries = self.rows[r].entries(at).items()
+                lines = [f"{row}, {self.width + place * self.u + unknown - r}] = {text}" for (place, unknown), text in entries]
+                return [*lines, f"{row}, {last}] = {self.rows[r].right(at)}"]
+
+            return write
+
+        return [Demand(needs=row.needs, write=written(r)) for r, row in enumerate(self.rows)]
+
+    @property
+    def solution(self) -> list[str]:
+        """Lines that solve the system in the array, with exchange of rows."""
+        b, u = self.name, self.u
+        lines = [f"{b}_x, {b}_pivot = band{self.width}_solve({b}_rows)", f"for k in range({self.nodes}):"]
+        return lines + [f"    slab[k, {self.base + i}] = {b}_x[{u} * k + {i}]" for i in range(u)]
+
+    def again(self, loop: Callable[[Sequence[Demand]], list[str]]) -> list[str]:
+        """Return the lines that solve it with exchange of rows where that is needed, given what makes a loop of demands."""
+        if self.tridiagonal:
+            return []
+        if not self.blocks:
+            return self.solution
+        still = [f"{' = '.join(self.blocks.unknowns)} = ZERO"]
+        if self.asked:
+            return still if self.asked == "solution" else []
+        test = f"{self.name}_exchanged = not {self.name}_pivot >= {SMALL}"
+        lines = [*self._emptied, *loop(self.set_up()), *self.solution]
+        return [test, f"if {self.name}_exchanged:", *(f"    {line}" for line in lines), *still]
+
+    def _one(self, at: At) -> list[str]:
         """Source of the elimination of one column between a pending row and the row that comes, as ``kernels/band.py`` does it."""
         b = self.name
-        entries = self.rows[r].entries(at)
+        entries = self.rows[0].entries(at)
         left, here, right = (entries.get((place, 0), "ZERO") for place in (-1, 0, 1))
         swapped = [
             f"{b}_p, {b}_u, {b}_v, {b}_z, {b}_sp, {b}_su, {b}_sv = {b}_l, {b}_d, {b}_r, {b}_y, abs({b}_l), abs({b}_d), abs({b}_r)",
@@ -131,7 +174,7 @@ class Band:
             f"{b}_o, {b}_q, {b}_e, {b}_g, {b}_sq, {b}_se, {b}_scale = {b}_l, {b}_d, {b}_r, {b}_y, abs({b}_d), abs({b}_r), {b}_new",
         ]
         return [
-            f"{b}_l, {b}_d, {b}_r, {b}_y = {left}, {here}, {right}, {self.rows[r].right(at)}",
+            f"{b}_l, {b}_d, {b}_r, {b}_y = {left}, {here}, {right}, {self.rows[0].right(at)}",
             "if k == 0:",
             f"    {b}_a, {b}_b, {b}_c, {b}_sa, {b}_sb = {b}_d, {b}_r, {b}_y, abs({b}_d), abs({b}_r)",
             f"    {b}_scale = max({b}_sa, {b}_sb)",
@@ -154,49 +197,41 @@ class Band:
             f"if not abs({b}_p) >= {b}_pivot * {b}_sp or {b}_sp == 0.0:",
             f"    {b}_pivot = abs({b}_p) / {b}_sp if {b}_sp > 0.0 else 0.0 * {b}_sp",
             f"{b}_i = 1.0 / {b}_p",
-            *(f"slab[{k}, {self.base + i}] = {b}_{name}" for i, name in enumerate("iuvz")),
+            *(f"slab[{k}, {self.scratch + i}] = {b}_{name}" for i, name in enumerate("iuvz")),
         ]
 
     @property
     def between(self) -> list[str]:
-        """Lines between the loops: what is left is eliminated."""
+        """Lines after the loop up the chain: what is left is eliminated."""
         b = self.name
         if not self.tridiagonal:
-            return [f"while {b}_rows > 0:", *(f"    {line}" for line in self._settled())]
+            return []
         last = f"{b}_p, {b}_u, {b}_v, {b}_z, {b}_sp = {b}_a, ZERO, ZERO, {b}_c, {b}_sa"
         return [last, *self._kept(str(self.nodes - 1)), f"{b}_x1, {b}_x2 = ZERO, ZERO"]
 
     @property
     def substitution(self) -> list[str]:
         """Lines that begin each turn of the loop down the chain: the unknowns of node k."""
-        b, u, w = self.name, self.u, self.width
+        b = self.name
         if self.tridiagonal:
-            i, u_, v, z, x = (f"slab[k, {self.base + i}]" for i in range(5))
-            return [f"{b}_x1, {b}_x2 = ({z} - {u_} * {b}_x1 - {v} * {b}_x2) * {i}, {b}_x1", f"{x} = {b}_x1"]
-        lines = []
-        for r in reversed(range(u)):
-            lines += [f"{b}_t = {b}_U[{u} * k + {r}, {2 * w + 1}]"]
-            lines += [f"for j in range(1, {2 * w + 1}): {b}_t -= {b}_U[{u} * k + {r}, j] * {b}_x[{u} * k + {r} + j]"]
-            lines += [f"{b}_x[{u} * k + {r}] = {b}_t * {b}_U[{u} * k + {r}, 0]"]
-        return lines
+            i, u_, v, z = (f"slab[k, {self.scratch + i}]" for i in range(4))
+            return [f"{b}_x1, {b}_x2 = ({z} - {u_} * {b}_x1 - {v} * {b}_x2) * {i}, {b}_x1", f"slab[k, {self.base}] = {b}_x1"]
+        if not self.blocks or self.asked == "pivot":
+            return []
+        lines = self.blocks.substitution(f"slab[k, {self.scratch} + {{i}}]")
+        lines += [f"slab[k, {self.base + i}] = {name}" for i, name in enumerate(self.blocks.unknowns)]
+        return lines if self.asked else [f"if not {b}_exchanged:", *(f"    {line}" for line in lines)]
 
     def unknowns(self, kind: str, which: Sequence[int], stage: int) -> Field:
         """Return the field of some of the unknowns of each node."""
-        b, u = self.name, self.u
 
         def write(at: At, k: str) -> list[str]:
-            if self.tridiagonal:
-                return [f"slab[{k}, {self.base + 4}]"]
-            return [f"{b}_x[{u} * ({k}) + {i}]" for i in which]
+            return [f"slab[{k}, {self.base + i}]" for i in which]
 
         return Field(kind=kind, width=len(which), stage=stage, needs=(), write=write, ghost=["ZERO"] * len(which))
 
 
 def of_width(width: int) -> dict[str, str]:
-    """Return the sources of the functions of ``kernels/band.py`` for one half-bandwidth, so that their loops have known ends."""
-    arguments = {"push": "window, size, scale, row", "settle": "window, size, scale, rows, U, column, smallest"}
-    constants = {"WIDTH": str(width)}
-    return {
-        f"band{width}_{name}": function(f"band{width}_{name}({given})", *kernels.lines("band", constants, name))
-        for name, given in arguments.items()
-    }
+    """Return the source of ``solve`` of ``kernels/band.py`` for one half-bandwidth, so that its loops have known ends."""
+    name = f"band{width}_solve"
+    return {name: function(f"{name}(system)", *kernels.lines("band", {"WIDTH": str(width)}))}

@@ -32,7 +32,7 @@ class Program:
         self.work: list[int] = []
         self.arguments: Sequence[str] = ()
         if not outer:
-            self.columns, self.arrays, self.numbers = 0, dict[str, str](), count(1)
+            self.columns, self.scratch, self.numbers = 0, (0, 0), count(1)
 
     @property
     def stage(self) -> int:
@@ -47,6 +47,14 @@ class Program:
         """Return the first of so many new columns of the slab."""
         self.top.columns += columns
         return self.top.columns - columns
+
+    def scratches(self, columns: int) -> int:
+        """Return the first of so many columns of the slab that each system may use until it is solved."""
+        first, most = self.top.scratch
+        if columns > most:
+            first = self.reserve(columns)
+            self.top.scratch = first, columns
+        return first
 
     def lines(self) -> list[str]:
         """Return the body: every wish is met in the first loop in which it can be."""
@@ -64,6 +72,7 @@ class Program:
                 continue
             lines += event.begin
             lines += Loop(self.name("f"), self.nodes, [*event.elimination(), *due(number - 1)]).lines() + event.between
+            lines += event.again(self._again)
             fitting: list[Demand] = []
             for wish in [wish for wish in waiting if wish[0].stage <= number]:
                 down = Loop(self.name("f"), self.nodes, [*fitting, wish[0]], up=False)
@@ -72,3 +81,6 @@ class Program:
                     waiting.remove(wish)
             lines += Loop(self.name("f"), self.nodes, fitting, up=False, head=event.substitution).lines()
         return lines + Loop(self.name("f"), self.nodes, [demand for demand, _ in waiting]).lines()
+
+    def _again(self, demands: Sequence[Demand]) -> list[str]:
+        return Loop(self.name("f"), self.nodes, demands).lines()

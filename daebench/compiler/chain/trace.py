@@ -190,7 +190,6 @@ class Tracer:
         self.programs.pop()
         self.linker.work[name] = program.work or [0] * len(self.linker.kinds)
         allocations = [f"slab = numpy.empty(({program.nodes}, {program.columns}), dtype=DTYPE)"] if program.columns else []
-        allocations += [f"{array} = {source}" for array, source in program.arrays.items()]
         del self.linker.emitted[name]
         self._emit(name, arguments, [*allocations, *body, f"return {returned}"])
 
@@ -255,7 +254,7 @@ class Tracer:
     @staticmethod
     def _shared(outer: Program) -> list[str]:
         """Names of what an update shares with the function that calls it."""
-        return ["slab", *outer.arrays, *outer.arguments]
+        return ["slab", *outer.arguments]
 
 
 def _written(signature: str, lines: Sequence[str]) -> str:

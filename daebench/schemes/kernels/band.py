@@ -7,6 +7,9 @@ has the sums of moduli of the terms that each entry was computed from, and ``sca
 
 from typing import Any
 
+from numpy import absolute, empty, zeros
+
+from daebench.schemes.kernels.language import INF
 from daebench.schemes.kernels.sizes import WIDTH
 
 
@@ -68,3 +71,37 @@ def settle(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int, s
         U[column, j] = window[0, j]
     reduce(window, size, scale, rows, U, column)
     return smallest
+
+
+def solve(system: Any) -> Any:
+    """Return the solution of a system, and the smallest relative pivot.
+
+    Row r of the system, shape(n, 2 WIDTH + 2), has the entries from column r - WIDTH to column r + WIDTH, and the right side last.
+    """
+    unknowns = len(system)
+    window = zeros((WIDTH + 2, 2 * WIDTH + 2), dtype=system.dtype)
+    size = absolute(window)
+    scale = size[:, 0].copy()
+    U = empty((unknowns, 2 * WIDTH + 2), dtype=system.dtype)
+    rows, column, smallest = 0, 0, INF
+    for come in range(unknowns + WIDTH):
+        if come < unknowns:
+            for j in range(2 * WIDTH + 2):
+                window[rows, j] = 0.0
+            for j in range(WIDTH - rows, 2 * WIDTH + 1):
+                window[rows, rows - WIDTH + j] = system[come, j]
+            window[rows, 2 * WIDTH + 1] = system[come, 2 * WIDTH + 1]
+            row = rows
+            push(window, size, scale, row)
+            rows += 1
+        if rows > WIDTH or (come >= unknowns - 1 and rows > 0):
+            smallest = settle(window, size, scale, rows, U, column, smallest)
+            rows -= 1
+            column += 1
+    x = zeros(unknowns + 2 * WIDTH, dtype=system.dtype)
+    for come in range(unknowns - 1, -1, -1):
+        t = U[come, 2 * WIDTH + 1]
+        for j in range(1, 2 * WIDTH + 1):
+            t -= U[come, j] * x[come + j]
+        x[come] = t * U[come, 0]
+    return x, smallest
