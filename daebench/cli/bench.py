@@ -16,6 +16,7 @@ Gradients = Annotated[bool, typer.Option("--gradients", help="Time gradients of 
 Ensemble = Annotated[
     bool, typer.Option("--ensemble", help="Time members of an ensemble instead: in lanes, alone, a program in C, heyoka in batches.")
 ]
+Rows = Annotated[bool, typer.Option("--rows", help="Time steps of long chains per link instead, and of a problem in time.")]
 
 STARTS = 3
 """Fresh processes of which the best counts."""
@@ -36,10 +37,11 @@ def bench(
     solvers: Solvers = False,
     gradients: Gradients = False,
     ensemble: Ensemble = False,
+    rows: Rows = False,
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
-    others = {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensemble}
+    others = {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensemble, "--rows": rows}
     if asked := [name for name, wanted in others.items() if wanted]:
         if len(asked) > 1:
             raise BadInput(f"{' and '.join(asked)} are several measurements; ask for one at a time.")
@@ -49,11 +51,11 @@ def bench(
 
     more: dict[str, Any] = {"parameters": pairs("param", param or []), "algebra": algebra, "anyway": anyway}
     ivp = initial_value_problem(problem, case, more["parameters"], algebra=algebra)
-    rows = _steps(problem, ivp, methods, h, steps, repeat, more)
+    measured = _steps(problem, ivp, methods, h, steps, repeat, more)
     if as_json:
-        print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": rows})
+        print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": measured})
         return
-    print_table(COLUMNS, [[cell(row.get(column)) for column in COLUMNS] for row in rows])
+    print_table(COLUMNS, [[cell(row.get(column)) for column in COLUMNS] for row in measured])
 
 
 def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, repeat: int, more: dict[str, Any]) -> list[dict[str, Any]]:

@@ -50,6 +50,18 @@ def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
         print_table(["heyoka, ms a trajectory", *heyoka], [["spherical_pendulum, fig1.2, to t = 100", *map(cell, heyoka.values())]])
 
 
+def rows(steps: int, repeat: int, *, as_json: bool) -> None:
+    """Print what a step takes per link of long chains, and on a problem in time."""
+    from daebench.studies.row_timing import H, measure_rows
+
+    with bar("bench --rows"):
+        measured = measure_rows(steps=steps, repeat=repeat)
+    if as_json:
+        print_json({"h": H, "steps": steps, "repeat": repeat, "rows": measured})
+        return
+    print_table(list(measured[0]), [[cell(value) for value in row.values()] for row in measured])
+
+
 def cell(value: object) -> str:
     """Return a value as it is printed."""
     if value is None:
@@ -58,6 +70,6 @@ def cell(value: object) -> str:
 
 
 MEASUREMENTS: MappingProxyType[str, Callable[..., None]] = MappingProxyType(
-    {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensembles}
+    {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensembles, "--rows": rows}
 )
 """By the option that asks for them."""
