@@ -34,6 +34,8 @@ _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_tw
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
 _PLAIN = ("worst", "total", "no_work", "plus_work")
+FEW = 16
+"""Positions, the time among them, up to which that is done in problems in time: of many it takes long to compile, and gains little."""
 HEADER = """\"\"\"{title}\"\"\"
 
 import numpy
@@ -181,11 +183,17 @@ class Linker:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
             shared = within or bool(self.tracer and not self.scheme)
-            body = decorated(body, () if shared else names, cached, constants, inlined=self.number.width > 0, threaded=self.number.threaded)
+            public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time
+            body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded)
             if shared and not within:
                 body += "".join(self._called_from_python(name, cached) for name in names)
         lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", body, ""])
+
+    @property
+    def _of_few_in_time(self) -> bool:
+        """Whether functions become part of what calls them, so that g, G and H_q at one place share what depends on the time alone."""
+        return bool(self.constants["EXTENDED"]) and self.derivation.d <= FEW
 
     def _called_from_python(self, name: str, cached: bool) -> str:
         """Return the source of a function that calls one which modules share, and takes its name: loops over nodes take long to compile."""
