@@ -44,7 +44,7 @@ class Question:
     t_end : float
         Horizon, s.
     keep : tuple of str
-        What has to be kept, of :data:`daebench.studies.grid.claimed.THINGS`.
+        What has to be kept: "energy", "constraints", "casimirs", "two_form".
     budget : float
         Largest CPU time of a run, s; infinite where none is given.
     starts : int

@@ -40,7 +40,12 @@ def advise(
 
     Each method is run with finer and finer step sizes or tolerances until it reaches the accuracy; one that becomes much dearer than the
     cheapest so far is not followed further. The choice is then run from other starts, over ten times the horizon, with twice the step,
-    and with parameters moved by 20 %. Runs are kept, so that a second question about the same problem takes little time.
+    and with parameters moved by 20 %. Runs are kept, so that a second question about the same problem takes little time::
+
+        >>> import daebench
+        >>> advice = daebench.advise("planar_pendulum", accuracy=1e-3, t_end=2.0, methods=["rattle", "lobatto3"], starts=4)
+        >>> advice.choice.error <= 1e-3, sorted(name for name, kept in advice.kept.items() if kept.kept)
+        (True, ['constraints', 'energy', 'two_form'])
 
     Parameters
     ----------
@@ -81,13 +86,6 @@ def advise(
     ------
     BadInput
         If the question cannot be answered: a number is of no use, no method takes the problem, or the reference is not good enough.
-
-    Examples
-    --------
-    >>> import daebench
-    >>> advice = daebench.advise("planar_pendulum", accuracy=1e-3, t_end=2.0, methods=["rattle", "lobatto3"], starts=4)
-    >>> advice.choice.error <= 1e-3, sorted(name for name, kept in advice.kept.items() if kept.kept)
-    (True, ['constraints', 'energy', 'two_form'])
     """
     ivp = initial_value_problem(problem, case, parameters)
     numbers: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "starts": starts, "seed": seed, "parameters": dict(parameters or {})}
