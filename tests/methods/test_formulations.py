@@ -206,12 +206,12 @@ def test_planted_half_of_the_velocity_constraint_shows_in_the_rows_of_baumgarte(
 def test_planted_wrong_entry_of_a_jacobian_shows_in_its_defect(plant, monkeypatch, array):
     right = residuals.writer
 
-    def wrong(name, inputs, outputs, parameters):
+    def wrong(name, inputs, outputs, *rest):
         if array in outputs:
             matrix = outputs[array].copy()
             matrix[0, 0] += 1
             outputs = {**outputs, array: matrix}
-        return right(name, inputs, outputs, parameters)
+        return right(name, inputs, outputs, *rest)
 
     monkeypatch.setattr(residuals, "writer", wrong)
     assert jacobian_defect(pose(ivp("coupled-rods"), "ode" if array == "E_y" else "ggl")) > 1e-3

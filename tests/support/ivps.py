@@ -77,8 +77,12 @@ LARGEST = ("andrews_squeezer", "butane", "double_wishbone")
 """Those of them that the gate sweeps over a scheme of each kind only."""
 
 
-ALIKE = ("double_wishbone", "four_bar_spring", "rigid_water", "rssr_four_bar", "watt_six_bar")
-"""Problems of a kind that others are of, linkages and molecules: they are swept before a release, and have tests of their own."""
+ALIKE = (
+    *("double_spherical_pendulum", "double_wishbone", "ellipsoid_geodesic", "four_bar", "four_bar_spring", "pendulum_chain"),
+    *("rigid_body_rotation", "rigid_water", "rssr_four_bar", "watt_six_bar"),
+)
+"""Problems of a kind that others are of, pendulums, linkages, surfaces and molecules: they are swept before a release, and have tests of
+their own."""
 
 
 def swept(names=IVPS):
