@@ -16,6 +16,7 @@ from browser import chromium, looks_right, seen  # noqa: F401  defined once: a p
 from ivps import LARGE, LARGEST, ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
+from repeats import PLACES, REPEATS
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -42,7 +43,9 @@ def pytest_collection_modifyitems(items):
     for item in items:
         given = item.callspec.params if hasattr(item, "callspec") else {}
         place, method = given.get("each_ivp"), given.get("method")
-        if (method in MANY_STAGES and place in LARGE) or (method not in (None, *OF_EACH_KIND) and place in LARGEST):
+        if (method in MANY_STAGES and place in LARGE) or (method not in (None, *OF_EACH_KIND) and place in (*LARGEST, *PLACES)):
+            item.add_marker(pytest.mark.exhaustive)
+        if item.nodeid in REPEATS:
             item.add_marker(pytest.mark.exhaustive)
         if item.get_closest_marker("exhaustive"):
             item.add_marker(pytest.mark.slow)  # an exhaustive test is a slow one: the README's command leaves it out

@@ -141,6 +141,7 @@ def test_what_cannot_show_is_said():
         (lambda p, q, h: (p, q), "double_pendulum", {"scheme": "ida:index2"}, "chooses its own steps"),
         (lambda p, q, h: (p, q), "double_pendulum", {"scheme": "strang"}, "flow of the kinetic energy"),
         (lambda p, q, h: p, "double_pendulum", {}, "must return p and q"),
+        (lambda p, q, h: (p, q), "arevalo", {}, "is in time or under forces, for which the faults are not known"),
     ],
 )
 def test_bad_input_is_one_sentence(code, problem, options, message):

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from daebench.diagnostics.freedom import redundant
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -131,6 +132,9 @@ def diagnose(
     ivp = initial_value_problem(problem, case, parameters)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays:
         raise BadInput(f"{ivp.problem} is not what the faults are known for; give a constrained problem with few positions.")
+    if ivp.facts.EXTENDED or redundant(ivp):
+        what = "is in time or under forces" if ivp.facts.EXTENDED else "has redundant constraints"
+        raise BadInput(f"{ivp.problem} {what}, for which the faults are not known; give a problem that is not.")
     code, meant = method_of(ivp, method), method_of(ivp, scheme)
     if not isinstance(code, OutsideMethod):
         raise BadInput(f"{code.name} is a method of daebench; give code from outside, as ./mine.py:step.")
