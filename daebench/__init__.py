@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from daebench.studies.ensemble.result import Ensemble
     from daebench.studies.ensemble.run import ensemble
     from daebench.studies.grid.study import Study
+    from daebench.studies.modes.run import Modes, modes
     from daebench.studies.orders.study import order
     from daebench.studies.step_for.result import StepFor
     from daebench.studies.step_for.run import step_for
@@ -57,6 +58,7 @@ __all__ = [
     "InvalidProblem",
     "KineticFlow",
     "Lift",
+    "Modes",
     "Part",
     "Picture",
     "PoissonCase",
@@ -81,6 +83,7 @@ __all__ = [
     "initial_value_problem",
     "list_methods",
     "list_problems",
+    "modes",
     "order",
     "run",
     "step_for",
@@ -113,6 +116,7 @@ _HOME = {
     "diagnose": "studies.diagnose.verdict",
     "ensemble": "studies.ensemble.run",
     "initial_value_problem": "methods.initial_value_problem",
+    **dict.fromkeys(("Modes", "modes"), "studies.modes.run"),
     "order": "studies.orders.study",
     "step_for": "studies.step_for.run",
     "verify_certificate": "studies.certificate.verify",

@@ -22,6 +22,7 @@ from daebench.cli.export import export
 from daebench.cli.lesson import lesson
 from daebench.cli.listing import listing
 from daebench.cli.long import long
+from daebench.cli.modes import modes
 from daebench.cli.order import order
 from daebench.cli.precision import precision
 from daebench.cli.reference import app as reference
@@ -63,6 +64,7 @@ for command in (
     compare,
     order,
     check,
+    modes,
     diagnose,
     certify,
     precision,

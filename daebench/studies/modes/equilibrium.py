@@ -1,0 +1,96 @@
+"""A stable position of rest of a constrained system, sought from the positions of a case."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from daebench.errors import BadInput
+from daebench.runs.ivp import Array, ConstrainedIvp
+
+ITERATIONS = 500
+"""Of the descent of the potential energy on the manifold."""
+
+POLISHED = 12
+"""Steps of Newton's method after it."""
+
+AT_REST = 1e-9
+"""Force and g that may be left, in parts of the largest force of the constraints or of H_q; more is no equilibrium."""
+
+ESCAPED = 1e6
+"""Positions so many times as large as those of the case have left for infinity."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A position of rest.
+
+    Parameters
+    ----------
+    q : ndarray, shape(d,)
+        Positions.
+    lam : ndarray, shape(m,)
+        Multipliers, with H_q + G^T lam = 0.
+    residual : float
+        Largest modulus of what is left of H_q + G^T lam and g.
+    """
+
+    q: Array
+    lam: Array
+    residual: float
+
+
+def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
+    """Return a position of rest that a descent of H(0, q) on the manifold leads to from the case, polished by Newton's method.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem; its initial positions are the beginning of the search.
+
+    Raises
+    ------
+    BadInput
+        If there is none where the descent ends, or a body at rest does not stay at rest there.
+    """
+    from scipy.optimize import minimize
+
+    zero = np.zeros(ivp.d)
+    with np.errstate(all="ignore"):
+        found = minimize(
+            lambda q: float(ivp.value("H", zero, q)),
+            ivp.q0,
+            jac=lambda q: np.array(ivp.value("H_q", zero, q), dtype=float),
+            constraints=[{"type": "eq", "fun": lambda q: ivp.value("g", q), "jac": lambda q: ivp.value("G", q)}],
+            method="SLSQP",
+            options={"maxiter": ITERATIONS, "ftol": 1e-14},
+        ).x
+        rest = _polished(ivp, np.asarray(found, dtype=float))
+    size = 1.0 + float(np.max(np.abs(ivp.q0)))
+    speed = float(np.max(np.abs(ivp.value("H_p", zero, rest.q)))) if np.all(np.isfinite(rest.q)) else np.inf
+    scale = max(float(np.max(np.abs(ivp.value("H_q", zero, rest.q)))), 1.0) if np.all(np.isfinite(rest.q)) else 1.0
+    if not np.max(np.abs(rest.q)) < ESCAPED * size or not rest.residual <= AT_REST * scale or not speed <= AT_REST:
+        raise BadInput(
+            f"{ivp.problem}, case {ivp.case}, has no position of rest where its potential energy leads to from its start; "
+            "give another case, or parameters with which it has one."
+        )
+    return rest
+
+
+def _polished(ivp: ConstrainedIvp, q: Array) -> Equilibrium:
+    """Return the position that Newton's method leads to: steps of least norm, for positions of rest may be many."""
+    zero = np.zeros(ivp.d)
+    lam = np.linalg.lstsq(ivp.value("G", q).T, -ivp.value("H_q", zero, q), rcond=None)[0]
+    for k in range(POLISHED + 1):
+        G = ivp.value("G", q)
+        left = np.concatenate([ivp.value("H_q", zero, q) + G.T @ lam, ivp.value("g", q)])
+        if k == POLISHED or not np.all(np.isfinite(left)):
+            break
+        K = stiffness(ivp, q, lam)
+        change = np.linalg.lstsq(np.block([[K, G.T], [G, np.zeros((ivp.m, ivp.m))]]), -left, rcond=1e-12)[0]
+        q, lam = q + change[: ivp.d], lam + change[ivp.d :]
+    return Equilibrium(q, lam, float(np.max(np.abs(left))) if np.all(np.isfinite(left)) else np.inf)
+
+
+def stiffness(ivp: ConstrainedIvp, q: Array, lam: Array) -> Array:
+    """Return H_qq + sum lam_i g_i'' at rest, shape(d, d)."""
+    return np.asarray(ivp.value("H_qq", np.zeros(ivp.d), q) + ivp.value("curvature", q, lam), dtype=float)

@@ -1,0 +1,151 @@
+"""``daebench.modes``: what the constraints do to small oscillations, formulation by formulation."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.errors import BadInput, positive
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
+from daebench.studies.modes.spectrum import Linear, Spectra, natural, spectra, zeros
+from daebench.studies.modes.usable import METHODS, usable_steps
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import InitialValueProblem
+    from daebench.systems.constrained import ConstrainedHamiltonian
+
+BAUMGARTE = 10.0
+"""alpha and beta where none are given, 1/s, as of ``ida:baumgarte``."""
+
+STIFFER = 1e4
+"""The penalty's stiffness where none is given makes its slowest frequency about a hundred times the fastest natural one."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Small oscillations about a position of rest.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem.
+    rest : Equilibrium
+        The position of rest.
+    squares : ndarray, shape(n,)
+        Squares of the natural frequencies, 1/s^2, in ascending order; a negative one grows, and one that is zero is a free direction.
+    shapes : ndarray, shape(n, d)
+        dq of each, largest entry 1.
+    spectra : mapping of str to ndarray
+        Eigenvalues of each formulation, 1/s.
+    alpha, beta, stiff : float
+        Baumgarte's numbers, 1/s, and the stiffness of the penalty.
+    steps : mapping of str to float
+        Largest step size with which nothing grows, s, by method.
+    """
+
+    ivp: ConstrainedIvp
+    rest: Equilibrium
+    squares: Array
+    shapes: Array
+    spectra: Spectra
+    alpha: float
+    beta: float
+    stiff: float
+    steps: Mapping[str, float]
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies, rad/s: imaginary parts of the eigenvalues; 0 where the square is not positive."""
+        return np.sqrt(np.maximum(self.squares, 0.0))
+
+    def summary(self) -> dict[str, Any]:
+        """Return what was found, for JSON."""
+        about = {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters)}
+        formulations = {
+            name: {
+                "eigenvalues": [[float(x.real), float(x.imag)] for x in found],
+                "zeros": zeros(found),
+                "largest_real": float(np.max(found.real, initial=0.0)),
+                "fastest": float(np.max(np.abs(found), initial=0.0)),
+            }
+            for name, found in self.spectra.items()
+        }
+        return about | {
+            "q": self.rest.q,
+            "lam": self.rest.lam,
+            "residual": self.rest.residual,
+            "frequencies": self.frequencies,
+            "squares": self.squares,
+            "shapes": self.shapes,
+            "formulations": formulations,
+            "alpha": self.alpha,
+            "beta": self.beta,
+            "stiff": self.stiff,
+            "steps": {name: None if h == float("inf") else h for name, h in self.steps.items()},
+        }
+
+
+def modes(
+    problem: "str | ConstrainedHamiltonian | InitialValueProblem",
+    *,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    alpha: float | None = None,
+    beta: float | None = None,
+    stiff: float | None = None,
+    methods: Sequence[str] = METHODS,
+) -> Modes:
+    """Return natural frequencies at a position of rest, the spectrum of each formulation there, and the usable steps of schemes.
+
+    The position is found by a descent of the potential energy on the manifold. The spectrum of index 3 and of GGL has the natural
+    frequencies alone. Index 2 has m zeros besides, index 1 and the reduced ODE 2 m: these are the directions in which they drift.
+    Baumgarte's stabilisation moves each pair to the roots of s^2 + 2 alpha s + beta^2, and a penalty makes fast oscillations of it::
+
+        >>> import daebench
+        >>> found = daebench.modes("planar_pendulum", parameters={"gravity": 4.0}, methods=["rattle"])
+        >>> [float(round(x, 9)) for x in found.frequencies], round(found.steps["rattle"], 3)
+        ([2.0], 1.0)
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
+    case : str, optional
+        Named initial values, from which the search begins; by default the problem's first.
+    parameters : mapping of str to float, optional
+        Values of the problem's parameters.
+    alpha, beta : float, optional
+        Of Baumgarte's stabilisation, 1/s; by default both 10, as in ``ida:baumgarte``.
+    stiff : float, optional
+        Stiffness k of the penalty k |g|^2 / 2; by default one that makes oscillations a hundred times as fast as the fastest natural one.
+    methods : sequence of str
+        Fixed-step methods whose usable step is looked for.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    BadInput
+        If there is no such position, the problem is in time or under forces, is a Poisson system, or is held as arrays.
+    """
+    ivp = initial_value_problem(problem, case, parameters, consistent=False)
+    if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED:
+        what = "a Poisson system" if not isinstance(ivp, ConstrainedIvp) else "held as arrays" if ivp.arrays else "in time or under forces"
+        raise BadInput(f"modes are of constrained problems with constant energy and few positions, and {ivp.problem} is {what}.")
+    for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
+        if value is not None:
+            positive(name, value)
+    rest = equilibrium(ivp)
+    system = Linear.at(ivp, rest)
+    squares, shapes = natural(system)
+    fastest = float(np.sqrt(np.max(np.abs(squares), initial=0.0))) or 1.0
+    alpha, beta = alpha or BAUMGARTE, beta or BAUMGARTE
+    least = float(np.min(np.linalg.eigvalsh(system.G @ system.H_pp @ system.G.T)))
+    stiff = stiff or STIFFER * fastest**2 / least
+    found = spectra(system, alpha=alpha, beta=beta, stiff=stiff)
+    return Modes(ivp, rest, squares, shapes, found, alpha, beta, stiff, usable_steps(ivp, rest.q, fastest, methods))

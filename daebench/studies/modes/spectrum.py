@@ -1,0 +1,133 @@
+"""The linearisation at rest of each formulation, as a matrix on the states that its own constraints leave, and its eigenvalues.
+
+With p = dp, q = q* + dq and lam = lam* + dlam the motion near rest is::
+
+    dq' = H_pp dp + H_pq dq,    dp' = -H_qp dp - K dq - G^T dlam,    K = H_qq + sum lam_i g_i''
+
+Index 3 asks for G dq = 0, of which the hidden constraint G dq' = 0 follows, index 2 for G dq' = 0 alone, index 1 for G dq'' = 0 alone. What
+is not asked for is a direction in which a run drifts: an eigenvalue 0.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.studies.modes.equilibrium import Equilibrium, stiffness
+
+DEPENDENT = 1e-10
+"""Part of the largest singular value below which one is zero."""
+
+ZERO = 1e-5
+"""Eigenvalues of at most this part of the largest are zeros of the drift: two in one place come out as the square root of round-off."""
+
+Spectra = Mapping[str, NDArray[np.complex128]]
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The system at rest.
+
+    Parameters
+    ----------
+    H_pp, H_pq, K : ndarray, shape(d, d)
+        Second derivatives of H, and of H + lam^T g by q.
+    G : ndarray, shape(m, d)
+        Derivative of the constraints.
+    """
+
+    H_pp: Array
+    H_pq: Array
+    K: Array
+    G: Array
+
+    @classmethod
+    def at(cls, ivp: ConstrainedIvp, rest: Equilibrium) -> "Linear":
+        """Return it at an equilibrium."""
+        state = np.zeros(ivp.d), rest.q
+        H_pp, H_pq = (np.array(ivp.value(name, *state), dtype=float) for name in ("H_pp", "H_pq"))
+        return cls(H_pp, H_pq, stiffness(ivp, rest.q, rest.lam), np.array(ivp.value("G", rest.q), dtype=float))
+
+    @property
+    def velocity(self) -> Array:
+        """The matrix of dq' by (dp, dq)."""
+        return np.hstack([self.H_pp, self.H_pq])
+
+    def field(self, *, alpha: float = 0.0, beta: float = 0.0, stiff: float = 0.0) -> Array:
+        """Return the matrix of (dp', dq') by (dp, dq) where dlam is such that G dq'' + 2 alpha G dq' + beta^2 G dq = 0.
+
+        With ``stiff`` there is no multiplier, and the potential energy has stiff |g|^2 / 2 more.
+        """
+        d, G = len(self.K), self.G
+        force = np.hstack([-self.H_pq.T, -self.K])
+        if stiff:
+            force[:, d:] -= stiff * G.T @ G
+            return np.vstack([force, self.velocity])
+        accelerated = G @ (self.H_pp @ force + self.H_pq @ self.velocity)
+        accelerated += 2 * alpha * G @ self.velocity + beta**2 * np.hstack([np.zeros_like(G), G])
+        S = G @ self.H_pp @ G.T
+        dlam = np.linalg.lstsq(S, accelerated, rcond=DEPENDENT)[0]
+        return np.vstack([force - G.T @ dlam, self.velocity])
+
+    def left_by(self, *rows: Array) -> Array:
+        """Return an orthonormal basis of the states (dp, dq) that some rows leave, its vectors as columns."""
+        matrix = np.vstack(rows)
+        _, singular, directions = np.linalg.svd(matrix)
+        return np.asarray(directions[int(np.sum(singular > DEPENDENT * singular[0])) :].T)
+
+
+def spectra(system: Linear, *, alpha: float, beta: float, stiff: float) -> Spectra:
+    """Return the eigenvalues of each formulation, 1/s, those with the largest modulus first.
+
+    Parameters
+    ----------
+    system : Linear
+        The system at rest.
+    alpha, beta : float
+        Of Baumgarte's stabilisation, 1/s.
+    stiff : float
+        Stiffness of the penalty in place of the constraints.
+    """
+    G0 = np.hstack([np.zeros_like(system.G), system.G])
+    hidden = system.G @ system.velocity
+    free, index2 = system.left_by(G0, hidden), system.left_by(hidden)
+    everything = np.eye(2 * len(system.K))
+    ode, stabilised = system.field(), system.field(alpha=alpha, beta=beta)
+    matrices = {
+        "index3": (ode, free),
+        "index2": (ode, index2),
+        "index1": (ode, everything),
+        "ggl": (ode, free),
+        "ode": (ode, everything),
+        "baumgarte": (stabilised, everything),
+        "penalty": (system.field(stiff=stiff), everything),
+    }
+    return {name: _eigenvalues(matrix, basis) for name, (matrix, basis) in matrices.items()}
+
+
+def _eigenvalues(matrix: Array, basis: Array) -> NDArray[np.complex128]:
+    found = np.linalg.eigvals(basis.T @ matrix @ basis).astype(complex)
+    return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
+
+
+def zeros(eigenvalues: NDArray[np.complex128]) -> int:
+    """Return how many eigenvalues are zero."""
+    moduli = np.abs(eigenvalues)
+    return int(np.sum(moduli <= ZERO * max(float(np.max(moduli, initial=0.0)), np.finfo(float).tiny)))
+
+
+def natural(system: Linear) -> tuple[Array, Array]:
+    """Return the squares of natural frequencies, 1/s^2, in ascending order, and the shapes dq of the modes as rows, largest entry 1.
+
+    They are the stationary values of dq^T K dq / dq^T M dq over the directions dq with G dq = 0, by a symmetric eigenvalue problem in
+    positions of unit mass, so that equal and nearly equal ones are as accurate as others.
+    """
+    root = np.linalg.cholesky(system.H_pp)  # dq = root x has unit mass in x
+    _, singular, directions = np.linalg.svd(system.G @ root)
+    free = directions[int(np.sum(singular > DEPENDENT * singular[0])) :].T
+    squares, vectors = np.linalg.eigh(free.T @ root.T @ system.K @ root @ free)
+    shapes = (root @ free @ vectors).T
+    largest = shapes[np.arange(len(shapes)), np.argmax(np.abs(shapes), axis=1)]
+    return squares, shapes / largest[:, None]

@@ -1,0 +1,114 @@
+"""Small oscillations against closed forms, linearised equations of IDA's own residuals, and the known limits of steps."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.linalg import eig, eigh
+
+import daebench
+from daebench.errors import BadInput
+from daebench.methods.formulations.constrained import pose
+from daebench.studies.modes.equilibrium import equilibrium
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+
+
+def chain_frequencies(masses, lengths, gravity):
+    """Return the natural frequencies of a plane chain of rods without mass that hangs, in angles: M_ij = m l_i l_j, K_ii = m l_i g."""
+    below = np.cumsum(masses[::-1])[::-1]
+    n = len(masses)
+    M = np.array([[below[max(i, j)] * lengths[i] * lengths[j] for j in range(n)] for i in range(n)])
+    return np.sqrt(eigh(np.diag(below * lengths * gravity), M, eigvals_only=True))
+
+
+@pytest.mark.parametrize("parameters", [{}, {"mass": 2.5, "length": 0.7, "gravity": 3.0}])
+def test_frequencies_of_pendulums_are_their_closed_forms(parameters):
+    planar = daebench.modes("planar_pendulum", parameters=parameters, methods=())
+    at = planar.ivp.parameters
+    expected = np.sqrt(at["gravity"] / at["length"])
+    assert planar.frequencies == pytest.approx([expected], rel=1e-12)
+    assert planar.rest.q == pytest.approx([0, -at["length"]], abs=1e-9)
+    assert planar.rest.lam == pytest.approx([at["mass"] * at["gravity"] / (2 * at["length"])], rel=1e-9)
+    spherical = daebench.modes("spherical_pendulum", parameters=parameters, methods=())
+    at = spherical.ivp.parameters
+    assert spherical.frequencies == pytest.approx([np.sqrt(at["gravity"] / at["length"])] * 2, rel=1e-12)
+
+
+def test_frequencies_of_a_double_pendulum_and_of_a_chain_are_those_in_angles():
+    double = daebench.modes("double_pendulum", parameters={"mass1": 2.0, "mass2": 0.3, "length1": 0.5, "length2": 1.7}, methods=())
+    at = double.ivp.parameters
+    expected = chain_frequencies([at["mass1"], at["mass2"]], [at["length1"], at["length2"]], at["gravity"])
+    assert double.frequencies == pytest.approx(expected, rel=1e-11)
+    chain = daebench.modes("pendulum_chain", parameters={"links": 5}, methods=())
+    at = chain.ivp.parameters
+    expected = chain_frequencies([at["mass"]] * 5, [at["length"]] * 5, at["gravity"])
+    assert chain.frequencies == pytest.approx(expected, rel=1e-11)
+
+
+def test_formulations_have_the_zeros_of_their_drift_and_baumgarte_has_its_roots():
+    found = daebench.modes("double_pendulum", alpha=3.0, beta=5.0, stiff=1e8, methods=())
+    m, frequencies = found.ivp.m, found.frequencies
+    counted = {name: row["zeros"] for name, row in found.summary()["formulations"].items()}
+    assert counted == {"index3": 0, "index2": m, "index1": 2 * m, "ggl": 0, "ode": 2 * m, "baumgarte": 0, "penalty": 0}
+    for name in ("index3", "index2", "index1", "ggl", "ode", "baumgarte"):
+        for w in frequencies:
+            assert np.min(np.abs(found.spectra[name] - 1j * w)) < 1e-9 * w
+    roots = np.roots([1, 6, 25])
+    others = [x for x in found.spectra["baumgarte"] if np.min(np.abs(x - 1j * np.concatenate([frequencies, -frequencies]))) > 1e-6]
+    assert len(others) == 2 * m
+    assert max(np.min(np.abs(x - roots)) for x in others) < 1e-6
+    slow = np.sort(np.abs(found.spectra["penalty"].imag))[: 2 * len(frequencies) : 2]
+    assert slow == pytest.approx(frequencies, rel=1e-3)  # off by a share 1/stiff of the rods' own softness
+
+
+@pytest.mark.parametrize("name", ["index3", "index2", "index1", "ggl", "baumgarte"])
+def test_eigenvalues_are_those_of_the_equations_that_ida_is_given(name):
+    """The pencil of dF/dy and dF/dy' has them and, of what is algebraic, infinite ones, which round-off makes large."""
+    found = daebench.modes("double_pendulum", methods=())
+    ivp = daebench.initial_value_problem("double_pendulum", q0=found.rest.q, p0=np.zeros(found.ivp.d))
+    dae = pose(ivp, name)
+    y = np.asarray(dae.y0, dtype=float)
+
+    def jacobian(cj):
+        J = np.zeros((len(y), len(y)))
+        dae.jacobian(0.0, y, np.zeros_like(y), np.empty_like(y), cj, J, dae.par)
+        return J
+
+    A, E = jacobian(0.0), jacobian(1.0) - jacobian(0.0)
+    values = eig(-A, E, right=False)
+    expected = found.spectra[name]
+    near = values[np.isfinite(values) & (np.abs(values) < 1e3)]
+    for x in expected:
+        assert np.min(np.abs(near - x)) < 1e-5 * max(1.0, abs(x))
+
+
+def test_limits_of_steps_are_those_of_the_oscillator():
+    """RATTLE and symplectic Euler: h w < 2; the classical Runge-Kutta method, whose |R(i x)| <= 1 up to sqrt 8; Gauss has none."""
+    found = daebench.modes("planar_pendulum", parameters={"gravity": 9.0}, methods=("rattle", "symplectic_euler", "rk4", "local:gauss2"))
+    w = found.frequencies[-1]
+    assert found.steps["rattle"] * w == pytest.approx(2, rel=1e-4)
+    assert found.steps["symplectic_euler"] * w == pytest.approx(2, rel=1e-4)
+    assert found.steps["rk4"] * w == pytest.approx(np.sqrt(8), rel=1e-3)
+    assert found.steps["local:gauss2"] == np.inf
+
+
+def without_rest():
+    """Return a bead on a slope that has no end."""
+    x, y, px, py = sp.symbols("x y px py", real=True)
+    cases = {"sliding": Case(q=(0, 0), p=(0, 0))}
+    return ConstrainedHamiltonian(q=(x, y), p=(px, py), M=sp.eye(2), U=x, g=[y - x / 2], cases=cases)
+
+
+def test_a_problem_without_a_position_of_rest_and_others_are_refused():
+    with pytest.raises(BadInput, match="has no position of rest"):
+        daebench.modes(without_rest())
+    with pytest.raises(BadInput, match="is a Poisson system"):
+        daebench.modes("lotka_volterra")
+    with pytest.raises(BadInput, match="is in time or under forces"):
+        daebench.modes("car_axis")
+
+
+def test_free_directions_are_zeros_and_the_start_need_not_be_at_rest():
+    found = daebench.modes("torus", methods=())
+    assert found.rest.residual < 1e-9
+    again = equilibrium(found.ivp)
+    assert np.array_equal(again.q, found.rest.q)
