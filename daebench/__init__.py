@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from daebench.runs.trajectory import PoissonTrajectory, Trajectory
     from daebench.studies.advise.advice import Advice
     from daebench.studies.advise.run import advise
+    from daebench.studies.baumgarte.run import BaumgarteMap, baumgarte
     from daebench.studies.certificate.verify import verify_certificate
     from daebench.studies.chaos.result import Chaos
     from daebench.studies.chaos.run import chaos
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Advice",
     "BadInput",
+    "BaumgarteMap",
     "Case",
     "Chaos",
     "Chart",
@@ -72,6 +74,7 @@ __all__ = [
     "advise",
     "animation",
     "as_poisson",
+    "baumgarte",
     "certify",
     "chaos",
     "check",
@@ -116,6 +119,7 @@ _HOME = {
     "diagnose": "studies.diagnose.verdict",
     "ensemble": "studies.ensemble.run",
     "initial_value_problem": "methods.initial_value_problem",
+    **dict.fromkeys(("BaumgarteMap", "baumgarte"), "studies.baumgarte.run"),
     **dict.fromkeys(("Modes", "modes"), "studies.modes.run"),
     "order": "studies.orders.study",
     "step_for": "studies.step_for.run",

@@ -9,6 +9,7 @@ import typer
 from daebench.cli.advise import advise
 from daebench.cli.animate import animate
 from daebench.cli.archive import archive
+from daebench.cli.baumgarte import baumgarte
 from daebench.cli.bench import bench
 from daebench.cli.certificate import app as certificate
 from daebench.cli.certify import certify
@@ -65,6 +66,7 @@ for command in (
     order,
     check,
     modes,
+    baumgarte,
     diagnose,
     certify,
     precision,

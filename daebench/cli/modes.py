@@ -34,8 +34,8 @@ def modes(
 
     The position is where a descent of the potential energy leads to from the case. Zeros are the directions in which a formulation drifts.
     """
-    from daebench.studies.modes.run import METHODS
     from daebench.studies.modes.run import modes as made
+    from daebench.studies.modes.usable import METHODS
 
     folder = Folder(out, "daebench modes", (TABLE,))
     folder.check(overwrite=overwrite)

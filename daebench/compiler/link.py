@@ -59,7 +59,7 @@ class Options:
     compiled : bool
         Whether functions are handed to numba; otherwise they run as they are.
     form : str
-        Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff", "baumgarte" or "darboux".
+        Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff", "soft", "baumgarte" or "darboux".
     stages : int
         Number of stages of the scheme.
     composed, compensated : bool

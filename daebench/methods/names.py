@@ -8,7 +8,7 @@
     solver      = "ida" | "cvode" | "scipy" | "heyoka" | "solve_dae"
     variant     = formulation [ ":" treatment ] for ida, else the solver's own method on the index-reduced ODE; "bdf:projected" for cvode
     treatment   = "derivative" | "atol" | "none" | "suppress"     how multipliers enter IDA's error test
-    form        = "local" | "stiff" | "baumgarte"     the form of the system that the scheme is run on
+    form        = "local" | "stiff" | "soft" | "baumgarte"     the form of the system that the scheme is run on
     scheme      = "rattle" | "lobatto3" | ...         any scheme in daebench/schemes
     composition = "suzuki4" | "kahan_li8" | ...       of a symmetric scheme of order 2
     projection  = "proj" | "symproj"                  after each step
@@ -69,7 +69,7 @@ def parse(
     name : str or callable
         A name in the grammar above, or code from outside, see :func:`daebench.methods.outside.callables.method_of_callable`.
     options : mapping of str to float, optional
-        Free numbers of the method: alpha and beta of ida:baumgarte, eps of stiff:, rho_inf of generalized_alpha, ...
+        Free numbers of the method: alpha and beta of ida:baumgarte, eps of stiff:, impedance of soft:, rho_inf of generalized_alpha, ...
     kind : Kind
         :data:`CONSTRAINED` or :data:`POISSON`.
     compensated : bool

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from daebench.errors import positive
+from daebench.errors import BadInput, positive
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp
@@ -37,18 +37,28 @@ class Form:
         What it is.
     options : mapping of str to float
         Free numbers and their defaults; all must be greater than 0.
+    most : mapping of str to float
+        Largest value of such a number, where there is one.
+    instead : str
+        What a run approximates in place of the constrained motion, as a sentence says it; "" where it is that.
     enter, leave : callable
         ``enter(ivp)`` returns the map from (p, q) to what a scheme computes in, ``leave(ivp)`` the map back.
     """
 
     about: str
     options: Mapping[str, float] = field(default_factory=dict)
+    most: Mapping[str, float] = field(default_factory=dict)
+    instead: str = ""
     enter: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
     leave: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
 
     def numbers(self, options: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the free numbers, as kernels take them; raise :class:`BadInput` where one is not greater than 0."""
-        return tuple(positive(name, options.get(name, default)) for name, default in self.options.items())
+        """Return the free numbers, as kernels take them; raise :class:`BadInput` where one is not greater than 0, or too large."""
+        given = {name: positive(name, options.get(name, default)) for name, default in self.options.items()}
+        for name, most in self.most.items():
+            if given[name] > most:
+                raise BadInput(f"{name} = {given[name]:g} must be at most {most:g}.")
+        return tuple(given.values())
 
 
 OWN = Form("the system that a scheme is made for")
@@ -56,8 +66,18 @@ OWN = Form("the system that a scheme is made for")
 
 FORMS: Mapping[str, Form] = {
     "baumgarte": Form("(1.18) with (1.12) + 2 alpha G H_p + beta^2 g = 0 in place of (1.12)", {"alpha": 10.0, "beta": 10.0}),
-    "stiff": Form("no constraint, but g^T g / (2 eps^2) added to H", {"eps": 1e-3}),
-    "local": Form("local coordinates y of the manifold, HLW (2.22): y' = B(y) grad K(y)", {}, _enter, _leave),
+    "stiff": Form(
+        "no constraint, but g^T g / (2 eps^2) added to H",
+        {"eps": 1e-3},
+        instead="that of the penalised system, whose motion differs from the constrained one by eps^2",
+    ),
+    "soft": Form(
+        "g'' = (1 - r) a - r (c g' + k g), as in physics engines: stiffness k, damping c, impedance r; a = g'' without lam",
+        {"stiffness": 1e4, "damping": 200.0, "impedance": 0.9},
+        most={"impedance": 1.0},
+        instead="that of soft constraints, whose motion differs from the constrained one by (1/impedance - 1)/stiffness",
+    ),
+    "local": Form("local coordinates y of the manifold, HLW (2.22): y' = B(y) grad K(y)", enter=_enter, leave=_leave),
 }
 """The forms of constrained problems by name."""
 

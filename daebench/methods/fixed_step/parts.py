@@ -85,9 +85,9 @@ class Parts:
         if (self.composition or self.projection == "symproj") and base.keeps_g and not base.keeps_Gv:
             part = f"/{self.composition}" if self.composition else "+symproj"
             return f"{self.base} lets its momenta leave the manifold, where its steps do not fit together; leave out {part}."
-        if self.projection and (multistep or base.on_manifold or self.form == "stiff"):
+        if self.projection and (multistep or base.on_manifold or self.system.instead):
             why = "has a memory that a projection would contradict" if multistep else "stays on the manifold by itself"
-            why = "solves a system that has no constraints" if self.form == "stiff" else why
+            why = "does not follow the motion on the manifold" if self.system.instead else why
             return f"{self.base} {why}; leave out +{self.projection}."
         if self.projection == "symproj" and self.composition:
             return f"+symproj is not offered for a composition; use {self.base}+symproj or {self.base}/{self.composition}+proj."

@@ -102,8 +102,8 @@ class PoissonClaims:
 
 
 def on_form(claims: Claims, form: str) -> Claims:
-    """Return the claims of a scheme on a form of the system: "" is (1.18), others are "local", "stiff" and "baumgarte"."""
-    if form == "baumgarte":
+    """Return the claims of a scheme on a form of the system: "" is (1.18), others are "local", "stiff", "soft" and "baumgarte"."""
+    if form in ("baumgarte", "soft"):
         return replace(claims, symmetric=False, symplectic=False, system=form)
     if form == "stiff":
         return replace(claims, symplectic=claims.canonical, system=form)

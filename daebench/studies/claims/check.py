@@ -162,8 +162,8 @@ def order_finding(
     """
     claimed, missing = claimed_order(method), float("nan")
     least = missing if claimed is None else claimed - SLACK
-    if isinstance(method, FixedStep) and method.form == "stiff":
-        note = "it is that of the penalised system, whose motion differs from the constrained one by eps^2 whatever h is."
+    if isinstance(method, FixedStep) and (instead := method.system.instead):
+        note = f"it is {instead} whatever h is."
         return Finding("order", claimed, missing, missing, NOT_APPLICABLE, note=note), ()
     try:
         studied = study(ivp, [method], halvings=halvings, counts=counts, began=began).series

@@ -55,12 +55,13 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     from scipy.optimize import minimize
 
     zero = np.zeros(ivp.d)
+    on_manifold = {"type": "eq", "fun": lambda q: ivp.value("g", q), "jac": lambda q: ivp.value("G", q)}
     with np.errstate(all="ignore"):
-        found = minimize(
+        found = minimize(  # type: ignore[call-overload]  # its stubs want to know the rank of arrays
             lambda q: float(ivp.value("H", zero, q)),
             ivp.q0,
             jac=lambda q: np.array(ivp.value("H_q", zero, q), dtype=float),
-            constraints=[{"type": "eq", "fun": lambda q: ivp.value("g", q), "jac": lambda q: ivp.value("G", q)}],
+            constraints=[on_manifold],
             method="SLSQP",
             options={"maxiter": ITERATIONS, "ftol": 1e-14},
         ).x

@@ -43,7 +43,7 @@ class Modes:
     alpha, beta, stiff : float
         Baumgarte's numbers, 1/s, and the stiffness of the penalty.
     steps : mapping of str to float
-        Largest step size with which nothing grows, s, by method.
+        Largest step size that can be made and with which nothing grows, s, by method.
     """
 
     ivp: ConstrainedIvp

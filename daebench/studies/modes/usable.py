@@ -1,4 +1,4 @@
-"""The largest step of a scheme at rest: up to where no small oscillation grows, by the derivative of one step.
+"""The largest step of a scheme at rest: up to where no small oscillation grows and the step can be made, by its derivative.
 
 The derivative is by central differences: at rest Newton's iteration has converged before it begins, and would not carry a complex step.
 """

@@ -1,0 +1,320 @@
+"""``daebench.baumgarte``: what stabilised constraints do to energy, constraints and cost, and where they become unstable."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.energy_verdict import energy_verdict
+from daebench.errors import BadInput, positive
+from daebench.methods.fixed_step.parts import takes_forms
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.request import Progress
+from daebench.studies.baumgarte.cells import Cell, cell, frame, measured_limit, over_step, over_tolerance, penalised, run_of
+from daebench.studies.baumgarte.limits import contraction, growth, limit, usable
+from daebench.studies.claims.check import default_step
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from daebench.runs.ivp import InitialValueProblem
+    from daebench.systems.constrained import ConstrainedHamiltonian
+
+SCHEMES = ("rk4", "gauss2")
+"""Schemes that are mapped where none are given."""
+
+TOLERANCES = (1e-6, 1e-9)
+"""Tolerances of IDA."""
+
+VALUES = tuple(10.0 ** (k / 4) for k in range(-12, 4))
+"""alpha h and beta h of the map."""
+
+RATES = tuple(10.0 ** (k / 2) for k in range(-1, 8))
+"""alpha and beta of IDA's map, 1/s."""
+
+USUAL = 10.0
+"""alpha and beta that ``baumgarte`` has where none are given, 1/s."""
+
+RATIOS = (1.0, 3.0, 0.3)
+"""beta over alpha of the rays on which the limit of stability is measured."""
+
+STATES = 4096
+"""States that the verdict on the energy is taken from, about."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where a scheme becomes unstable on a ray beta = ratio alpha.
+
+    Parameters
+    ----------
+    scheme : str
+        Name of the scheme.
+    ratio : float
+        beta over alpha.
+    predicted, measured : float
+        alpha h there, by the roots of s^2 + 2 alpha s + beta^2, and by runs; infinite where there is none.
+    by : str
+        "growth": g grows, or "iteration": the stages are no longer found, and ``predicted`` is the most that they may be up to.
+    """
+
+    scheme: str
+    ratio: float
+    predicted: float
+    measured: float
+    by: str
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What the usual stabilisation does to the energy of a run.
+
+    Parameters
+    ----------
+    scheme : str
+        Name of the scheme.
+    without, usual : Cell
+        The runs without stabilisation, and with alpha = beta = 10/s.
+    drift_without, drift_usual : Drift
+        What becomes of their energies.
+    least, most : Cell
+        The runs of the map with the least and the largest energy error, among those that the prediction calls stable.
+    """
+
+    scheme: str
+    without: Cell
+    usual: Cell
+    drift_without: Drift
+    drift_usual: Drift
+    least: Cell
+    most: Cell
+
+    @property
+    def ratio(self) -> float:
+        """Energy error with the usual stabilisation over that without."""
+        return self.usual.energy / self.without.energy if self.without.energy > 0 else float("nan")
+
+
+@dataclass(frozen=True)
+class BaumgarteMap:
+    """Stabilised constraints over their numbers.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem.
+    h, t_end : float
+        Step size and end of the runs, s.
+    maps : mapping of str to list of Cell
+        Runs over alpha h (slowest) and beta h by method, such as "baumgarte:rk4" and "soft:rk4".
+    penalty : list of Cell
+        Runs on the penalised system over h times its fastest frequency.
+    tolerant : mapping of float to list of Cell
+        Runs of ``ida:baumgarte`` over alpha and beta, 1/s, by tolerance.
+    effects : sequence of Effect
+        What the usual stabilisation does to the energy, by scheme.
+    limits : sequence of Limit
+        Limits of stability.
+    beside : sequence of Cell
+        Methods that have no alpha and beta, with the same step.
+    """
+
+    ivp: ConstrainedIvp
+    h: float
+    t_end: float
+    maps: Mapping[str, Sequence[Cell]]
+    penalty: Sequence[Cell]
+    tolerant: Mapping[float, Sequence[Cell]]
+    effects: Sequence[Effect]
+    limits: Sequence[Limit]
+    beside: Sequence[Cell] = field(default_factory=tuple)
+
+    @property
+    def answer(self) -> str:
+        """Whether the stabilisation affects the energy, in three sentences."""
+        first = self.effects[0]
+        exact = "On the exact motion G v = 0, and the forces of the stabilisation do no work."
+        of = f"With {first.scheme}, h = {self.h:g} s, to t = {self.t_end:g} s"
+        numbers = f"the energy error is {first.without.energy:.2g} without it and {first.usual.energy:.2g} with alpha = beta = {USUAL:g}/s"
+        over = f"over the map it goes from {first.least.energy:.2g} to {first.most.energy:.2g} where it is stable"
+        velocities = f"|G v| is {first.without.Gv:.2g} without it and {first.usual.Gv:.2g} with it, where its forces do work"
+        return f"{exact} {of}, {numbers}; {over}. {velocities[0].upper()}{velocities[1:]}."
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """All runs, one row each."""
+        return frame(
+            [*(one for cells in (*self.maps.values(), self.penalty, *self.tolerant.values()) for one in cells), *self.beside], self.h
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """Return what was found, for JSON."""
+        about = {
+            "problem": self.ivp.problem,
+            "case": self.ivp.case,
+            "parameters": dict(self.ivp.parameters),
+            "h": self.h,
+            "t_end": self.t_end,
+        }
+        limits = [{key: None if value == float("inf") else value for key, value in vars(one).items()} for one in self.limits]
+        return about | {
+            "answer": self.answer,
+            "effects": [_effect(one) for one in self.effects],
+            "limits": limits,
+            "beside": [_cell(one) for one in self.beside],
+            "tolerances": {
+                f"{tol:g}": {"least": _cell(_least(cells)), "cheapest": _cell(_cheapest(cells))} for tol, cells in self.tolerant.items()
+            },
+            "penalty": _cell(_least(self.penalty)),
+        }
+
+
+def _cell(one: Cell) -> dict[str, Any]:
+    numbers = {key: value if np.isfinite(value) else None for key, value in vars(one).items() if key in ("energy", "g", "Gv")}
+    return {"method": one.method, "value": one.value, "options": dict(one.options)} | numbers | {"work": one.work, "failure": one.failure}
+
+
+def _effect(one: Effect) -> dict[str, Any]:
+    cells = {name: _cell(getattr(one, name)) for name in ("without", "usual", "least", "most")}
+    drifts = {"verdict_without": one.drift_without.verdict, "verdict_usual": one.drift_usual.verdict}
+    return {"scheme": one.scheme, "ratio": one.ratio if np.isfinite(one.ratio) else None} | cells | drifts
+
+
+def _least(cells: Sequence[Cell]) -> Cell:
+    return min(cells, key=lambda one: one.energy)
+
+
+def _cheapest(cells: Sequence[Cell]) -> Cell:
+    return min((one for one in cells if not one.failure), key=lambda one: one.work, default=cells[0])
+
+
+def baumgarte(
+    problem: "str | ConstrainedHamiltonian | InitialValueProblem",
+    *,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    h: float | None = None,
+    t_end: float = 10.0,
+    methods: Sequence[str] = SCHEMES,
+    tolerances: Sequence[float] = TOLERANCES,
+    values: Sequence[float] = VALUES,
+    rates: Sequence[float] = RATES,
+    progress: Progress | None = None,
+) -> BaumgarteMap:
+    """Return what stabilised and soft constraints make of energy, g, G v and cost over their numbers, and where they become unstable.
+
+    A scheme on Baumgarte's equation is run over all alpha h and beta h, and so it is on soft constraints with the same roots and an
+    impedance of 0.9; on a penalty in place of the constraint over its stiffness; IDA over alpha, beta and the tolerance. Methods that
+    hold the constraints by themselves, such as RATTLE, are run once beside them::
+
+        >>> import daebench
+        >>> found = daebench.baumgarte("planar_pendulum", t_end=2.0, methods=["rk4"], tolerances=[], values=[0.01, 0.1, 1.0])
+        >>> critical = found.limits[0]
+        >>> round(critical.predicted, 3), abs(critical.measured / critical.predicted - 1) < 0.1
+        (2.785, True)
+
+    Parameters
+    ----------
+    problem : str, ConstrainedHamiltonian or InitialValueProblem
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    parameters : mapping of str to float, optional
+        Values of the problem's parameters.
+    h, t_end : float
+        Step size and end of the runs, s; h is by default a small part of the motion.
+    methods : sequence of str
+        Schemes that are mapped, such as "rk4" and "gauss2", and fixed-step methods that are run beside them.
+    tolerances : sequence of float
+        Tolerances of IDA.
+    values : sequence of float
+        alpha h and beta h of the maps.
+    rates : sequence of float
+        alpha and beta of IDA's maps, 1/s.
+    progress : callable, optional
+        Told the fraction of the work done.
+
+    Returns
+    -------
+    BaumgarteMap
+
+    Raises
+    ------
+    BadInput
+        If no method is a scheme that can be stabilised, a number is of no use, or the problem is a Poisson system, held as arrays, or
+        has redundant constraints.
+    """
+    ivp = _problem(problem, case, parameters)
+    for name, numbers in (("tolerances", tolerances), ("values", values), ("rates", rates)):
+        for x in numbers:
+            positive(name, x)
+    mapped = [name for name in methods if name in takes_forms()]
+    if not mapped:
+        raise BadInput(f"none of {', '.join(methods) or 'no methods'} can be stabilised; give at least one of {', '.join(takes_forms())}.")
+    h = default_step(ivp) if h is None else positive("h", h)
+    t_end = positive("t_end", t_end)
+    others = [name for name in methods if name not in mapped]
+    for name in others:
+        if method_of(ivp, name).knob != "h":
+            raise BadInput(f"{name} chooses its steps itself; give fixed-step methods, for example rattle.")
+    tell = _Counted(progress, (len(mapped) + 1) * len(values) ** 2 + len(values) + len(tolerances) * len(rates) ** 2)
+    maps = {f"baumgarte:{scheme}": over_step(ivp, "baumgarte", scheme, h, t_end, values, tell) for scheme in mapped}
+    maps[f"soft:{mapped[0]}"] = over_step(ivp, "soft", mapped[0], h, t_end, values, tell)
+    return BaumgarteMap(
+        ivp,
+        h,
+        t_end,
+        maps,
+        penalised(ivp, mapped[0], h, t_end, values, tell),
+        {tol: over_tolerance(ivp, tol, t_end, rates, tell) for tol in tolerances},
+        [_effect_of(ivp, scheme, h, t_end, maps[f"baumgarte:{scheme}"], values) for scheme in mapped],
+        [_limit(ivp, scheme, h, ratio) for scheme in mapped for ratio in RATIOS],
+        [cell(ivp, name, h, t_end, {}) for name in others],
+    )
+
+
+def _problem(problem: Any, case: str | None, parameters: Mapping[str, float] | None) -> ConstrainedIvp:
+    """Return the problem; refuse one whose constraints cannot be stabilised."""
+    ivp = initial_value_problem(problem, case, parameters)
+    if not isinstance(ivp, ConstrainedIvp):
+        raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints to stabilise.")
+    if ivp.arrays or ivp.on_singular == "least-squares":
+        why = "is held as arrays" if ivp.arrays else "has redundant constraints, whose multipliers are found by least squares"
+        raise BadInput(f"{ivp.problem}, case {ivp.case}, {why}; take another problem or case.")
+    return ivp
+
+
+class _Counted:
+    """Tells how far it is."""
+
+    def __init__(self, progress: Progress | None, of: int) -> None:
+        self.progress, self.of, self.done = progress, of, 0
+
+    def __call__(self) -> None:
+        self.done += 1
+        if self.progress:
+            self.progress(self.done / self.of)
+
+
+def _effect_of(ivp: ConstrainedIvp, scheme: str, h: float, t_end: float, cells: Sequence[Cell], values: Sequence[float]) -> Effect:
+    usual = {"alpha": USUAL, "beta": USUAL}
+    every = max(1, int(t_end / h) // STATES)
+    drifts = []
+    for name, options in ((scheme, {}), (f"baumgarte:{scheme}", usual)):
+        drifts.append(energy_verdict(ivp, run_of(ivp, name, h, t_end, options, every=every)))
+    a, b = np.meshgrid(values, values, indexing="ij")
+    stable = usable(scheme, a, b).ravel()
+    among = [one for one, fine in zip(cells, stable, strict=True) if fine and not one.failure] or list(cells)
+    without, at_usual = cell(ivp, scheme, h, t_end, {}), cell(ivp, f"baumgarte:{scheme}", h, t_end, usual)
+    return Effect(scheme, without, at_usual, drifts[0], drifts[1], _least(among), max(among, key=lambda one: one.energy))
+
+
+def _limit(ivp: ConstrainedIvp, scheme: str, h: float, ratio: float) -> Limit:
+    predicted = limit(scheme, ratio)
+    here = np.array(predicted * 1.01), np.array(ratio * predicted * 1.01)
+    by = "" if predicted == float("inf") else "growth" if growth(scheme, *here) > 1 > contraction(scheme, *here) else "iteration"
+    return Limit(scheme, ratio, predicted, measured_limit(ivp, scheme, h, ratio), by)
