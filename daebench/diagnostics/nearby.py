@@ -15,23 +15,52 @@ State = tuple[Array, Array]
 POINTS = 4
 """Points around the start."""
 
+PIECES = 8
+"""Parts of the way there, each ended on the manifold."""
+
+NEARER = 1 / 3
+"""A way that comes so much nearer to where G loses rank than its start may go on on another branch, and is left out."""
+
+REGULAR = 1e-9
+"""Smallest singular value of G, in parts of the largest, of a start from which that can be said."""
+
 SLOWLY = 1e-3
 """Speed in sizes of q in a second below which a state is at rest: residuals of velocities are not measured against less."""
 
 
 def points(ivp: ConstrainedIvp) -> Iterator[State]:
-    """Yield the start and points around it, all on the manifold and with finite rates; fewer where projections do not converge."""
+    """Yield the start and points around it, all on the manifold and with finite rates; fewer where projections do not converge.
+
+    Where the manifold has branches that cross, G loses rank at the crossing, and points beyond it are left out.
+    """
     draw = np.random.default_rng(1)
     size = float(np.max(np.abs(ivp.q0))) or 1.0
     mass = ivp.value("mass", tuple(ivp.p0), tuple(ivp.q0))
+    first = _singular_values(ivp, ivp.q0)
+    least = NEARER * first[-1] if first[-1] > REGULAR * first[0] else -1.0
     for k in range(POINTS + 1):
         dq, v = (0.1 * k / POINTS * size * draw.standard_normal(ivp.d) for _ in range(2))
         try:
-            p, q, *_ = project(ivp, ivp.p0 + mass @ v, ivp.q0 + dq)
+            p, q = _reached(ivp, ivp.p0 + mass @ v, dq, least)
         except (BadInput, np.linalg.LinAlgError):
             continue
         if np.all(np.isfinite(rates(ivp, p, q))):
             yield p, q
+
+
+def _reached(ivp: ConstrainedIvp, p: Array, dq: Array, least: float) -> State:
+    """Return the state with momenta p at the end of a way dq; raise :class:`BadInput` where a singular value of G falls below the least."""
+    q = ivp.q0
+    for _ in range(PIECES):
+        p1, q, *_ = project(ivp, p, q + dq / PIECES)
+        if not _singular_values(ivp, q)[-1] >= least:
+            raise BadInput(f"{ivp.problem} comes near a place where G loses rank, on the way to {q}.")
+    return p1, q
+
+
+def _singular_values(ivp: ConstrainedIvp, q: Array) -> Array:
+    """Return those of G, the largest first."""
+    return np.linalg.svd(np.asarray(ivp.value("G", tuple(q)), dtype=float), compute_uv=False)
 
 
 def rates(ivp: ConstrainedIvp, p: Array, q: Array) -> State:

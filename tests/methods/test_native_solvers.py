@@ -236,8 +236,9 @@ FAR = "import daebench; daebench.run('double_pendulum', method='ida:index2', tol
 
 
 def begun(program, *more):
-    """Return a process that has begun to step, to be used in a ``with`` statement."""
-    process = subprocess.Popen([sys.executable, "-c", f"print('begun', flush=True); {program}", *more], stdout=subprocess.PIPE, text=True)
+    """Return a process that has begun to step, with all that it needs compiled, to be used in a ``with`` statement."""
+    begin = f"{FAR.replace('t_end=1e6', 't_end=1.0')}; print('begun', flush=True); {program}"
+    process = subprocess.Popen([sys.executable, "-c", begin, *more], stdout=subprocess.PIPE, text=True)
     process.stdout.readline()
     time.sleep(5.0)
     assert process.poll() is None
