@@ -1,5 +1,6 @@
 """The look of all figures, and their files: one drawing as SVG and PNG, and what it shows as CSV."""
 
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,17 +20,11 @@ WIDTH = 7.2
 
 DPI = 180
 
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
-    "#000000",
-    "#e69f00",
-    "#56b4e9",
-    "#009e73",
-    "#f0e442",
-    "#0072b2",
-    "#d55e00",
-    "#cc79a7",
-)
-"""The colours of Okabe and Ito, told apart with any kind of colour vision."""
+BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = ("#000000", "#c27c00", "#3f97d4", "#008f68", "#0072b2", "#c24e00", "#bf6598")
+"""The colours of Okabe and Ito, in such lightness that a line has a contrast of 3 on a light page and on a dark one."""
+
+BROWN, OLIVE, INDIGO = "#8f5b3e", "#7d8400", "#7565c8"
+"""More colours of that contrast, for pictures of many methods; dashes and markers tell them from those above."""
 
 QUIET = "#767676"
 """Grey of what is there for orientation only: zero lines, diagonals, notes."""
@@ -214,11 +209,19 @@ def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Pa
     """Write ``stem.svg`` and ``stem.png`` into a folder that is there, each whole or not at all; return their paths."""
     paths = directory / f"{stem}.svg", directory / f"{stem}.png"
     with drawing():
-        settings: Any = {".svg": {"metadata": {"Date": None, "Creator": None}}, ".png": {"dpi": DPI}}
+        settings: Any = {".svg": {"metadata": {"Date": None, "Creator": None, "Source": _drawn_by()}}, ".png": {"dpi": DPI}}
         for path in paths:
             with atomic(path) as scratch:
                 figure.savefig(scratch, format=path.suffix[1:], **settings[path.suffix])
     return paths
+
+
+def _drawn_by() -> str | None:
+    """Return the module that draws a figure: the first one on the way up that is not this one."""
+    frame = sys._getframe(1)
+    while frame.f_back and frame.f_globals.get("__name__") == __name__:
+        frame = frame.f_back
+    return str(frame.f_globals.get("__name__", "")) or None
 
 
 def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:

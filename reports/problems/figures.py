@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import BLUE, ORANGE, QUIET, STROKES, VERMILION, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, STROKES, VERMILION, drawing, grid_of_axes, legend_below, save
 from daebench.draw.orthographic import projected
 from daebench.reports.problems import rank
 from daebench.reports.problems.ivps import horizon
@@ -21,7 +21,7 @@ COLUMNS = 5
 THINNED = 5
 """Every so many rows of the paths are beside the figure of all scenes; each scene has all of its own beside it."""
 
-PATHS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#56b4e9")
+PATHS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
 
 
 def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:

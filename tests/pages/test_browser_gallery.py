@@ -55,6 +55,7 @@ def test_cards_lead_to_pages_and_back(out, seen, tmp_path):
     assert not blank(shown.screenshot(tmp_path / "index.png"))
     shown.page.click("article h3 a >> nth=0")
     assert shown.page.url == (out / "more-sizes" / "index.html").as_uri()
+    shown.page.click("nav.sections summary")
     shown.page.click("nav.sections a >> nth=3")
     assert shown.page.url.endswith("#part3")
     shown.page.click("nav.up a")

@@ -2,9 +2,11 @@
 
 import json
 import os
+import posixpath
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -16,13 +18,15 @@ from daebench.cli.app import app
 from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
 from daebench.errors import BadInput, DaebenchError, Interrupted, RunFailed
 from daebench.pages import gallery as pages
-from daebench.pages.report import build, build_stamp, gallery, number, picture, table, write_page
+from daebench.pages.report import build, build_stamp, citation, gallery, number, picture, table, write_page
 from daebench.pages.report.archive import write_archive
 from daebench.pages.report.gallery import PagesFailed, build_all
 from daebench.pages.report.reports import Report, find
+from daebench.runs.machine import machine
 
 TEXT = """{% extends "page.html" %}{% block title %}A &lt;page&gt;{% endblock %}{% block content %}{{ drawn }}{{ shown }}
-<p>All of it: <a href="figures/line.csv">the <b>table</b></a>; <a href="#more" id="more">more</a>.</p>{% endblock %}"""
+<p>All of it: <a href="figures/line.csv">the <b>table</b></a>; <a href="#more" id="more">more</a>.
+<span class="beside">Runs are kept in <code>studies.db</code>.</span></p>{% endblock %}"""
 
 
 def quick(name, tmp_path, *, fails=None, kind="report"):
@@ -200,12 +204,81 @@ def test_an_archive_has_pages_that_stand_alone_and_is_the_same_for_the_same_page
     with ZipFile(tmp_path / "a.zip") as archive:
         archive.extractall(tmp_path / "read")
     found = {path.relative_to(tmp_path / "read").as_posix() for path in (tmp_path / "read").rglob("*.*")}
-    assert found == {"index.html", *(f"{name}/{file}" for name in ("one", "two") for file in ("index.html", "figures/line.png"))}
-    for name in (".", "one", "two"):
-        page = standalone(tmp_path / "read" / name / "index.html")
-        assert ("figures/line.csv" in standalone(out / name / "index.html").links) == (name != ".")
-        assert [link for link in page.links if link.endswith(".csv")] == []
-        assert ("All of it: the table ; more ." in page.text) == (name != ".")
+    beside = [*(f"figures/line.{ending}" for ending in ("png", "svg", "csv")), f"code/{__name__}.py"]
+    assert found == {"index.html", *(f"{name}/{file}" for name in ("one", "two") for file in ("index.html", *beside))}
+    assert (tmp_path / "read" / "one" / "code" / f"{__name__}.py").read_bytes() == Path(__file__).read_bytes()
+    for name in ("one", "two"):
+        assert "studies.db" in standalone(out / name / "index.html").text
+        assert "All of it: the table ; more ." in standalone(tmp_path / "read" / name / "index.html").text
+    assert unknown_files(tmp_path / "a.zip") == []
+
+
+def test_an_archive_of_pages_whose_files_are_lost_does_not_link_to_them(tmp_path, gallery_of):
+    out = tmp_path / "out"
+    built(out, gallery_of("one"))
+    (out / "one" / "figures" / "line.csv").unlink()
+    write_archive(out, tmp_path / "a.zip")
+    with ZipFile(tmp_path / "a.zip") as archive:
+        text = archive.read("one/index.html").decode()
+    assert "the <b>table</b>;" in text
+    assert "line.csv" not in text
+    assert unknown_files(tmp_path / "a.zip") == []
+
+
+def unknown_files(path):
+    """Return the files that pages of an archive name, in links or in words, and that are not in it."""
+    with ZipFile(path) as archive:
+        names = set(archive.namelist())
+        pages = {name: Page(archive.read(name).decode()) for name in names if name.endswith("index.html") and not name.startswith(APART)}
+    linked = {
+        posixpath.normpath(posixpath.join(posixpath.dirname(name), link.partition("#")[0]))
+        for name, page in pages.items()
+        for link in page.links
+        if not re.match("[a-z]+:|#", link)
+    }
+    named = {word for page in pages.values() for word in re.findall(r"[\w-]+\.(?:csv|db|svg|png|parquet|html|npz)\b", page.text)}
+    return sorted((linked - names) | (named - {Path(name).name for name in names}))
+
+
+APART = ("lesson-", "reference/")
+"""Pages that quote commands, whose files are the reader's."""
+
+
+def test_a_name_of_a_file_that_an_archive_lacks_is_found(tmp_path):
+    with ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("index.html", '<p>Runs are in <code>runs.db</code>, and <a href="one/figures/line.csv">numbers</a></p>')
+    assert unknown_files(tmp_path / "a.zip") == ["one/figures/line.csv", "runs.db"]
+
+
+def test_a_page_says_what_a_reader_needs_to_cite_it_and_to_make_it_again(tmp_path, gallery_of):
+    ((report, _, _),) = gallery_of("one")
+    text = Page(report.make(tmp_path / "out", lambda *told: None).read_text(encoding="utf-8")).text
+    authors = re.findall(r"(?m)^  - name: (.*)$", (Path(__file__).parents[2] / "CITATION.cff").read_text(encoding="utf-8"))
+    assert authors[0] == citation.AUTHORS
+    for words in (f"daebench {version('daebench')}", "Machine", machine(), "Licence BSD-3-Clause", f"{authors[0]}, “A <page>”"):
+        assert words in text, words
+    assert not citation.commit() or f"(commit {citation.commit()})" in text
+
+
+def test_a_commit_is_that_of_the_checkout_or_of_the_installation_or_not_known(tmp_path, monkeypatch):
+    monkeypatch.setattr(citation.package, "folder", lambda name: tmp_path)
+    monkeypatch.setattr(citation, "_installed", lambda: "not in a checkout")
+    assert citation.commit() == "not in a checkout"
+    for arguments in (["init", "-q"], ["add", "."], ["-c", "user.name=a", "-c", "user.email=a@b", "commit", "-qm", "first"]):
+        (tmp_path / "__init__.py").write_text("1", encoding="utf-8")
+        subprocess.run(["git", "-C", str(tmp_path), *arguments], check=True)
+    assert re.fullmatch("[0-9a-f]{12}", citation.commit())
+    (tmp_path / "__init__.py").write_text("2", encoding="utf-8")
+    assert re.fullmatch("[0-9a-f]{12} with changes", citation.commit())
+
+
+def test_a_long_table_is_folded_and_says_how_many_rows_it_has():
+    def made(n):
+        frame = pd.DataFrame({"name": [str(k) for k in range(n)], "size": [1.0] * n})
+        return str(table("few", frame, {"name": str, "size": number}, {}, "<b>Sizes,</b> in metres"))
+
+    assert "<details" not in made(12)
+    assert made(13).startswith('<details class="folded"><summary>Sizes (13 rows)</summary>')
 
 
 OWN = '''"""How far a pendulum falls."""

@@ -1,4 +1,4 @@
-"""The gallery as one ZIP file for those who have no daebench: the pages and the pictures of the index, without what lies beside them."""
+"""The gallery as one ZIP file for those who have no daebench: index, pages, and each file that a page links to."""
 
 import posixpath
 import re
@@ -11,31 +11,44 @@ from daebench.runs.files import atomic
 LONG_AGO = (1980, 1, 1, 0, 0, 0)
 """Time of every file in the archive, so that the same pages give the same bytes."""
 
-BESIDE = re.compile(r'\s*<span class="(?:files|beside)">.*?</span>', re.DOTALL)
-"""What a page says of the files beside it, which are not in the archive."""
+BESIDE = re.compile(r'\s*<span class="beside">.*?</span>', re.DOTALL)
+"""What a page says of files beside it that no link leads to, such as a store of runs: they are not in the archive."""
 
 LINK = re.compile(r'<a\b[^>]*?href="(?![a-z]+:|#)([^"#]+)[^"]*"[^>]*>(.*?)</a>', re.DOTALL)
 """A link to another file."""
 
 
 def write_archive(out: Path, path: Path) -> Path:
-    """Write the pages of a gallery, its index, and the pictures of that into a ZIP file; return its path."""
+    """Write the pages of a gallery, its index, the pictures of that, and what pages link to into a ZIP file; return its path."""
     index = (out / "index.html").read_text(encoding="utf-8")
     pages = ["index.html", *sorted(f"{stamp.parent.name}/index.html" for stamp in out.glob(f"*/{build_stamp.STAMP}"))]
-    pictures = sorted(set(re.findall(r'<img src="([^"]+)"', index)))
+    texts = {page: (out / page).read_text(encoding="utf-8") for page in pages}
+    files = {file for page, text in texts.items() for file in _linked(text, page) if (out / file).is_file()} - set(pages)
+    files |= set(re.findall(r'<img\b[^>]*? src="([^":]+)"', index))
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
         for page in pages:
-            _add(archive, page, _alone((out / page).read_text(encoding="utf-8"), page, {*pages, *pictures}).encode())
-        for picture in pictures:
-            _add(archive, picture, (out / picture).read_bytes())
+            _add(archive, page, _alone(texts[page], page, {*pages, *files}).encode())
+        for file in sorted(files):
+            _add(archive, file, (out / file).read_bytes())
     return path
 
 
+def _target(link: str, page: str) -> str:
+    """Return the path in the gallery that a link of a page leads to."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(page), link))
+
+
+def _linked(text: str, page: str) -> set[str]:
+    """Return the paths of the files that a page links to, inside the gallery."""
+    targets = {_target(link[1], page) for link in LINK.finditer(text)}
+    return {target for target in targets if not target.startswith("..")}
+
+
 def _alone(text: str, page: str, there: set[str]) -> str:
-    """Return a page without what it says of files beside it, and with the words alone of links to files that are not there."""
+    """Return a page without what it says of files that are not in the archive: of a link to one, the words alone."""
 
     def kept(link: re.Match[str]) -> str:
-        return link[0] if posixpath.normpath(posixpath.join(posixpath.dirname(page), link[1])) in there else link[2]
+        return link[0] if _target(link[1], page) in there else link[2]
 
     return LINK.sub(kept, BESIDE.sub("", text))
 

@@ -13,6 +13,20 @@ KINDS = {"report": "Reports", "lesson": "Lessons", "reference": "Reference"}
 """Kinds of pages in the order of the index, and their headings."""
 
 
+PATH = (
+    ("Why do constraints need care?", ("lesson-why-symplectic", "index-reduction")),
+    ("Which methods are there, and what does each keep?", ("methods", "lesson-shake-to-lobatto")),
+    ("What does the tolerance of a solver buy?", ("tolerances", "lesson-tolerance")),
+    ("Which method is the cheapest for an accuracy?", ("work-precision", "ensembles")),
+    ("Which problems are there?", ("problems", "poisson")),
+    ("Where do methods and programs fail?", ("extremes", "engines")),
+)
+"""Questions in the order in which a reader has them, and the pages that answer."""
+
+THUMBNAIL = "thumbnail"
+"""Stem of the figure that a report draws for the index, in the size in which it is shown there."""
+
+
 def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) -> Path:
     """Write ``out/index.html`` for pages with build stamps, in this order; return its path.
 
@@ -29,8 +43,14 @@ def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) ->
     groups: dict[str, list[Any]] = {heading: [] for heading in KINDS.values()}
     for entry in cards:
         groups.setdefault(KINDS.get(entry["kind"], KINDS["report"]), []).append(entry)
+    there = {entry["name"]: entry for entry in cards if not entry["failure"]}
+    steps = [(question, [there[name] for name in names if name in there]) for question, names in PATH]
     return write_page(
-        "index.html", out / "index.html", "daebench report all", groups={key: entries for key, entries in groups.items() if entries}
+        "index.html",
+        out / "index.html",
+        "daebench report all",
+        groups={key: entries for key, entries in groups.items() if entries},
+        steps=[(question, pages) for question, pages in steps if pages],
     )
 
 
@@ -46,8 +66,8 @@ def card(out: Path, name: str, failure: str) -> dict[str, str]:
 
 
 def first_picture(out: Path, name: str, text: str) -> str:
-    """Return the path of the first figure of a page that has its PNG beside it; nothing where there is none."""
-    for stem in re.findall(r'<figure id="figure-([^"]+)">', text):
+    """Return the path of a page's thumbnail, or of its first figure that has its PNG beside it; nothing where there is none."""
+    for stem in [THUMBNAIL, *re.findall(r'<figure id="figure-([^"]+)">', text)]:
         path = f"{name}/figures/{stem}.png"
         if (out / path).is_file():
             return path

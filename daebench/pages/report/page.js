@@ -36,3 +36,19 @@ for (const table of document.querySelectorAll(".tabular table")) {
     });
   });
 }
+// What is wider than its place says so: a hint above, and a fading edge until its end is seen.
+const places = document.querySelectorAll(".scroll, .drawing");
+const seen = (place) => {
+  const wide = place.scrollWidth > place.clientWidth + 1;
+  place.classList.toggle("sideways", wide);
+  place.classList.toggle("end", place.scrollLeft + place.clientWidth >= place.scrollWidth - 2);
+  const before = place.previousElementSibling;
+  const hint = before && before.classList.contains("hint") ? before : null;
+  if (hint) hint.hidden = !wide;
+  else if (wide) place.insertAdjacentHTML("beforebegin", '<p class="hint" aria-hidden="true">wider than the screen: scroll sideways \u2192</p>');
+};
+const watcher = new ResizeObserver((entries) => entries.forEach((entry) => seen(entry.target)));
+for (const place of places) {
+  watcher.observe(place);
+  place.addEventListener("scroll", () => seen(place), { passive: true });
+}

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from markupsafe import Markup
 
+from daebench.pages.report.citation import AUTHORS, commit, licence
 from daebench.pages.report.formulas import set_parentheses
 from daebench.pages.report.pictures import picture
 from daebench.pages.report.versions import versions
@@ -53,6 +54,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     environment.globals |= {"with_error": with_error, "headings": headings}
     style, script = (Markup((folder / f"page.{ending}").read_text(encoding="utf-8")) for ending in ("css", "js"))
     about = {"machine": machine(), "versions": versions(), "command": command, "day": datetime.now(UTC).date().isoformat()}
+    about |= {"commit": commit(), "licence": licence(), "authors": AUTHORS}
     filled = environment.from_string(template) if "{%" in template else environment.get_template(template)
     text = set_parentheses(filled.render(style=style, script=script, **about, **content))
     path.parent.mkdir(parents=True, exist_ok=True)

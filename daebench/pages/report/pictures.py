@@ -1,17 +1,38 @@
-"""Figures in a page: the drawing itself, what it shows in words, and its files."""
+"""Figures in a page: the drawing itself, what it shows in words, and its files: the drawing, its data, and the code that draws it."""
 
 import re
+import sys
 from pathlib import Path
 
 from markupsafe import Markup, escape
 
+from daebench.runs.files import atomic
+
+SOURCE = re.compile(r"<dc:source>([\w.]+)</dc:source>")
+"""Where a drawing says which module draws it."""
+
 
 def picture(svg: Path, alt: str, caption: str) -> Markup:
     """Return a figure as HTML: the drawing itself, what it shows in words for those who cannot see it, and links to its files."""
-    files = ", ".join(f'<a href="{svg.parent.name}/{svg.stem}.{ending}">{ending.upper()}</a>' for ending in ("svg", "png", "csv"))
-    drawing = inline_svg(svg.read_text(encoding="utf-8"), svg.stem, alt)
+    text = svg.read_text(encoding="utf-8")
+    links = {"SVG": f"{svg.parent.name}/{svg.name}", "data": f"{svg.parent.name}/{svg.stem}.csv", "code": _code(text, svg.parent.parent)}
+    files = " · ".join(f'<a href="{link}">{words}</a>' for words, link in links.items() if link)
+    drawing = inline_svg(text, svg.stem, alt)
     files = f'<span class="files">{files}</span>'
     return Markup(f'<figure id="figure-{svg.stem}"><div class="drawing">{drawing}</div><figcaption>{caption} {files}</figcaption></figure>')
+
+
+def _code(text: str, folder: Path) -> str:
+    """Write the source of the module that draws a figure beside its page, and return its path there; "" where none is known."""
+    named = SOURCE.search(text)
+    source = Path(getattr(sys.modules.get(named[1]), "__file__", None) or "") if named else Path()
+    if not (named and source.is_file()):
+        return ""
+    path = folder / "code" / f"{named[1].removeprefix('daebench.')}.py"
+    path.parent.mkdir(exist_ok=True)
+    with atomic(path) as scratch:
+        scratch.write_bytes(source.read_bytes())
+    return f"code/{path.name}"
 
 
 def inline_svg(text: str, prefix: str, alt: str) -> str:

@@ -1,6 +1,7 @@
 """Tables of a page: the first column heads the rows, and a reader can sort them by any column."""
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,8 @@ def table(
     name: str, frame: "pd.DataFrame", formats: Mapping[str, Callable[[Any], Any]], headings: Mapping[str, str], caption: str
 ) -> Markup:
     """Return a table as HTML: the first column heads the rows, numbers are set to the right (text that is HTML counts as such).
+
+    A table of more than :data:`MOST_ROWS` rows is folded: a reader opens it.
 
     Parameters
     ----------
@@ -47,7 +50,21 @@ def table(
     body = f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
     above = f'<p class="caption" id="table-{name}">{caption}</p>'
     scroll = f'<div class="scroll" tabindex="0" role="region" aria-labelledby="table-{name}">'
-    return Markup(f'<div class="tabular">{above}{scroll}<table aria-labelledby="table-{name}">{body}</table></div></div>')
+    whole = f'<div class="tabular">{above}{scroll}<table aria-labelledby="table-{name}">{body}</table></div></div>'
+    if len(frame) <= MOST_ROWS:
+        return Markup(whole)
+    return Markup(f'<details class="folded"><summary>{_first_words(caption)} ({len(frame)} rows)</summary>{whole}</details>')
+
+
+MOST_ROWS = 12
+"""Rows of a table that stands open; a longer one is folded."""
+
+
+def _first_words(caption: str) -> str:
+    """Return what a caption has in bold, or its first sentence, without a full stop."""
+    bold = re.search(r"<b>(.*?)</b>", caption)
+    words = bold[1] if bold else re.sub(r"<[^>]*>", "", caption).partition(". ")[0]
+    return words.strip().rstrip(".,:") or "Table"
 
 
 def order(value: Any) -> Markup:

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from daebench.diagnostics.equivalence import EQUIVALENT, QUANTILES
-from daebench.draw.figures import BLUE, QUIET, VERMILION, drawing, grid_of_axes, save
+from daebench.draw.figures import BLUE, GREEN, QUIET, VERMILION, drawing, grid_of_axes, save
 from daebench.studies.step_for.result import StepFor
 
-COLOURS = ("black", BLUE, "#009e73", VERMILION)
+COLOURS = ("black", BLUE, GREEN, VERMILION)
 """Colours of the mean and of the quantiles."""
 
 APART = 0.06

@@ -1,0 +1,180 @@
+"""How a method looks and what it is called: the same stroke and the same name in every picture."""
+
+import re
+from dataclasses import replace
+
+from daebench.draw.figures import BLACK, BLUE, BROWN, GREEN, INDIGO, OLIVE, ORANGE, PURPLE, SKY, VERMILION, Stroke
+
+SOLID, DASHED, DOTTED, MIXED, LONG = "-", (0, (6, 1.5)), (0, (1, 1)), (0, (4, 1.5, 1, 1.5)), (0, (8, 2))
+
+STROKES_OF = {
+    "rattle": Stroke(BLUE, SOLID, "^"),
+    "rattle_iterative": Stroke(BLUE, DOTTED, "1"),
+    "rattle_conformal": Stroke(BLUE, MIXED, "2"),
+    "shake": Stroke(OLIVE, DASHED, "P"),
+    "symplectic_euler": Stroke(SKY, DOTTED, "v"),
+    "symplectic_euler_adjoint": Stroke(SKY, LONG, "<"),
+    "verlet": Stroke(BLUE, DASHED, ">"),
+    "lobatto2": Stroke(GREEN, DOTTED, "1"),
+    "lobatto3": Stroke(GREEN, SOLID, "p"),
+    "lobatto4": Stroke(GREEN, DASHED, "h"),
+    "lobatto5": Stroke(GREEN, MIXED, "8"),
+    "lobatto6": Stroke(GREEN, LONG, "*"),
+    "strang": Stroke(BROWN, SOLID, "d"),
+    "lie": Stroke(BROWN, DOTTED, "3"),
+    "lie_adjoint": Stroke(BROWN, MIXED, "4"),
+    "rk4": Stroke(VERMILION, SOLID, "o"),
+    "se": Stroke(ORANGE, SOLID, "s"),
+    "seproj": Stroke(ORANGE, DASHED, "D"),
+    "implicit_euler": Stroke(PURPLE, MIXED, "D"),
+    "midpoint": Stroke(PURPLE, SOLID, "s"),
+    "gauss2": Stroke(PURPLE, DOTTED, "h"),
+    "gauss3": Stroke(PURPLE, DASHED, "p"),
+    "gauss4": Stroke(PURPLE, LONG, "8"),
+    "radau2_ggl": Stroke(INDIGO, DOTTED, "v"),
+    "radau3_ggl": Stroke(INDIGO, SOLID, "v"),
+    "radau2_index2": Stroke(INDIGO, MIXED, "^"),
+    "radau3_index2": Stroke(INDIGO, DASHED, "^"),
+    "generalized_alpha": Stroke(BLACK, LONG, "X"),
+    "energy_momentum": Stroke(OLIVE, MIXED, "X"),
+    "ida:index3": Stroke(VERMILION, DASHED, "D"),
+    "ida:index2": Stroke(BLUE, DASHED, "^"),
+    "ida:index1": Stroke(ORANGE, DASHED, "s"),
+    "ida:ggl": Stroke(GREEN, MIXED, "P"),
+    "ida:baumgarte": Stroke(PURPLE, DOTTED, "v"),
+    "ida:ode": Stroke(BLACK, DOTTED, "v"),
+    "ida:casimirs": Stroke(OLIVE, LONG, "h"),
+    "cvode": Stroke(SKY, DASHED, "<"),
+    "cvode:bdf": Stroke(SKY, MIXED, ">"),
+    "cvode:bdf:projected": Stroke(SKY, SOLID, "d"),
+    "scipy": Stroke(PURPLE, DASHED, "D"),
+    "scipy:RK45": Stroke(PURPLE, MIXED, "<"),
+    "scipy:RK23": Stroke(PURPLE, DOTTED, ">"),
+    "scipy:Radau": Stroke(INDIGO, MIXED, "D"),
+    "scipy:BDF": Stroke(INDIGO, DOTTED, "s"),
+    "scipy:LSODA": Stroke(BROWN, DASHED, "s"),
+    "heyoka": Stroke(BLACK, SOLID, "*"),
+    "solve_dae": Stroke(INDIGO, LONG, "<"),
+}
+"""Colour, dashes and marker by the name of a method, or of its solver; a composition, a projection or a form follows its scheme."""
+
+OTHER = Stroke(BROWN, MIXED, "h")
+"""A method of no name here: a code of one's own."""
+
+NAMES = {
+    "rattle": "RATTLE",
+    "rattle_iterative": "RATTLE, iterative",
+    "rattle_conformal": "RATTLE, conformal",
+    "shake": "SHAKE",
+    "symplectic_euler": "symplectic Euler",
+    "symplectic_euler_adjoint": "symplectic Euler, adjoint",
+    "verlet": "Störmer-Verlet",
+    "strang": "Strang",
+    "lie": "Lie-Trotter",
+    "lie_adjoint": "Lie-Trotter, adjoint",
+    "rk4": "RK4",
+    "se": "se, reduced equations",
+    "seproj": "seproj, reduced equations",
+    "implicit_euler": "implicit Euler",
+    "midpoint": "implicit midpoint",
+    "generalized_alpha": "generalized-alpha",
+    "energy_momentum": "energy-momentum",
+    "heyoka:taylor": "Taylor (heyoka)",
+    "cvode:adams": "CVODE Adams",
+    "cvode:bdf": "CVODE BDF",
+    "cvode:bdf:projected": "CVODE BDF, projected",
+    "solve_dae:Radau": "Radau (solve_dae)",
+    "ida:ggl": "IDA GGL",
+    "ida:baumgarte": "IDA Baumgarte",
+    "ida:ode": "IDA ODE",
+    "ida:casimirs": "IDA, Casimirs kept",
+}
+"""Names that are not made by a rule."""
+
+PARTS = {"suzuki4": "Suzuki 4", "kahan_li8": "Kahan-Li 8", "proj": "projected", "symproj": "symmetrically projected"}
+PARTS |= {"local": "local coordinates", "stiff": "stiff form", "baumgarte": "Baumgarte", "darboux": "Darboux"}
+RULES = (
+    (r"lobatto(\d+)", r"Lobatto \1"),
+    (r"gauss(\d+)", r"Gauss \1"),
+    (r"radau(\d+)_ggl", r"Radau \1, GGL"),
+    (r"radau(\d+)_index2", r"Radau \1, index 2"),
+    (r"ida:index(\d)", r"IDA index \1"),
+    (r"scipy:(\w+)", r"\1 (SciPy)"),
+)
+"""Names of families."""
+
+PARSED = re.compile(r"(?:(?P<form>local|stiff|baumgarte|darboux):)?(?P<scheme>[^/+]+)(?:/(?P<composition>[^+]+))?(?:\+(?P<projection>.+))?")
+
+
+def name_of(method: str) -> str:
+    """Return what a method is called in pictures and sentences.
+
+    Parameters
+    ----------
+    method : str
+        Name as it is typed, ``rattle/suzuki4`` say.
+
+    Returns
+    -------
+    str
+        A name in words; the one that was typed where none is known, as of a code of one's own.
+
+    Examples
+    --------
+    >>> name_of("rattle/suzuki4"), name_of("local:gauss3"), name_of("ida:index2")
+    ('RATTLE, Suzuki 4', 'Gauss 3, local coordinates', 'IDA index 2')
+    """
+    parts = _parts(method)
+    if parts is None:
+        return method
+    scheme = _scheme(parts["scheme"])
+    return ", ".join([scheme, *(PARTS.get(parts[key], parts[key]) for key in ("composition", "projection", "form") if parts[key])])
+
+
+def _scheme(scheme: str) -> str:
+    """Return the name of a scheme or solver without what is added to it."""
+    if scheme in NAMES:
+        return NAMES[scheme]
+    for pattern, words in RULES:
+        if re.fullmatch(pattern, scheme):
+            return re.sub(pattern, words, scheme)
+    return scheme.replace("_", " ")
+
+
+def _parts(method: str) -> dict[str, str] | None:
+    """Return form, scheme, composition and projection of a name; None of a code of one's own."""
+    if method.startswith((".", "/", "exec:")):
+        return None
+    match = PARSED.fullmatch(method)
+    return {key: value or "" for key, value in match.groupdict().items()} if match else None
+
+
+def stroke_of(method: str) -> Stroke:
+    """Return how a method is drawn in every picture: its scheme's colour, and dashes and a marker of its own.
+
+    Parameters
+    ----------
+    method : str
+        Name as it is typed.
+
+    Examples
+    --------
+    >>> stroke_of("rattle").color == stroke_of("rattle/suzuki4").color, stroke_of("rattle") == stroke_of("rattle/suzuki4")
+    (True, False)
+    """
+    if method in STROKES_OF:
+        return STROKES_OF[method]
+    parts = _parts(method)
+    if parts is None:
+        return OTHER
+    scheme = parts["scheme"]
+    stroke = STROKES_OF.get(scheme) or STROKES_OF.get(scheme.partition(":")[0], OTHER)
+    composition, added = parts["composition"], parts["projection"] or parts["form"]
+    if composition:
+        return replace(stroke, dashes=LONG if composition == "kahan_li8" else MIXED, marker="*" if composition == "kahan_li8" else "h")
+    return replace(stroke, dashes=DASHED, marker="d") if added else stroke
+
+
+def curve_of(method: str) -> dict[str, object]:
+    """Return keyword arguments of Matplotlib's ``plot`` for the curve of a method with markers."""
+    return stroke_of(method).points() | {"label": name_of(method)}

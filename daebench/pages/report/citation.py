@@ -1,0 +1,42 @@
+"""What a reader needs to cite a page, and to make the same one: version, commit, date and licence of daebench."""
+
+import json
+import subprocess
+from importlib.metadata import PackageNotFoundError, distribution, metadata
+
+from daebench.systems.files import package
+
+AUTHORS = "The daebench founders"
+"""As CITATION.cff has them, which is in no wheel; a test holds both against each other."""
+
+
+def commit() -> str:
+    """Return the commit that daebench is at, "with changes" where files differ from it; "" where it is not known."""
+    folder = str(package.folder("daebench"))
+    named = _git(folder, "rev-parse", "--short=12", "HEAD")
+    if not named or not _git(folder, "ls-files", "__init__.py"):
+        return _installed()
+    return f"{named} with changes" if _git(folder, "status", "--porcelain", "--untracked-files=no") else named
+
+
+def _git(folder: str, *arguments: str) -> str:
+    """Return what Git says of a folder; "" where there is no Git, or the folder is in no repository."""
+    try:
+        answer = subprocess.run(["git", "-C", folder, *arguments], capture_output=True, text=True, timeout=20, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return answer.stdout.strip() if answer.returncode == 0 else ""
+
+
+def _installed() -> str:
+    """Return the commit that an installation from a repository notes; "" where there is none."""
+    try:
+        noted = distribution("daebench").read_text("direct_url.json")
+    except PackageNotFoundError:
+        return ""
+    return str(json.loads(noted or "{}").get("vcs_info", {}).get("commit_id", ""))[:12]
+
+
+def licence() -> str:
+    """Return the licence as the package's metadata name it."""
+    return str(metadata("daebench")["License-Expression"])

@@ -1,0 +1,29 @@
+"""The picture of a report in the index: one message, drawn for the size in which it is shown."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from daebench.draw.figures import drawing, save_drawing
+from daebench.pages.report.index import THUMBNAIL
+
+SIZE = (3.0, 1.8)
+"""Width and height, inches: 300 pixels across at the letters' nominal size."""
+
+
+def draw_thumbnail(folder: Path, draw: Callable[[Any], None]) -> Path:
+    """Draw a picture for the index into the folder of a report's figures; return the path of its PNG.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the figures, which is there.
+    draw : callable
+        Draws into the axes that it is given.
+    """
+    from matplotlib.figure import Figure
+
+    with drawing():
+        figure = Figure(figsize=SIZE)
+        draw(figure.subplots())
+        return save_drawing(figure, folder, THUMBNAIL)[1]
