@@ -42,7 +42,7 @@ def small(picture, path):
 
 def restore(out):
     """Put the pages that a folder has not there from the gallery as it was: that of the engines, which is made by hand, or all others."""
-    known = {page.name: {"title": page.name, "kind": page.kind, "about": page.summary, "command": page.command} for page in pages(None)}
+    known = {page.name: {"title": page.name, "kind": page.kind, "about": page.summary, "command": page.command} for page in pages()}
     with ZipFile(PLACE / "gallery.zip") as archive:
         for name in sorted({Path(file).parts[0] for file in archive.namelist() if "/" in file} - set(order(out))):
             print(f"{name}: as it was")

@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,7 +16,6 @@ ALL, COURT = "all", "court"
 
 
 def report(
-    context: typer.Context,
     name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a file; court; or all.")],
     certificates: Annotated[
         Path | None, typer.Argument(help="With court: a folder of certificates, each in a folder of its own.", show_default=False)
@@ -41,7 +40,7 @@ def report(
     from daebench.runs.files import make_folder
 
     if name == ALL:
-        _all(context.find_root().command, out, anew, archive)
+        _all(out, anew, archive)
         return
     from daebench.pages.report.gallery import build
     from daebench.pages.report.reports import find
@@ -64,7 +63,7 @@ def _court(certificates: Path | None, out: Path, trust: bool) -> None:
     print(f"written: {page}")
 
 
-def _all(command_line: Any, out: Path, anew: bool, archive: Path | None) -> None:
+def _all(out: Path, anew: bool, archive: Path | None) -> None:
     from daebench.pages.gallery import pages
     from daebench.pages.lesson.installed import missing
     from daebench.pages.report.archive import write_archive
@@ -76,7 +75,7 @@ def _all(command_line: Any, out: Path, anew: bool, archive: Path | None) -> None
     make_folder(out)
     with bar("gallery") as progress:
         try:
-            build_all(out, pages(command_line), progress, _tell, anew=anew)
+            build_all(out, pages(), progress, _tell, anew=anew)
         except (KeyboardInterrupt, Interrupted) as stop:
             raise Interrupted(f"interrupted; what was made is in {out}: run again to go on.") from stop
     if absent := missing():

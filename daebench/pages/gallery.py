@@ -1,7 +1,6 @@
-"""The pages of daebench's own gallery: its reports, its lessons and the reference of all that is public."""
+"""The pages of daebench's own gallery: its reports and its lessons."""
 
 from pathlib import Path
-from typing import Any
 
 from daebench.errors import unknown
 from daebench.methods.catalogue import lessons, reports
@@ -10,22 +9,14 @@ from daebench.pages.report.gallery import in_order
 from daebench.pages.report.page import Progress
 from daebench.pages.report.reports import Report, own
 
-REFERENCE = "reference"
-
 BY_HAND = frozenset({"engines"})
 """Reports that are made by hand, where what they need is installed: ``daebench report NAME`` puts each into the gallery, all does not."""
 
 
-def pages(command_line: Any) -> list[Report]:
-    """Return all pages but those made by hand, in the order in which they are best read; lessons only where what they need is installed.
-
-    Parameters
-    ----------
-    command_line : click.Group
-        The commands that the page of reference describes.
-    """
+def pages() -> list[Report]:
+    """Return all pages but those made by hand, in the order in which they are best read; lessons only where what they need is installed."""
     notebooks = [] if missing() else map(lesson_page, lessons())
-    by_name = {page.name: page for page in (*map(own, sorted(set(reports()) - BY_HAND)), *notebooks, _reference(command_line))}
+    by_name = {page.name: page for page in (*map(own, sorted(set(reports()) - BY_HAND)), *notebooks)}
     return [by_name[name] for name in in_order(by_name)]
 
 
@@ -40,14 +31,3 @@ def lesson_page(name: str) -> Report:
         return export(name, out, progress)
 
     return Report(f"lesson-{name}", lessons()[name], f"daebench lesson {name}", make, kind="lesson")
-
-
-def _reference(command_line: Any) -> Report:
-    def make(out: Path, progress: Progress) -> Path:
-        from daebench.pages.api.page import write
-
-        progress(0.0, "docstrings")
-        return write(out, command_line)
-
-    about = "Everything public in Python, by task, and every command."
-    return Report(REFERENCE, about, "daebench report all", make, kind="reference")

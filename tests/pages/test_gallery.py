@@ -178,7 +178,7 @@ def test_progress_is_in_parts_of_the_time_that_pages_took(tmp_path, gallery_of):
 
 
 def test_all_own_reports_are_in_the_gallery_in_their_order():
-    names = [each.name for each in pages.pages(None) if each.kind == "report"]
+    names = [each.name for each in pages.pages() if each.kind == "report"]
     assert sorted([*names, *pages.BY_HAND]) == sorted(pages.reports())
     assert names[: len(gallery.SECONDS)] == [name for name in gallery.SECONDS if name in names]
 
@@ -382,15 +382,15 @@ def test_what_cannot_be_asked_for_is_refused_before_any_work(tmp_path, more, sen
 
 
 def test_the_time_that_a_page_takes_is_what_it_took_or_what_is_known_of_it_or_a_minute(tmp_path, gallery_of):
-    assert [gallery.expected(each, tmp_path) for each in pages.pages(None)] == [*gallery.SECONDS.values()]
+    assert [gallery.expected(each, tmp_path) for each in pages.pages()] == [*gallery.SECONDS.values()]
     ((mine, _, _),) = gallery_of("mine")
     assert gallery.expected(mine, tmp_path) == 60.0
 
 
 def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(tmp_path, monkeypatch, capsys):
-    assert sum(each.kind == "lesson" for each in pages.pages(None)) == len(pages.lessons()) > 0
+    assert sum(each.kind == "lesson" for each in pages.pages()) == len(pages.lessons()) > 0
     monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)
-    assert not [each for each in pages.pages(None) if each.kind == "lesson"]
+    assert not [each for each in pages.pages() if each.kind == "lesson"]
     monkeypatch.setattr(pages, "pages", lambda command_line: [])
     app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
     assert "pip install 'daebench[lessons]'" in capsys.readouterr().err
@@ -412,6 +412,6 @@ def test_the_gallery_that_is_kept_has_every_page_and_each_stands_alone(tmp_path)
     with ZipFile(kept) as archive:
         assert archive.testzip() is None
         archive.extractall(tmp_path)
-    assert {path.parent.name for path in tmp_path.glob("*/index.html")} == {each.name for each in pages.pages(None)} | pages.BY_HAND
+    assert {path.parent.name for path in tmp_path.glob("*/index.html")} == {each.name for each in pages.pages()} | pages.BY_HAND
     for path in tmp_path.rglob("index.html"):
-        standalone(path, quotes=path.parent.name in {"reference", "engines"})
+        standalone(path, quotes=path.parent.name == "engines")

@@ -25,7 +25,6 @@ SECONDS = {
     "lesson-tolerance": 20,
     "lesson-poisson-maps": 20,
     "lesson-extremes": 20,
-    "reference": 5,
 }
 """Pages in the order in which they are best read, others follow; and how long each takes, about, on two cores with nothing compiled."""
 

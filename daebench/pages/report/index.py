@@ -9,7 +9,7 @@ from typing import Any
 from daebench.pages.report import build_stamp
 from daebench.pages.report.page import write_page
 
-KINDS = {"report": "Reports", "lesson": "Lessons", "reference": "Reference"}
+KINDS = {"report": "Reports", "lesson": "Lessons"}
 """Kinds of pages in the order of the index, and their headings."""
 
 

@@ -196,7 +196,7 @@ class Study:
         -------
         DataFrame
             The fields of the run, one column each for its parameters; steps, t_reached (s), seconds (CPU time of stepping), failure and
-            counts of work n_...; and the columns of every metric. A run that stopped early has its row, with NaN where nothing was
+            counts of work ``n_...``; and the columns of every metric. A run that stopped early has its row, with NaN where nothing was
             measured.
 
         Raises

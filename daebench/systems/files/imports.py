@@ -19,7 +19,6 @@ TAKEN = sys.stdlib_module_names | {
     "daebench",
     "dask",
     "distributed",
-    "griffe",
     "heyoka",
     "imageio_ffmpeg",
     "jinja2",

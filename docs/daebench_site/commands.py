@@ -1,9 +1,13 @@
-"""The command line as it describes itself: every command with its arguments and options."""
+"""The command line as it describes itself: ``.. commands::`` writes every command with its arguments and options."""
 
 import inspect
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from sphinx.util.docutils import SphinxDirective
 
 
 @dataclass(frozen=True)
@@ -85,3 +89,35 @@ def _option(parameter: Any) -> Option:
     default = parameter.default
     note = "" if flag or default in (None, "") or callable(default) or not str(default) else f"default: {default}"
     return Option(names, parameter.help or "", "required" if parameter.required else note)
+
+
+def written(command: Command) -> list[str]:
+    """Return the entry of a command as reStructuredText."""
+    title = f"daebench {command.name}"
+    lines = [f".. _command-{command.name.replace(' ', '-')}:", "", title, "-" * len(title), "", "::", "", f"    {command.usage}", ""]
+    lines += [*command.about.splitlines(), "", f".. program:: {title}", ""]
+    for option in command.options:
+        default = f" ({option.default})" if option.default else ""
+        lines += [f".. option:: {', '.join(option.names)}", "", f"   {option.help.replace('*', chr(92) + '*')}{default}", ""]
+    return lines
+
+
+class Commands(SphinxDirective):
+    """All commands."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return a section for each command."""
+        import typer
+
+        from daebench.cli.app import app
+
+        lines = [line for command in commands(typer.main.get_command(app)) for line in written(command)]
+        node = nodes.section()
+        node.document = self.state.document
+        self.state.nested_parse(StringList(lines, source="<commands>"), 0, node, match_titles=True)
+        return node.children
+
+
+def setup(app: Any) -> None:
+    """Add the directive."""
+    app.add_directive("commands", Commands)

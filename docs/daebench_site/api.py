@@ -1,0 +1,187 @@
+"""The reference of the Python interface: ``.. api:: KEY`` writes a chapter of :mod:`daebench_site.contents` from its docstrings."""
+
+import importlib
+import inspect
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from sphinx import addnodes
+from sphinx.pycode import ModuleAnalyzer
+from sphinx.util import logging
+from sphinx.util.docutils import SphinxDirective
+
+from daebench_site.contents import TASKS
+
+LOG = logging.getLogger(__name__)
+CHAPTERS = {task.key: task for task in TASKS}
+
+
+def resolve(name: str) -> Any:
+    """Return what a dotted name stands for."""
+    module, _, attribute = name.rpartition(".")
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError:
+        return getattr(resolve(module), attribute)
+
+
+def public_names(name: str) -> Iterator[str]:
+    """Give the dotted names that a name of the contents stands for: itself, or of a module all that is public in it and in its modules."""
+    thing = resolve(name)
+    if not inspect.ismodule(thing):
+        yield name
+        return
+    if hasattr(thing, "__all__"):
+        described = ModuleAnalyzer.for_module(name).find_attr_docs()
+        yield from (f"{name}.{member}" for member in thing.__all__ if callable(getattr(thing, member)) or ("", member) in described)
+        return
+    for module in sorted(_modules(thing)):
+        yield from public_names(f"{name}.{module}")
+    yield from (f"{name}.{member}" for member in _members(thing))
+
+
+def _modules(package: Any) -> list[str]:
+    from pkgutil import iter_modules
+
+    return [module.name for module in iter_modules(getattr(package, "__path__", [])) if not module.name.startswith("_")]
+
+
+def _members(module: Any) -> list[str]:
+    """Return the public functions, classes and described constants that a module defines, in the order of its source."""
+    analyzer = ModuleAnalyzer.for_module(module.__name__)
+    described = {name for _, name in analyzer.find_attr_docs()}
+    own = {
+        name
+        for name, member in vars(module).items()
+        if (inspect.isroutine(member) or inspect.isclass(member)) and getattr(member, "__module__", "") == module.__name__
+    }
+    return sorted((name for name in own | described if not name.startswith("_")), key=lambda name: analyzer.tagorder.get(name, 0))
+
+
+@cache
+def entries() -> dict[str, list[str]]:
+    """Return the dotted names of all chapters; a thing that is named by itself is left out of the modules that have it too."""
+    named = {id(resolve(name)): name for task in TASKS for name in task.names}
+    chapters: dict[str, list[str]] = {}
+    for task in TASKS:
+        names = dict.fromkeys(name for part in task.names for name in public_names(part))
+        chapters[task.key] = [name for name in names if named.setdefault(id(resolve(name)), name) == name or kind(name) == "autodata"]
+    return chapters
+
+
+def chapter_names(key: str) -> list[str]:
+    """Return the dotted names of a chapter."""
+    return entries()[key]
+
+
+def summary(name: str) -> str:
+    """Return the first sentence of a docstring."""
+    text = inspect.getdoc(resolve(name)) or ""
+    first = text.partition("\n\n")[0].replace("\n", " ")
+    return first.removesuffix("::") + "." if first.endswith("::") else first
+
+
+def kind(name: str) -> str:
+    """Return the directive that describes a thing."""
+    thing = resolve(name)
+    if not getattr(thing, "__module__", "").startswith("daebench"):
+        return "autodata"  # a constant, or another name of a type
+    if inspect.isclass(thing):
+        return "autoexception" if issubclass(thing, BaseException) else "autoclass"
+    return "autofunction" if inspect.isroutine(thing) else "autodata"
+
+
+class Api(SphinxDirective):
+    """A chapter: what it is for, a table of its functions and classes, and an entry for each."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return the nodes of the chapter."""
+        key = self.arguments[0]
+        names = chapter_names(key)
+        lines = [*CHAPTERS[key].about.splitlines(), "", *self._table(names)]
+        for name in names:
+            lines += ["", f".. {kind(name)}:: {name}", *(["   :members:"] if kind(name) == "autoclass" else [])]
+        for name in names:
+            if kind(name) != "autodata":
+                self.env.note_dependency(inspect.getsourcefile(inspect.unwrap(resolve(name))))
+        node = nodes.section()
+        node.document = self.state.document
+        self.state.nested_parse(StringList(lines, source=f"<api {key}>"), 0, node, match_titles=True)
+        return node.children
+
+    def _table(self, names: list[str]) -> list[str]:
+        rows = [name for name in names if kind(name) != "autodata"]
+        lines = [".. list-table::", "   :widths: 30 70", "   :class: api-summary", ""]
+        for name in rows:
+            role = "func" if kind(name) == "autofunction" else "class"
+            lines += [f"   * - :{role}:`~{name}`", f"     - {summary(name)}"]
+        return lines if rows else []
+
+
+def unlink_words(app: Any, doctree: Any) -> None:
+    """Take the links from words of the types of parameters, such as the n of ``shape(n,)``, which are no names of classes."""
+    for node in list(doctree.findall(addnodes.pending_xref)):
+        if node.get("refspecific") and not node["reftarget"].rpartition(".")[2][:1].isupper():
+            node.replace_self(node.children)
+
+
+def documented() -> dict[int, str]:
+    """Return the documented names of things by their identity: a docstring may name a function by where it is defined."""
+    return {id(resolve(name)): name for key in CHAPTERS for name in chapter_names(key)}
+
+
+def find_by_identity(app: Any, env: Any, node: Any, content: Any) -> Any:
+    """Resolve a reference by what it stands for; warn where one to daebench leads nowhere."""
+    if node.get("refdomain") != "py":
+        return None
+    target, source = node["reftarget"].lstrip("~."), node.get("py:module") or ""
+    if node["reftype"] == "mod" and target.startswith("daebench"):
+        return _module_link(app, node, content, target)
+    for name in (target, f"{source}.{target}"):
+        full = _documented_name(env, name)
+        if full:
+            return env.domains["py"].resolve_xref(env, node["refdoc"], app.builder, "obj", full, node, content)
+    if target.startswith("daebench."):
+        LOG.warning("reference to %s leads nowhere", target, location=node, type="ref")
+    return None
+
+
+def _documented_name(env: Any, name: str) -> str:
+    if not name.startswith("daebench"):
+        return ""
+    if not hasattr(env, "daebench_documented"):
+        env.daebench_documented = documented()
+    head, attribute = name, ""
+    for _ in range(2):
+        try:
+            known = env.daebench_documented.get(id(resolve(head)), "")
+        except (AttributeError, ModuleNotFoundError, ValueError):
+            known = ""
+        if known:
+            return f"{known}.{attribute}" if attribute else known
+        head, _, attribute = head.rpartition(".")
+    return ""
+
+
+def _module_link(app: Any, node: Any, content: Any, target: str) -> Any:
+    """Link a module to the chapter that has what is in it."""
+    for key in CHAPTERS:
+        if any(name.startswith(f"{target}.") for name in (*CHAPTERS[key].names, *chapter_names(key))):
+            link = nodes.reference("", "", internal=True)
+            link["refuri"] = app.builder.get_relative_uri(node["refdoc"], f"reference/api/{key}")
+            link += content
+            return link
+    LOG.warning("no chapter has what is in %s", target, location=node, type="ref")
+    return None
+
+
+def setup(app: Any) -> None:
+    """Add the directive, and what resolves references."""
+    app.add_directive("api", Api)
+    app.connect("doctree-read", unlink_words)
+    app.connect("missing-reference", find_by_identity)
