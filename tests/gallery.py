@@ -16,6 +16,7 @@ from daebench.pages.report.index import write_index
 
 PLACE = Path(__file__).parent.parent / "reports" / "gallery"
 SHOWN = {
+    "rods": "index-reduction/figures/rods",
     "drift": "index-reduction/figures/drift",
     "methods": "methods/figures/matrix",
     "tolerances": "tolerances/figures/accuracy",

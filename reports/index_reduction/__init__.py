@@ -6,13 +6,18 @@ from typing import Any
 
 import pandas as pd
 
+from daebench.draw.figures import drawing
 from daebench.pages.report import Progress, exact_motion, make_page
-from daebench.reports.index_reduction import figures, ida
+from daebench.pages.report.index import MOVING
+from daebench.reports.index_reduction import figures, ida, rods
 from daebench.reports.index_reduction import numbers as _index_reduction_numbers
 from daebench.reports.index_reduction.claims import check
 from daebench.reports.index_reduction.figures import NAMES, draw, label
 from daebench.reports.index_reduction.ida import measure_ida
 from daebench.reports.index_reduction.numbers import Numbers, measure
+from daebench.reports.index_reduction.rods import Held, check_rods, measure_rods
+from daebench.reports.index_reduction.rods_figure import draw_rods
+from daebench.reports.index_reduction.rods_moving import write_moving
 from daebench.reports.index_reduction.tables import tables
 
 CONSTANTS = SimpleNamespace(
@@ -21,17 +26,25 @@ CONSTANTS = SimpleNamespace(
     IDA_T_END=ida.T_END,
     IDA_POINTS=ida.POINTS,
     WINDOW=figures.WINDOW,
+    RODS_H=rods.H,
 )
+
+
+Measured = tuple[Numbers, pd.DataFrame, dict[str, Held]]
 
 
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
 
-    def content(numbers: tuple[Numbers, pd.DataFrame], facts: SimpleNamespace) -> dict[str, Any]:
+    def content(numbers: Measured, facts: SimpleNamespace) -> dict[str, Any]:
+        schemes, formulations, held = numbers
+        write_moving(held, facts.rods, out / MOVING)
+        with drawing():
+            picture = draw_rods(held, facts.rods, out / "figures")
         return {
             "c": CONSTANTS,
-            "drawn": draw(*numbers, out / "figures"),
-            "tables": tables(*numbers, out / "tables"),
+            "drawn": draw(schemes, formulations, out / "figures") | {picture.stem: picture},
+            "tables": tables(schemes, formulations, out / "tables"),
             "label": label,
             "kept_names": [
                 "its adjoint" if name == "symplectic_euler_adjoint" else NAMES[name].removeprefix("constrained ") for name in facts.kept
@@ -44,13 +57,15 @@ def make(out: Path, progress: Progress) -> Path:
         out,
         "daebench report index-reduction",
         progress,
-        measure=both,
-        check=lambda numbers: check(*numbers),
+        measure=everything,
+        check=lambda numbers: SimpleNamespace(rods=check_rods(numbers[2]), **vars(check(*numbers[:2]))),
         content=content,
     )
 
 
-def both(progress: Progress) -> tuple[Numbers, pd.DataFrame]:
-    """Return the numbers of the fixed-step schemes and those of IDA."""
-    numbers = measure(lambda fraction, doing: progress(0.8 * fraction, doing))
-    return numbers, measure_ida(lambda fraction, doing: progress(0.8 + 0.2 * fraction, doing))
+def everything(progress: Progress) -> Measured:
+    """Return the numbers of the fixed-step schemes, those of IDA, and the runs of three ways to hold the rod."""
+    numbers = measure(lambda fraction, doing: progress(0.75 * fraction, doing))
+    formulations = measure_ida(lambda fraction, doing: progress(0.75 + 0.2 * fraction, doing))
+    progress(0.95, "three ways to hold the rod")
+    return numbers, formulations, measure_rods()

@@ -6,6 +6,8 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from daebench.pages.report import build_stamp
 from daebench.pages.report.page import write_page
 
@@ -51,7 +53,18 @@ def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) ->
         "daebench report all",
         groups={key: entries for key, entries in groups.items() if entries},
         steps=[(question, pages) for question, pages in steps if pages],
+        moving=moving(out, names),
     )
+
+
+MOVING = "moving.html"
+"""File of a page's folder that has a moving picture for the index: a piece of HTML with its own style and script."""
+
+
+def moving(out: Path, names: Sequence[str]) -> Markup:
+    """Return the moving picture of the first page that has one, for the index to begin with; nothing where there is none."""
+    files = [out / name / MOVING for name in names]
+    return Markup(next((path.read_text(encoding="utf-8") for path in files if path.is_file()), ""))
 
 
 def card(out: Path, name: str, failure: str) -> dict[str, str]:
