@@ -113,20 +113,31 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         singular: str = "stop",
     ) -> types.ModuleType:
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
-        structure: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
-        structure |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
-        structure |= {"loops": True} if self._in_loops(ivp, precision) else {}
-
-        def build(cached: bool) -> str:
-            from daebench.compiler.link import Linker, Options
-
-            linker = Linker(self._derivation(ivp), Options(**structure), self.scheme_module)
-            remembers = linker.constants["MULTISTEP"] or self.compensated
-            return linker.module(f"{self.name} on {ivp.problem}, {precision}.", [*LOOP, INITIALISE] if remembers else LOOP, cached)
-
+        structure = self._options(ivp, precision, watch, count=count, stage_multipliers=stage_multipliers, singular=singular)
         file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
         key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
-        return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, build)
+        return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, lambda cached: self._module(ivp, structure, cached=cached))
+
+    def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...]) -> str:
+        """Return the text of a generated module, for what translates it: it does not look at whether G keeps its rank."""
+        return self._module(ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=""), cached=False)
+
+    def _options(
+        self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool, singular: str
+    ) -> dict[str, Any]:
+        """Return what decides a generated module, as :class:`daebench.compiler.link.Options` takes it."""
+        options: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
+        options |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
+        return options | ({"loops": True} if self._in_loops(ivp, precision) else {})
+
+    def _module(self, ivp: Ivp, options: Mapping[str, Any], *, cached: bool) -> str:
+        """Return the text of a generated module."""
+        from daebench.compiler.link import Linker, Options
+
+        linker = Linker(self._derivation(ivp), Options(**options), self.scheme_module)
+        remembers = linker.constants["MULTISTEP"] or self.compensated
+        roots = [*LOOP, INITIALISE] if remembers else LOOP
+        return linker.module(f"{self.name} on {ivp.problem}, {options['precision']}.", roots, cached)
 
     def linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
         """Return the scheme linked to a problem with its numbers, to run with a kernel."""

@@ -1,0 +1,157 @@
+"""The loop of a linked module, and functions of a state, as methods of one JavaScript object.
+
+Numbers go in and out in arrays that the page makes once: ``S`` holds the state, what the scheme remembers, the largest errors, the smallest
+pivot and the conserved quantities, each dual number as its value and its derivatives; ``P`` the run-time data; ``W`` the weights of a
+composition; ``R`` the steps done, the rows stored, the steps left until the next, the substeps tried, status and residual.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from daebench.compiler.javascript.follow import Follower, followed
+from daebench.compiler.javascript.numbers import Dual, Entries, Real, atom
+from daebench.compiler.javascript.passes import inlined, pruned
+from daebench.compiler.javascript.statements import Put, written
+
+INFINITY = float("inf")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What the arrays of a kernel hold.
+
+    Parameters
+    ----------
+    state : nested tuple of float
+        A state that the scheme computes in.
+    par : nested tuple of float
+        The run-time data.
+    directions : int
+        In how many directions states have derivatives.
+    rows : int
+        Width of a row of states as they are stored.
+    monitored : int
+        Number of monitored errors.
+    """
+
+    state: Any
+    par: Any
+    rows: int
+    directions: int = 0
+    monitored: int = 0
+
+
+class Reader:
+    """Reads numbers from an array, one after the other."""
+
+    def __init__(self, follower: Follower, array: str) -> None:
+        self.follower, self.array, self.index = follower, array, 0
+
+    def one(self) -> Real:
+        """Return the next number."""
+        self.index += 1
+        return Real(self.follower.let(("index", self.array, self.index - 1)))
+
+    def like(self, form: Any, directions: int = 0) -> Any:
+        """Return numbers in the form of a nested tuple; dual where it has dual ones, or in so many directions."""
+        if isinstance(form, tuple):
+            return tuple(self.like(entry, directions) for entry in form)
+        k = len(form.parts) if isinstance(form, Dual) else directions
+        value = self.one()
+        return Dual(value, tuple(self.one() for _ in range(k))) if k else value
+
+
+def put(follower: Follower, array: str, index: int, value: Any) -> int:
+    """Write the numbers of a nested tuple into an array from an index on; return the index after them."""
+    if isinstance(value, tuple):
+        for entry in value:
+            index = put(follower, array, index, entry)
+        return index
+    if isinstance(value, Dual):
+        return put(follower, array, index, (value.value, *value.parts))
+    follower.block.append(Put(array, index, atom(value)))
+    return index + 1
+
+
+def method(name: str, parameters: str, block: list[Any]) -> str:
+    """Return a method of an object."""
+    return f"{name}({parameters}){{{written(inlined(pruned(block)))}}}"
+
+
+def kernel(source: str, layout: Layout) -> str:
+    """Return a linked module's loop as an object with ``size``, ``start(S, h, P, R)`` and ``integrate(S, h, steps, ..., R)``.
+
+    ``start`` makes what the scheme remembers and what is conserved of the state that S begins with; its status is R[4]. ``integrate`` is
+    :func:`daebench.schemes.kernels.loop.integrate`: it stores a state in T when ``left`` steps are done and then after every ``every``.
+
+    Parameters
+    ----------
+    source : str
+        The module that the linker has made for a scheme and a problem.
+    layout : Layout
+        What its arrays hold.
+
+    Raises
+    ------
+    BadInput
+        If the module computes what a page cannot.
+    """
+    forms: dict[str, Any] = {}
+
+    def begin(follower: Follower) -> None:
+        reader = Reader(follower, "S")
+        x, par = reader.like(layout.state, layout.directions), Reader(follower, "P").like(layout.par)
+        memory, status = (), 0
+        if "initialise" in follower.functions and "EACH_INITIALISE" in follower.constants:
+            memory, report = follower.call("initialise", (x, Real("h"), par))
+            status = report[0]
+        conserved = follower.call("first", (x, par))
+        zero = (0.0,) * layout.monitored
+        forms.update(memory=memory, conserved=conserved, size=put(follower, "S", reader.index, (memory, zero, INFINITY, conserved)))
+        put(follower, "R", 4, status)
+
+    def run(follower: Follower) -> None:
+        reader = Reader(follower, "S")
+        x, memory = reader.like(layout.state, layout.directions), reader.like(forms["memory"])
+        maxima, pivot, conserved = reader.like((0.0,) * layout.monitored), reader.one(), reader.like(forms["conserved"])
+        par, rows = Reader(follower, "P").like(layout.par), Entries("T", layout.rows)
+        counts = (Real("steps"), Real("left"), Real("every"))
+        states = (rows, None) if layout.directions else rows
+        arguments = (x, memory, conserved, maxima, pivot, Real("h"), Entries("W"), *counts, states, (None, None), par)
+        ends = follower.call("integrate", arguments)
+        put(follower, "S", 0, ends[:4])
+        done, row, left, _, tried, report = ends[4:]
+        put(follower, "R", 0, (done, row, left, tried, report[0], report[1]))
+
+    first, loop = followed(source, begin), followed(source, run)
+    methods = method("start", "S,h,P,R", first), method("integrate", "S,h,steps,left,every,T,P,W,R", loop)
+    return f"{{size:{forms['size']},{','.join(methods)}}}"
+
+
+def functions(source: str, names: Iterable[str], arguments: Sequence[int], par: Any) -> str:
+    """Return functions of a problem as an object whose methods ``name(S, P, O)`` write what they return at a state into O.
+
+    Parameters
+    ----------
+    source : str
+        A linked module that has them.
+    names : iterable of str
+        Names in the scheme language.
+    arguments : sequence of int
+        Lengths of the vectors that they take, which S holds one after the other.
+    par : nested tuple of float
+        The problem's numbers.
+    """
+
+    def text(name: str) -> str:
+        def run(follower: Follower) -> None:
+            reader = Reader(follower, "S")
+            vectors = [reader.like((0.0,) * n) for n in arguments]
+            taken = [argument.arg for argument in follower.functions[name].args.args]
+            given = vectors if len(taken) == len(vectors) + 1 else vectors[len(vectors) + 1 - len(taken) :]
+            put(follower, "O", 0, follower.call(name, (*given, Reader(follower, "P").like(par))))
+
+        return method(name, "S,P,O", followed(source, run))
+
+    return "{" + ",".join(map(text, names)) + "}"

@@ -1,0 +1,99 @@
+"""A method and a problem as a script for a page: the linked module in JavaScript, and the numbers to run it with."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from daebench.compiler.javascript.kernel import Layout, functions, kernel
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
+from daebench.runs.ivp import InitialValueProblem
+
+MOST = 24
+"""Numbers of a state up to which tuples are written out as variables."""
+
+
+@dataclass(frozen=True)
+class Script:
+    """A kernel in JavaScript, see :mod:`daebench.compiler.javascript.kernel`, with its start.
+
+    Parameters
+    ----------
+    name : str
+        Name of the method.
+    text : str
+        The object with the methods ``start`` and ``integrate``.
+    state, par, weights : tuple of float
+        State of the problem's start, run-time data, and weights of the substeps.
+    directions : int
+        In how many directions the kernel carries derivatives.
+    """
+
+    name: str
+    text: str
+    state: tuple[float, ...]
+    par: tuple[float, ...]
+    weights: tuple[float, ...]
+    directions: int = 0
+
+
+def script(
+    method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float, *, watch: tuple[str, ...] = (), directions: int = 0
+) -> Script:
+    """Return a fixed-step method on a problem as a script.
+
+    Parameters
+    ----------
+    method : FixedStepMethod
+        The method.
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    h : float
+        Step size by which Newton's iteration measures increments where nothing else is known, s.
+    watch : tuple of str
+        What the loop takes the maximum error of, as for :class:`daebench.compiler.link.Options`.
+    directions : int
+        In how many directions of the start the state is differentiated.
+
+    Raises
+    ------
+    BadInput
+        If the method does not take the problem, or the state has too many numbers.
+    """
+    if refusal := method.refusal(ivp):
+        raise BadInput(refusal)
+    if ivp.arrays or ivp.size > MOST:
+        raise BadInput(f"{ivp.problem} has {ivp.size} numbers in a state, and a page takes {MOST} at most; take a smaller problem.")
+    precision = f"dual{directions}" if directions else "float64"
+    source = method.source(ivp, precision, watch)
+    linked = method.linked(ivp, _no_module(), h)
+    state, par = linked.enter(ivp.start), linked.par
+    layout = Layout(nested(state), nested(par), ivp.size, directions, len(monitored_names(watch, ivp)))
+    return Script(method.name, kernel(source, layout), flat(state), flat(par), tuple(map(float, method.weights)), directions)
+
+
+def script_of_functions(ivp: InitialValueProblem, names: Sequence[str]) -> str:
+    """Return functions of a problem, H or g for example, as methods ``name(S, P, O)`` of a JavaScript object."""
+    from daebench.compiler.link import Linker, Options
+    from daebench.compiler.syntax import LANGUAGE
+
+    linker = Linker(ivp.source.form(""), Options())
+    source = linker.module(f"Functions of {ivp.problem}.", [(LANGUAGE, name) for name in names], False)
+    return functions(source, names, [len(vector) for vector in ivp.start], nested(ivp.par))
+
+
+def nested(x: Any) -> Any:
+    """Return a nested tuple of floats."""
+    return float(x) if not hasattr(x, "__len__") else tuple(map(nested, x))
+
+
+def flat(x: Any) -> tuple[float, ...]:
+    """Return the numbers of a nested tuple in a row."""
+    return (float(x),) if not hasattr(x, "__len__") else tuple(number for entry in x for number in flat(entry))
+
+
+def _no_module() -> Any:
+    """Return what stands for the compiled module where nothing of it is called."""
+    import types
+
+    return types.ModuleType("none")

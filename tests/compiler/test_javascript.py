@@ -1,0 +1,150 @@
+"""Linked modules in JavaScript, run in a browser, against the kernels that numba makes of them; derivatives against a complex step."""
+
+import numpy as np
+import pytest
+
+from daebench.compiler.javascript.passes import inlined, pruned
+from daebench.compiler.javascript.statements import If, Let, Put, Set, Variables, text, written
+from daebench.diagnostics.symplecticity import tangent_path
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.script import script, script_of_functions
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import POISSON, parse
+from daebench.runs.request import Request
+
+POISSON_PROBLEMS = ("lotka_volterra", "free_rigid_body")
+STATES = 1000
+QUICK = [("spherical_pendulum", "rattle", {}), ("lotka_volterra", "strang", {})]
+PAIRS = [("spherical_pendulum", name, {}) for name in ("se", "se+proj", "rk4", "implicit_euler", "shake", "lobatto3", "lobatto4")]
+PAIRS += [("spherical_pendulum", "stiff:rk4", {"eps": 0.1}), ("spherical_pendulum", "rattle/kahan_li8", {})]
+PAIRS += [("slider_crank", "rattle", {}), ("double_pendulum", "rattle", {}), ("double_pendulum", "lobatto3", {})]
+PAIRS += [("lotka_volterra", name, {}) for name in ("rk4", "midpoint", "symplectic_euler_adjoint")]
+PAIRS += [("free_rigid_body", name, {}) for name in ("strang@123", "midpoint", "rk4")]
+
+RUN = """([text, states, h, par, weights, width]) => {
+  const kernel = eval("(" + text + ")"), S = new Float64Array(kernel.size), R = new Float64Array(8);
+  const one = new Float64Array(width), ends = [], rows = new Float64Array(width * (states.length - 1));
+  for (const state of states) {
+    S.set(state); kernel.start(S, h, par, R);
+    kernel.integrate(S, h, 1, 1, 1, one, par, weights, R);
+    ends.push([R[4], ...one]);
+  }
+  S.set(states[0]); kernel.start(S, h, par, R);
+  kernel.integrate(S, h, states.length - 1, 1, 1, rows, par, weights, R);
+  return [ends, [...rows], [...R], [...S]];
+}"""
+
+
+@pytest.fixture(scope="module")
+def page(chromium):
+    """An empty page that kernels are run in."""
+    opened = chromium.new_page()
+    yield opened
+    opened.close()
+
+
+def prepared(problem, name, options):
+    """Return a method and a problem with a start that no symmetry tells from others."""
+    method = parse(name, options, kind=POISSON, anyway=True) if problem in POISSON_PROBLEMS else parse(name, options)
+    return method, initial_value_problem(problem)
+
+
+def compiled(method, ivp, h):
+    """Return a run of the compiled kernel, as rows of states, and one step from each of them with what it returns."""
+    request = Request(value=h, steps=STATES, every=1, watch=())
+    run = method.begin(ivp, request, method.grid(ivp, request), ())
+    kernel, steps = run.kernel, STATES
+    integrate = lambda carried, n: kernel.integrate(  # noqa: E731
+        *carried, run.h, run.weights, n, 1, 1, run.state_rows, run.stage_rows, run.par
+    )
+    integrate(run.carried, steps)
+    rows = np.concatenate([np.concatenate(ivp.start)[None], run.state_rows[:steps]]).copy()
+    ends = []
+    for row in rows:
+        vectors = np.split(row, np.cumsum([len(part) for part in ivp.start])[:-1])
+        x = run.state(run.linked.enter(vectors))
+        memory = run.state(kernel.initialise(x, run.h, run.par)[0]) if hasattr(kernel, "initialise") else ()
+        result = integrate((x, memory, *run.carried[2:]), 1)
+        ends.append([result[9][0], *run.state_rows[0]])
+    return rows, np.array(ends)
+
+
+def check_pair(page, problem, name, options):
+    """Hold a kernel in the browser against the compiled one: one step from each of a thousand states, and the run through them."""
+    method, ivp = prepared(problem, name, options)
+    rows, expected = compiled(method, ivp, 0.01)
+    made = script(method, ivp, 0.01)
+    ends, run, report, _ = page.evaluate(RUN, [made.text, rows.tolist(), 0.01, made.par, made.weights, rows.shape[1]])
+    size = np.abs(rows).max(axis=1, keepdims=True)
+    assert np.array_equal(np.array(ends)[:, 0], expected[:, 0])
+    assert np.all(np.abs(np.array(ends)[:, 1:] - expected[:, 1:]) <= 1e-14 * size)
+    assert np.all(np.abs(np.reshape(run, (STATES, -1)) - rows[1:]) <= 1e-12 * size[1:])
+    assert report[:2] == [STATES, STATES]
+
+
+@pytest.mark.parametrize(("problem", "name", "options"), QUICK)
+def test_a_step_in_the_browser_is_that_of_the_compiled_kernel(page, problem, name, options):
+    check_pair(page, problem, name, options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("problem", "name", "options"), PAIRS[::4])
+def test_a_step_in_the_browser_is_that_of_the_compiled_kernel_in_the_gate(page, problem, name, options):
+    check_pair(page, problem, name, options)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("problem", "name", "options"), PAIRS)
+def test_a_step_in_the_browser_is_that_of_the_compiled_kernel_for_all_methods_of_lessons(page, problem, name, options):
+    check_pair(page, problem, name, options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["rattle", pytest.param("se", marks=pytest.mark.exhaustive), pytest.param("rk4", marks=pytest.mark.exhaustive)]
+)
+def test_derivatives_in_the_browser_are_those_of_a_complex_step(page, name):
+    method, ivp = prepared("spherical_pendulum", name, {})
+    tangents = np.array([[0.3, -0.1, 0.2, 0.0, 0.4, -0.2], [0.0, 0.5, 0.1, -0.3, 0.2, 0.1]]).T
+    states, derivatives, _ = tangent_path(method.path(ivp, 0.02, 50), ivp.p0, ivp.q0, tangents)
+    made = script(method, ivp, 0.02, directions=2)
+    dual = np.column_stack([made.state, tangents]).ravel().tolist()
+    run = RUN.replace("states.length - 1", "50")
+    _, _, report, carried = page.evaluate(run, [made.text, [dual], 0.02, made.par, made.weights, 6])
+    ends = np.reshape(carried[:18], (6, 3))
+    assert report[0] == 50
+    assert np.abs(ends[:, 0] - states[-1]).max() < 1e-12
+    assert np.abs(ends[:, 1:] - derivatives[-1]).max() < 1e-10 * np.abs(derivatives[-1]).max()
+
+
+def test_functions_of_a_problem_are_those_of_python(page):
+    ivp = initial_value_problem("spherical_pendulum")
+    text = script_of_functions(ivp, ["H", "g", "lam"])
+    state = [0.3, -0.2, 0.5, 0.6, 0.1, -0.8]
+    run = "([text, S, P]) => { const f = eval('(' + text + ')'), O = [0]; "
+    run += "return ['H', 'g', 'lam'].map((name) => { f[name](S, P, O); return O[0] }) }"
+    H, g, lam = page.evaluate(run, [text, state, [float(x) for x in ivp.par]])
+    p, q = state[:3], state[3:]
+    assert float(ivp.value("H", p, q)) == H
+    assert float(ivp.value("g", q)[0]) == g
+    assert lam == pytest.approx(float(ivp.value("lam", p, q)[0]), rel=1e-15)
+
+
+def test_a_method_that_does_not_take_the_problem_is_refused():
+    with pytest.raises(BadInput, match="rattle"):
+        script(parse("strang", kind=POISSON), initial_value_problem("spherical_pendulum"), 0.1)
+    with pytest.raises(BadInput, match="a page takes 24 at most"):
+        script(parse("rattle"), initial_value_problem("pendulum_chain", parameters={"links": 9}), 0.1)
+
+
+def test_what_no_result_depends_on_is_left_out_and_the_rest_keeps_its_order():
+    block = [Variables(["m"]), Set("m", 1.0), Let("a", ("*", "x", "m")), Let("b", ("+", "a", 1)), Let("c", ("*", "x", "x"))]
+    block += [Set("m", 2.0), Put("O", 0, ("+", "b", "m")), If("c", [Let("d", "x")], [])]
+    assert written(inlined(pruned(block))) == "let m;m=1;const b=x*m+1;m=2;O[0]=b+m;"
+
+
+def test_an_operation_keeps_the_order_in_which_python_does_it():
+    assert text(("-", "a", ("-", "b", "c")))[0] == "a-(b-c)"
+    assert text(("*", "a", ("*", "b", "c")))[0] == "a*(b*c)"
+    assert text(("-", ("*", "a", "b"), ("neg", "c")))[0] == "a*b-(-c)"
+    assert text(("/", ("neg", ("+", "a", "b")), 0.1))[0] == "-(a+b)/.1"
