@@ -9,19 +9,19 @@ import sympy as sp
 from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 Y, X = sp.Matrix([0, 1, 0]), sp.Matrix([1, 0, 0])
-"""Axes of the joints at P_0 and P_5."""
+"""Axes of the joints at P_5 and P_0."""
 
 
 def problem(*, mass: float = 1.0, length: float = 1.0, width: float = 0.1, gravity: float = 9.81) -> ConstrainedHamiltonian:
-    """Return five rods from P_0 to P_5 with revolute joints, the first and the last of which are on the ground.
+    """Return five rods from P_5 to P_0 with revolute joints, the first and the last of which are on the ground.
 
     ::
 
-        u_0, ..., u_5: unit vectors along the axes of the joints, u_0 = y, u_5 = x;   P_0 = 0, P_5 = (0, 0, length)
-        q = (u_1x, u_1z, P_2, u_2, P_3, u_3, u_4y, u_4z),    P_1 = length u_0 x u_1,    P_4 = P_5 - length u_4 x u_5
-        T = sum over the rods of mass/6 (v.v + v.w + w.w) + mass width^2/24 (|u_{k-1}'|^2 + |u_k'|^2),   v = P_{k-1}', w = P_k'
-        g = |u_1|^2 - 1,  |u_4|^2 - 1,  and for the rods k = 2, 3, 4 with r_k = P_k - P_{k-1}:
-            |r_k|^2 - length^2,   u_{k-1} . u_k,   u_{k-1} . r_k,   u_k . r_k,   and  |u_k|^2 - 1  if k < 4
+        u_5, ..., u_0: unit vectors along the axes of the joints, u_5 = y, u_0 = x;   P_5 = 0, P_0 = (0, 0, length)
+        q = (u_4x, u_4z, P_3, u_3, P_2, u_2, u_1y, u_1z),    P_4 = length u_5 x u_4,    P_1 = P_0 - length u_1 x u_0
+        T = sum over the rods of mass/6 (v.v + v.w + w.w) + mass width^2/24 (|u_k'|^2 + |u_{k+1}'|^2),   v = P_k', w = P_{k+1}'
+        g = |u_4|^2 - 1,  and for the rods k = 3, 2, 1 with r_k = P_k - P_{k+1}:
+            |r_k|^2 - length^2,   u_{k+1} . u_k,   u_{k+1} . r_k,   u_k . r_k,   |u_k|^2 - 1
 
     Each rod has the axes of its joints across it and across each other, so that both axes and the rod itself are its natural coordinates
     (Garcia de Jalon and Bayo, *Kinematic and Dynamic Simulation of Multibody Systems*, Springer 1994). With them a rod of square section,
@@ -29,10 +29,10 @@ def problem(*, mass: float = 1.0, length: float = 1.0, width: float = 0.1, gravi
 
     There are 16 constraints on 16 positions, and G has rank 15 all along the motion: most loops of six joints in space are stiff, but this
     one moves (Bricard, *J. Math. Pures Appl.* 3 (1897) 113-150). One constraint is redundant for good, so that of the multipliers only
-    G^T lam is determined. Joints of even number all turn by one angle b and those of odd number by one angle a, with
+    G^T lam is determined. Joints of odd number all turn by one angle b and those of even number by one angle a, with
     (1 + cos a) (1 + cos b) = 1, as in every linkage of threefold symmetry with right angles (Chen, You and Tarnai, *Int. J. Solids
-    Struct.* 42 (2005) 2287-2301). In the benchmark the third joint, P_2, is back at its start after 4.99 s; it comes up to y = -0.866 and
-    down to z = -0.5 half way.
+    Struct.* 42 (2005) 2287-2301). In the benchmark the joint P_3, the third from the origin, is back at its start after 4.99 s; it comes
+    up to y = -0.866 and down to z = -0.5 on the way.
 
     Parameters
     ----------
@@ -71,18 +71,22 @@ def problem(*, mass: float = 1.0, length: float = 1.0, width: float = 0.1, gravi
             ),
         },
         chart=angle(q, p, M, L),
-        picture=Picture(rods=[[tuple(x) for x in P]], fixed=[tuple(P[0]), tuple(P[-1])]),
+        picture=Picture(
+            rods=[[tuple(x) for x in P]],
+            fixed=[tuple(P[0]), tuple(P[-1])],
+            points={f"P{k}": tuple(x) for k, x in zip(range(5, -1, -1), P, strict=True)},
+        ),
     )
 
 
 def joints(q: Sequence[Any], length: Any) -> list[sp.Matrix]:
-    """Return P_0, ..., P_5."""
-    P_1, P_4 = length * sp.Matrix([q[1], 0, -q[0]]), length * sp.Matrix([0, -q[15], 1 + q[14]])
-    return [sp.zeros(3, 1), P_1, sp.Matrix(q[2:5]), sp.Matrix(q[8:11]), P_4, sp.Matrix([0, 0, length])]
+    """Return P_5, ..., P_0."""
+    P_4, P_1 = length * sp.Matrix([q[1], 0, -q[0]]), length * sp.Matrix([0, -q[15], 1 + q[14]])
+    return [sp.zeros(3, 1), P_4, sp.Matrix(q[2:5]), sp.Matrix(q[8:11]), P_1, sp.Matrix([0, 0, length])]
 
 
 def axes(q: Sequence[Any]) -> list[sp.Matrix]:
-    """Return u_0, ..., u_5."""
+    """Return u_5, ..., u_0."""
     return [Y, sp.Matrix([q[0], 0, q[1]]), sp.Matrix(q[5:8]), sp.Matrix(q[11:14]), sp.Matrix([0, q[14], q[15]]), X]
 
 
@@ -108,13 +112,13 @@ def placed(b: Any, length: Any) -> list[sp.Expr]:
     """Return the positions, shape(16,), at an angle b of less than 120 degrees to both sides."""
     c, s = sp.cos(b), sp.sin(b)
     ca, sa = -c / (1 + c), sp.sqrt(1 + 2 * c) / (1 + c)
-    P_2, P_3 = (s * (1 + ca), -sa, ca), (s, -sa * (1 + c), 1 - c)
-    u_2, u_3 = (sa * s, ca, -sa * c), (c, s * sa, -s * ca)
-    return [c, s, *(length * x for x in P_2), *u_2, *(length * x for x in P_3), *u_3, ca, sa]
+    P_3, P_2 = (s * (1 + ca), -sa, ca), (s, -sa * (1 + c), 1 - c)
+    u_3, u_2 = (sa * s, ca, -sa * c), (c, s * sa, -s * ca)
+    return [c, s, *(length * x for x in P_3), *u_3, *(length * x for x in P_2), *u_2, ca, sa]
 
 
 def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix, length: sp.Expr) -> Chart:
-    """Return the chart of the angle b of the joints of even number, and its rate; 120 degrees are a turning point that it does not pass.
+    """Return the chart of the angle b of the joints of odd number, and its rate; 120 degrees are a turning point that it does not pass.
 
     ::
 

@@ -78,7 +78,12 @@ def problem(
             )
         },
         chart=load(q, p, M, t, driven),
-        picture=Picture(rods=[[(0, 0), (x1, y1)], [(x1, y1), (x2, 0)], [(x2, 0), (x3, 0)]], masses=[(x2, 0), (x3, 0)], fixed=[(0, 0)]),
+        picture=Picture(
+            rods=[[(0, 0), (x1, y1)], [(x1, y1), (x2, 0)], [(x2, 0), (x3, 0)]],
+            masses=[(x2, 0), (x3, 0)],
+            fixed=[(0, 0)],
+            points={"O": (0, 0), "A": (x1, y1), "B": (x2, 0), "C": (x3, 0)},
+        ),
     )
 
 

@@ -117,10 +117,11 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], mass: sp.Expr, length:
 
 
 def picture(q: Sequence[sp.Symbol], length: sp.Expr) -> Picture:
-    """Return the bars, each a rod, and the pivots."""
+    """Return the bars, each a rod, and the pivots; their ends A_i and B_i have names."""
     ends = [tuple(q[k : k + 2]) for k in range(0, len(q), 2)]
     ground = [tuple(pivot) for pivot in pivots(len(ends) - 1, length)]
-    return Picture(rods=[*zip(ground, ends, strict=True), *pairwise(ends)], fixed=ground)
+    points = {f"{name}{i}": place for name, places in (("A", ground), ("B", ends)) for i, place in enumerate(places)}
+    return Picture(rods=[*zip(ground, ends, strict=True), *pairwise(ends)], fixed=ground, points=points)
 
 
 def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:

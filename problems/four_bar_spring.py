@@ -62,7 +62,11 @@ def problem(
             "hanging": Case(q=parallel(-sp.Rational(3, 2), L), p=[0] * 4, about="released at rest near the lower equilibrium"),
         },
         chart=angle(q, p, M, L),
-        picture=Picture(rods=[[tuple(x) for x in (A, B, C, D)], [tuple(A), tuple(C)]], fixed=[tuple(A), tuple(D)]),
+        picture=Picture(
+            rods=[[tuple(x) for x in (A, B, C, D)], [tuple(A), tuple(C)]],
+            fixed=[tuple(A), tuple(D)],
+            points={name: tuple(x) for name, x in zip("ABCD", (A, B, C, D), strict=True)},
+        ),
     )
 
 

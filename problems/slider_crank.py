@@ -65,7 +65,12 @@ def problem(
             ),
         },
         chart=crank_angle(q, p, M, lengths),
-        picture=Picture(rods=[[(0, 0), (x1, y1)], [(x1, y1), (x2, 0)]], masses=[(x2, 0)], fixed=[(0, 0)]),
+        picture=Picture(
+            rods=[[(0, 0), (x1, y1)], [(x1, y1), (x2, 0)]],
+            masses=[(x2, 0)],
+            fixed=[(0, 0)],
+            points={"O": (0, 0), "A": (x1, y1), "B": (x2, 0)},
+        ),
     )
 
 

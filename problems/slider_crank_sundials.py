@@ -68,7 +68,12 @@ def problem(
             "ida": Case(q=(sp.pi / 2, sp.sqrt(1 - a**2), -sp.asin(a)), p=(0, 0, 0), about="at rest, the crank upright: SUNDIALS, to t = 10")
         },
         chart=crank_angle(q, p, M, a),
-        picture=Picture(rods=[[(0, 0), tip], [tip, slider], [middle((0, 0), tip), middle(tip, slider)]], masses=[slider], fixed=[(0, 0)]),
+        picture=Picture(
+            rods=[[(0, 0), tip], [tip, slider], [middle((0, 0), tip), middle(tip, slider)]],
+            masses=[slider],
+            fixed=[(0, 0)],
+            points={"O": (0, 0), "A": tip, "B": slider},
+        ),
     )
 
 

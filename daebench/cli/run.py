@@ -162,7 +162,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
     if passages is not None:
         summary["passages"] = [asdict(passage) for passage in passages] if as_json else _passed(passages)
     if as_json:
-        if points := named_points(ivp, summary["q"]) if "q" in summary else {}:
+        if points := named_points(ivp, trajectory.q[-1]) if "q" in summary else {}:
             summary["points"] = points
         print_json(summary)
     else:

@@ -76,7 +76,7 @@ def _coordinates(declared: Any) -> list[Any]:
 
 
 def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
-    """Return where the named points of a problem's picture are at positions q, shape(d,): none where it names none.
+    """Return where the named points of a problem's picture are at positions q, the time among them: none where it names none.
 
     Raises
     ------
@@ -87,10 +87,10 @@ def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
     if not names:
         return {}
     declared: Any = ivp.source.define()
-    points, symbols, parameters = declared.picture.points, list(declared.q), list(declared.parameters)
+    points, symbols, parameters = declared.picture.points, _coordinates(declared), list(declared.parameters)
     _require_declared(ivp.problem, list(points.values()), {*symbols, *parameters})
-    at = [_points([points[name]], symbols, parameters, [ivp.parameters[str(x)] for x in parameters]) for name in names]
-    return {name: place(state[None, : len(symbols)])[0, 0] for name, place in zip(names, at, strict=True)}
+    at = _points([points[name] for name in names], symbols, parameters, [ivp.parameters[str(x)] for x in parameters])
+    return dict(zip(names, at(state[None])[0], strict=True))
 
 
 def numbered(picture: Picture) -> tuple[list[list[int]], list[int], list[int], list[Any]]:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 WRITTEN_OUT = 14
 """Positions up to which a chain is written out as values: beyond, straight-line code takes longer to compile than loops, and to run."""
 
+MOST_NAMED = 256
+"""Nodes up to which the points of a chain have names."""
+
 
 def held(chain: ConstrainedChain, algebra: str) -> ConstrainedHamiltonian | ConstrainedChain:
     """Return a chain for vectors as "values", which is the system written out, or as "arrays"; "" for what suits its size."""
@@ -62,7 +65,11 @@ class ChainDerivation(Derived):
         return {"SEPARABLE": True, "QUADRATIC": True, "CONSTRAINTS": self.m, "SINGLE": self.m == 1 or not self.chain.diagonal}
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts that ``constrained.derivation`` has, and NODES; a chart or a closed form only a short chain has."""
+        """Return the facts that ``constrained.derivation`` has, and NODES; a chart or a closed form only a short chain has.
+
+        POINTS are named up to :data:`MOST_NAMED` nodes: of longer chains q says as much.
+        """
+        picture = self.chain.picture if self.chain.nodes <= MOST_NAMED else None
         return {
             **dict.fromkeys(("CLOSED_FORM", "KINETIC_FLOW", "CHART", "EXTENDED", "FORCED", "DAMPED"), False),
             **dict.fromkeys(("SEPARABLE", "QUADRATIC"), True),
@@ -70,6 +77,7 @@ class ChainDerivation(Derived):
             "M": self.m,
             "NODES": self.chain.nodes,
             "INTEGRALS": (),
+            "POINTS": tuple(picture.points) if picture else (),
             "EXPLICIT": self.chain.diagonal,
         }
 
