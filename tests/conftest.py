@@ -39,11 +39,18 @@ OF_EACH_KIND = ("symplectic_euler", "rattle", "lobatto3", "gauss2", "radau2_ggl"
 """One scheme of each algebra: projections, stages with multipliers, stages of the reduced equation, both, and a mean gradient."""
 
 
+NEWER = ("ggl_vi", "ggl_vi_mod", "livens")
+NEWER_ON = ("spherical-fast", "stretched-M", "double_pendulum")
+"""Schemes on trial, and the problems that the gate sweeps them over: one constraint, a mass matrix of q, two constraints."""
+
+
 def pytest_collection_modifyitems(items):
     for item in items:
         given = item.callspec.params if hasattr(item, "callspec") else {}
         place, method = given.get("each_ivp"), given.get("method")
         if (method in MANY_STAGES and place in LARGE) or (method not in (None, *OF_EACH_KIND) and place in (*LARGEST, *PLACES)):
+            item.add_marker(pytest.mark.exhaustive)
+        if method in NEWER and place not in (None, *NEWER_ON):
             item.add_marker(pytest.mark.exhaustive)
         if item.nodeid in REPEATS:
             item.add_marker(pytest.mark.exhaustive)
