@@ -78,13 +78,14 @@ def problem(
             )
         },
         chart=load(q, p, M, t, driven),
-        picture=Picture(
-            rods=[[(0, 0), (x1, y1)], [(x1, y1), (x2, 0)], [(x2, 0), (x3, 0)]],
-            masses=[(x2, 0), (x3, 0)],
-            fixed=[(0, 0)],
-            points={"O": (0, 0), "A": (x1, y1), "B": (x2, 0), "C": (x3, 0)},
-        ),
+        picture=picture(*q),
     )
+
+
+def picture(x1: sp.Symbol, y1: sp.Symbol, x2: sp.Symbol, x3: sp.Symbol) -> Picture:
+    """Return crank, rod and spring, and the joints O, A, B and C that they are between."""
+    pivot, A, B, C = (0, 0), (x1, y1), (x2, 0), (x3, 0)
+    return Picture(rods=[[pivot, A], [A, B], [B, C]], masses=[B, C], fixed=[pivot], points={"O": pivot, "A": A, "B": B, "C": C})
 
 
 def driven_places(phi: sp.Expr, a: sp.Expr, b: sp.Expr) -> list[sp.Expr]:
