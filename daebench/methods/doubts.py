@@ -3,6 +3,7 @@
 import numpy as np
 
 from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.negative_damping import negative_damping
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 
@@ -19,6 +20,8 @@ SMALLER = "use a smaller h or tol, or another method"
 def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     """Return why a run is not to be believed although nothing stopped it, as sentences; none of one that failed, which says so itself.
 
+    That damping is negative is said too: it is allowed, and feeds energy in.
+
     The energy is lost where its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus
     of H at the start. The T of the run is not that of the motion, but has the error e in it: the mean modulus of T - e stands for it.
 
@@ -34,7 +37,10 @@ def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     reasons = [_lost_energy(ivp, run)]
     if isinstance(run, Trajectory) and isinstance(ivp, ConstrainedIvp):
         reasons.append(_broken_constraint(ivp, run))
-    return [f"{run.method} on {run.problem}, case {run.case}: {reason}; {SMALLER}." for reason in reasons if reason]
+    said = [f"{run.method} on {run.problem}, case {run.case}: {reason}; {SMALLER}." for reason in reasons if reason]
+    if isinstance(ivp, ConstrainedIvp) and negative_damping(ivp):
+        said.append(f"{run.problem}, case {run.case}: the damping is negative at the start, so that the force feeds energy in.")
+    return said
 
 
 def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:

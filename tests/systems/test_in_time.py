@@ -9,7 +9,9 @@ from scipy.integrate import solve_ivp
 
 import daebench
 from daebench.cli.summary import print_summary, summary_of
+from daebench.diagnostics.negative_damping import negative_damping
 from daebench.errors import BadInput, InvalidProblem
+from daebench.methods.doubts import doubts
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.request import Request
@@ -193,3 +195,32 @@ def test_a_start_may_leave_out_the_time_and_its_conjugate():
     assert ivp.q0.tolist() == [0.0, -1.0, 0.0]
     with pytest.raises(BadInput, match="the problem has 2 positions"):
         initial_value_problem(pendulum("H"), q0=[0.0], p0=[0.6, 0.0])
+
+
+SIGNS = {
+    "drag": (DRAG, {}, 0),
+    "fed": (DRAG, {c: -0.3}, 0.3),
+    "fed along y alone": ((-c * vx, c * vy), {}, 0.3),
+    "fed along x alone": ((c * vx, -c * vy), {}, 0),  # which the pendulum at (1, 0) does not move along
+    "gyroscopic": ((vy, -vx), {}, 0),
+    "twist": (TWIST, {}, 0),
+    "thrust": ((y / 3, x), {}, 0),
+}
+
+
+@pytest.mark.parametrize(("force", "changed", "power"), SIGNS.values(), ids=SIGNS)
+def test_negative_damping_is_found_where_the_motion_is_free(force, changed, power):
+    ivp = initial_value_problem(pendulum("diagonal", force, parameters={gravity: 9.81, c: 0.3} | changed))
+    assert negative_damping(ivp) == pytest.approx(power, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("damping", "said"), [(0.3, []), (-0.3, ["the damping is negative at the start, so that the force feeds energy in"])]
+)
+def test_a_run_under_negative_damping_is_allowed_and_it_is_said(damping, said):
+    ivp = initial_value_problem(pendulum("H", DRAG, parameters={gravity: 9.81, c: damping}))
+    run = FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.01, steps=10, every=1))
+    assert run.failure is None
+    told = doubts(ivp, run)
+    assert len(told) == len(said)
+    assert all(sentence in line for sentence, line in zip(said, told, strict=True))
