@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
     from daebench.methods.gradient import Gradient, gradient
     from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.load import load
     from daebench.methods.run import list_methods, list_problems, run
     from daebench.pages.animation.animation import animation
     from daebench.pages.certificate.certify import certify
@@ -86,6 +87,7 @@ __all__ = [
     "initial_value_problem",
     "list_methods",
     "list_problems",
+    "load",
     "modes",
     "order",
     "run",
@@ -119,6 +121,7 @@ _HOME = {
     "diagnose": "studies.diagnose.verdict",
     "ensemble": "studies.ensemble.run",
     "initial_value_problem": "methods.initial_value_problem",
+    "load": "methods.load",
     **dict.fromkeys(("BaumgarteMap", "baumgarte"), "studies.baumgarte.run"),
     **dict.fromkeys(("Modes", "modes"), "studies.modes.run"),
     "order": "studies.orders.study",

@@ -132,7 +132,7 @@ def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
 def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
     """Write a trajectory, and a record of steps, where there are places for them, and beside each file how it was made."""
     from daebench.runs import provenance
-    from daebench.runs.files import write_trajectory
+    from daebench.runs.trajectory_files import write_trajectory
 
     if out is None and steps_out is None:
         return
@@ -172,7 +172,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
 def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool, overwrite: bool) -> None:
     """Refuse, before the run, files that cannot be written or are another command's."""
     from daebench.runs import provenance
-    from daebench.runs.files import check_writable, written
+    from daebench.runs.trajectory_files import check_writable, written
 
     if raw and out is None:
         raise BadInput("--raw needs a file to write to; add --out FILE.csv or FILE.npz.")

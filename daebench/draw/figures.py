@@ -173,9 +173,9 @@ def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str 
     axes : ndarray of Axes, shape(rows, columns)
         Its axes, also where there is one alone.
     """
-    from matplotlib.figure import Figure
+    from daebench.draw.canvas import Canvas
 
-    figure = Figure(figsize=(WIDTH, height))
+    figure = Canvas(figsize=(WIDTH, height))
     axes = figure.subplots(rows, columns, squeeze=False, **settings)
     for labelled, label in ((axes[-1], {"xlabel": x}), (axes[:, 0], {"ylabel": y})):
         for ax in labelled:

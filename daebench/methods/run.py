@@ -76,7 +76,7 @@ def run(
         If the initial values are off the manifold and are not to be projected.
     """
     chosen, ivp, request = prepare(problem, method=method, **settings)
-    trajectory: Trajectory | PoissonTrajectory = chosen.solve(ivp, request)
+    trajectory: Trajectory | PoissonTrajectory = replace(chosen.solve(ivp, request), ivp=ivp)
     for doubt in doubts(ivp, trajectory):
         warnings.warn(doubt, LostMotion, stacklevel=2)
     return trajectory

@@ -1,16 +1,12 @@
-"""Trajectories as files: CSV for every language, NPZ for NumPy; written whole or not at all."""
+"""Files and folders that are written: places are checked before the work, and a file is written whole or not at all."""
 
 import os
 import secrets
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from daebench.errors import BadInput, DaebenchError
-from daebench.runs.csv_files import write_numbers, write_rows
-from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 
 
 @contextmanager
@@ -64,13 +60,6 @@ def _refuse_foreign_link(path: Path, option: str = "--out") -> None:
         raise BadInput(f"{option} {path}: that is a link which another user has made; choose another place.")
 
 
-def check_writable(path: Path) -> None:
-    """Refuse an output file before the run that would fill it: by its ending, neither .csv nor .npz, or by its place."""
-    if path.suffix.lower() not in WRITERS:
-        raise BadInput(f"--out {path}: the file must end in {' or '.join(WRITERS)}.")
-    check_place(path)
-
-
 def check_place(path: Path, option: str = "--out") -> None:
     """Refuse a place of an output file before the work that would fill it.
 
@@ -105,78 +94,3 @@ def make_folder(path: Path) -> None:
         trial.unlink()
     except OSError as error:
         raise BadInput(f"--out {path}: cannot write to that folder ({error.strerror}); choose another place.") from error
-
-
-AnyTrajectory = Trajectory | PoissonTrajectory
-
-
-def columns(trajectory: AnyTrajectory) -> dict[str, Array]:
-    """Return a trajectory's columns by name: t, then q1, ..., p1, ..., and lam1, ... where it has multipliers, or y1, ...
-
-    Sensitivities follow, as dq1_dgravity and dq1_dq0_1.
-    """
-    arrays = {"t": trajectory.t}
-    for name, rows in trajectory.states.items():
-        arrays |= {f"{name}{i + 1}": rows[:, i] for i in range(rows.shape[1])}
-    for part, by, rows in derivatives(trajectory):
-        arrays |= {f"d{part}{i + 1}_d{by}": rows[:, i] for i in range(rows.shape[1])}
-    return arrays
-
-
-def derivatives(trajectory: AnyTrajectory) -> Iterator[tuple[str, str, Array]]:
-    """Return each derivative of states by one number: name of the states, of the number, and rows of shape(n, d)."""
-    for name, parts in trajectory.sensitivities.items():
-        for part, rows in parts.items():
-            if rows.ndim == 2:
-                yield part, name, rows
-            else:
-                yield from ((part, f"{name}_{j + 1}", rows[:, :, j]) for j in range(rows.shape[2]))
-
-
-def _csv(path: Path, trajectory: AnyTrajectory) -> None:
-    write_numbers(path, columns(trajectory))
-
-
-def _npz(path: Path, trajectory: AnyTrajectory) -> None:
-    arrays = {"t": trajectory.t, **trajectory.states}
-    for name, (t, values) in _stage_multipliers(trajectory).items():
-        arrays |= {f"raw_{name}": values, f"raw_{name}_t": t}
-    for name, parts in trajectory.sensitivities.items():
-        arrays |= {f"d{part}_d{name}": rows for part, rows in parts.items()}
-    with path.open("wb") as file:  # a name would be given the ending .npz where it ends in .NPZ
-        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
-
-
-WRITERS: dict[str, Callable[[Path, AnyTrajectory], None]] = {".csv": _csv, ".npz": _npz}
-
-
-def written(path: Path, *, raw: bool) -> list[Path]:
-    """Return the files that :func:`write_trajectory` writes, of a trajectory with or without stage multipliers."""
-    return [path, path.with_suffix(".raw.csv")] if raw and path.suffix.lower() == ".csv" else [path]
-
-
-def write_trajectory(path: Path, trajectory: AnyTrajectory) -> list[Path]:
-    """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz; return what was written.
-
-    Stage multipliers belong to times of their own: they go beside FILE.csv as FILE.raw.csv, one multiplier of one step a row, or into
-    FILE.npz as ``raw_NAME`` and ``raw_NAME_t``.
-    """
-    with atomic(path) as scratch:
-        WRITERS[path.suffix.lower()](scratch, trajectory)
-    raw = _stage_multipliers(trajectory)
-    if not raw or path.suffix.lower() != ".csv":
-        return [path]
-    beside = path.with_suffix(".raw.csv")
-    with atomic(beside) as scratch:
-        _stage_multipliers_csv(scratch, raw)
-    return [path, beside]
-
-
-def _stage_multipliers(trajectory: AnyTrajectory) -> Mapping[str, tuple[Array, Array]]:
-    return trajectory.raw if isinstance(trajectory, Trajectory) else {}
-
-
-def _stage_multipliers_csv(path: Path, raw: Mapping[str, tuple[Array, Array]]) -> None:
-    m = max(values.shape[1] for _, values in raw.values())
-    rows = ([name, *(f"{x:.17g}" for x in row)] for name, (t, values) in raw.items() for row in np.column_stack([t, values]))
-    write_rows(path, ["multiplier", "t", *(f"lam{i + 1}" for i in range(m))], rows)

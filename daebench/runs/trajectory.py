@@ -1,14 +1,22 @@
 """A trajectory: what a run gave, as arrays that belong to it alone."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Self
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import RunFailed
+from daebench.errors import BadInput, RunFailed
+from daebench.runs.interpolant import Interpolant
+from daebench.runs.shown import Shown
 from daebench.runs.solver_steps import SolverSteps
+from daebench.runs.trajectory_files import WRITERS, columns, dataset, write_trajectory
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 
@@ -22,8 +30,12 @@ DOUBTED = "use a smaller h or tol, and see whether the motion has left the domai
 """What to do where a run has come to its end with a number that is not finite."""
 
 
+IN_FILES = ("failure", "interrupted", "maxima_over", "pivot", "callback_seconds")
+"""Fields of a run beside those of its summary that a file has, so that :func:`daebench.load` returns them."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class Outcome(Shown):
     """What one method gave on one initial value problem, the states apart.
 
     Parameters
@@ -67,7 +79,11 @@ class Outcome:
         Derivatives of the states at the output times, where they were asked for, by the name of a parameter or initial value and by that
         of the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
         :func:`daebench.methods.run.prepare` says how a start is changed on the manifold.
+    ivp : InitialValueProblem, optional
+        What was solved, so that energies and pictures can be made. It is no part of a copy that another process gets.
     """
+
+    drawn_by: ClassVar[str] = "daebench.draw.trajectory"
 
     problem: str
     case: str
@@ -89,6 +105,11 @@ class Outcome:
     failure: str | None = None
     interrupted: bool = False
     sensitivities: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    ivp: Any = field(default=None, repr=False, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process gets: not the problem, which is made of functions, nor what was computed with it."""
+        return {item.name: getattr(self, item.name) for item in fields(self)} | {"ivp": None}
 
     def __post_init__(self) -> None:
         """Make a run with a number that is not finite a failure, whichever method it is of: the last of all checks."""
@@ -121,6 +142,102 @@ class Outcome:
     def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
         """Stage multipliers of steps by name, with their times."""
         return {}
+
+    @property
+    def solved(self) -> Any:
+        """The initial value problem that was solved.
+
+        Raises
+        ------
+        BadInput
+            If the trajectory has come from a file or another process without it.
+        """
+        if self.ivp is None:
+            raise BadInput(f"this trajectory has no functions of {self.problem} with it; give daebench.load its problem, or run again.")
+        return self.ivp
+
+    @cached_property
+    def sol(self) -> Interpolant:
+        """States between the outputs: ``sol(t)["q"]``, shape(d,), or shape(k, d) for k times, with ``sol.error`` an estimate of its error.
+
+        Raises
+        ------
+        BadInput
+            If there is one output alone.
+        """
+        return Interpolant(self.t, self.states)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what the run says, by name: what was run, how far it came, and its largest errors."""
+        return {
+            "problem": self.problem,
+            "case": self.case,
+            "parameters": dict(self.parameters),
+            "method": self.method,
+            self.knob: self.value,
+            "steps": self.steps,
+            "t": float(self.t[-1]),
+            "failure": self.failure,
+            **{f"largest error of {name}": value for name, value in self.maxima.items()},
+            "maxima over": self.maxima_over,
+            "seconds": self.seconds,
+            "compile seconds": self.compile_seconds,
+            "callbacks": self.callbacks,
+            "work": dict(self.work),
+        }
+
+    def about(self) -> dict[str, Any]:
+        """Return what a file says of the run beside its arrays."""
+        passages = [asdict(passage) for passage in getattr(self, "passages", ())]
+        names = (
+            "problem",
+            "case",
+            "parameters",
+            "method",
+            "knob",
+            "value",
+            "steps",
+            "work",
+            "maxima",
+            "seconds",
+            "compile_seconds",
+            "callbacks",
+        )
+        definition = {} if self.ivp is None else {"definition": self.ivp.facts.FINGERPRINT}
+        return {name: getattr(self, name) for name in (*names, *IN_FILES)} | definition | {"passages": passages}
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Return the outputs as a table, a row a time: t, then q1, ..., p1, ..., or y1, ..., and what else was asked for."""
+        import pandas as pd
+
+        return pd.DataFrame(columns(self))
+
+    def to_xarray(self) -> Any:
+        """Return the outputs as an xarray Dataset over time and component; its attributes say what was run.
+
+        Raises
+        ------
+        BadInput
+            If xarray is not installed.
+        """
+        return dataset(self)
+
+    def save(self, path: "str | Path") -> list[Path]:
+        """Write FILE.npz, which :func:`daebench.load` reads, or FILE.csv for other programs; return the files that were written.
+
+        A file that is there is replaced.
+
+        Raises
+        ------
+        BadInput
+            If the file ends in neither .npz nor .csv, or its folder is missing.
+        """
+        path = Path(path)
+        if path.suffix.lower() not in WRITERS:
+            raise BadInput(f"{path}: the file must end in {' or '.join(WRITERS)}.")
+        if not path.parent.is_dir():
+            raise BadInput(f"{path}: there is no folder {path.parent}; make it first.")
+        return write_trajectory(path, self)
 
     def complete(self) -> Self:
         """Return the trajectory itself.

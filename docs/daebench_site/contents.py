@@ -33,6 +33,7 @@ TASKS = (
         "problem file, or as a definition.",
         (
             "daebench.run",
+            "daebench.load",
             "daebench.methods.run.prepare",
             "daebench.ensemble",
             "daebench.Ensemble",

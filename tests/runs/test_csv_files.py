@@ -16,7 +16,7 @@ from daebench.draw.figures import save_table
 from daebench.reference.keep.state_layout import KINDS
 from daebench.reference.keep.trajectory_file import read
 from daebench.runs.csv_files import read_text, text_cell, write_frame, write_numbers, write_rows
-from daebench.runs.files import write_trajectory
+from daebench.runs.trajectory_files import write_trajectory
 from daebench.studies.grid import export
 
 ROOT = Path(__file__).parents[2]

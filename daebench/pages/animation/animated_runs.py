@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from daebench.diagnostics.along import LABELS
 from daebench.draw.figures import STROKES, Stroke
 from daebench.draw.orthographic import projected
 from daebench.draw.scene import Layout, moving
 from daebench.draw.svg.axis import Axis, around
 from daebench.pages.animation.recorded_run import RecordedRun
 from daebench.runs.trajectory import Array
-from daebench.studies.comparison.table import LABELS
 
 APART = 3.0
 """A method whose parts get so many times as far from the middle as those of the others may leave the picture."""

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from daebench.diagnostics.along import LABELS
 from daebench.draw.svg.marks import Curve
 from daebench.draw.svg.panels import draw_panels, sample
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.panels import GRAPH, SCENE, graph_panel, scene_panel
 from daebench.runs.files import atomic
 from daebench.runs.trajectory import Array
-from daebench.studies.comparison.table import LABELS
 
 SCALE = 50
 """Steps to a pixel in which places are kept, as whole numbers of 16 bits."""

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from daebench.diagnostics.along import errors_along
 from daebench.methods.fixed_step.stepping import Run, next_piece
 from daebench.runs.grid import EPS
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Progress, Request
 from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, Trajectory
-from daebench.studies.comparison.table import errors_along
 
 WITHIN = 8
 """Outputs of a tolerance-driven method for each time that is shown."""

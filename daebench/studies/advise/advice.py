@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from daebench.runs.shown import Shown
 from daebench.studies.advise.breaking import Change, OverStarts
 from daebench.studies.advise.keeps import Kept
 from daebench.studies.advise.question import Question
@@ -47,7 +48,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Advice:
+class Advice(Shown):
     """An answer to a question.
 
     Parameters
@@ -75,6 +76,8 @@ class Advice:
     why : str
         Why there is no choice, and the best that was found; "" where there is one.
     """
+
+    drawn_by: ClassVar[str] = "daebench.studies.advise.figure"
 
     question: Question
     choice: Choice | None

@@ -1,11 +1,15 @@
 """The picture of advice: price over accuracy of all runs, their front, and the choice."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from daebench.draw.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
 from daebench.errors import DaebenchError
 from daebench.studies.advise.advice import Advice
 from daebench.studies.work_precision.study import front
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 HIGHEST = 10.0
 """Errors up to this are drawn."""
@@ -25,6 +29,17 @@ def draw(out: Path, advice: Advice) -> Path:
     DaebenchError
         If no run has an error and a time.
     """
+    return save(figure(advice), out, "advise", advice.table)
+
+
+def figure(advice: Advice) -> "Figure":
+    """Return the picture of advice.
+
+    Raises
+    ------
+    DaebenchError
+        If no run has an error and a time.
+    """
     asked = advice.question
     error = f"error_{asked.part}"
     table = advice.table
@@ -33,7 +48,7 @@ def draw(out: Path, advice: Advice) -> Path:
         raise DaebenchError("there is nothing to draw: no run of the search has an error and a time.")
     named = _named(advice)
     with drawing():
-        figure, axes = grid_of_axes(1, 1, 4.2, x="CPU time of a run [s]", y=f"largest error of {asked.part}")
+        drawn, axes = grid_of_axes(1, 1, 4.2, x="CPU time of a run [s]", y=f"largest error of {asked.part}")
         axis = axes[0, 0]
         axis.set(xscale="log", yscale="log")
         for method, rows in shown.groupby("method", sort=False):
@@ -51,8 +66,8 @@ def draw(out: Path, advice: Advice) -> Path:
         if advice.choice:
             axis.plot([advice.choice.seconds], [advice.choice.error], "o", markersize=11, markerfacecolor="none", color=BLACK, zorder=4)
         axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=8)
-        figure.suptitle(title(advice), fontsize="medium", x=0.02, ha="left")
-        return save(figure, out, "advise", table)
+        drawn.suptitle(title(advice), fontsize="medium", x=0.02, ha="left")
+    return drawn
 
 
 def title(advice: Advice) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from daebench.draw.tiles import edges
 from daebench.studies.baumgarte.cells import IMPEDANCE, Cell, grid
 from daebench.studies.baumgarte.limits import Array, contraction, growth
 from daebench.studies.baumgarte.run import BaumgarteMap
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SHOWN = {"energy": "energy error", "g": "largest |g|", "Gv": "largest |G v|"}
 """What is mapped, by the name of a number of a run."""
@@ -27,23 +30,28 @@ LARGEST = 1e2
 
 def draw(out: Path, found: BaumgarteMap) -> Path:
     """Write ``baumgarte.svg``, PNG and CSV of all runs into a folder; return the path of the SVG."""
+    return save(figure(found), out, "baumgarte", found.table)
+
+
+def figure(found: BaumgarteMap) -> "Figure":
+    """Return the picture of the maps."""
     tolerances = list(found.tolerant)
     rows = len(found.maps) + 1
     with drawing():
-        figure, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.15 * rows)
+        drawn, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.15 * rows)
         for row, (name, cells) in zip(axes, found.maps.items(), strict=False):
-            _maps(figure, list(row), found, name, cells)
+            _maps(drawn, list(row), found, name, cells)
         last = list(axes[-1])
         for axis in last[1:]:
             axis.set_visible(bool(tolerances))
         if tolerances:
             tol = tolerances[0]
-            _tolerant(figure, last[1], found.tolerant[tol], "energy", f"IDA, {tol:g}: energy error")
-            _tolerant(figure, last[2], found.tolerant[tol], "work", f"IDA, {tol:g}: residuals")
+            _tolerant(drawn, last[1], found.tolerant[tol], "energy", f"IDA, {tol:g}: energy error")
+            _tolerant(drawn, last[2], found.tolerant[tol], "work", f"IDA, {tol:g}: residuals")
         _penalty(last[0], found)
-        legend_below(figure, last[0], 4)
-        figure.suptitle(title(found), fontsize="medium", x=0.02, ha="left")
-        return save(figure, out, "baumgarte", found.table)
+        legend_below(drawn, last[0], 4)
+        drawn.suptitle(title(found), fontsize="medium", x=0.02, ha="left")
+    return drawn
 
 
 def title(found: BaumgarteMap) -> str:

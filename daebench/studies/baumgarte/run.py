@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Progress
+from daebench.runs.shown import Shown
 from daebench.studies.baumgarte.cells import Cell, cell, frame, measured_limit, over_step, over_tolerance, penalised, run_of
 from daebench.studies.baumgarte.limits import contraction, growth, limit, usable
 from daebench.studies.claims.check import default_step
@@ -100,7 +101,7 @@ class Effect:
 
 
 @dataclass(frozen=True)
-class BaumgarteMap:
+class BaumgarteMap(Shown):
     """Stabilised constraints over their numbers.
 
     Parameters
@@ -122,6 +123,8 @@ class BaumgarteMap:
     beside : sequence of Cell
         Methods that have no alpha and beta, with the same step.
     """
+
+    drawn_by: ClassVar[str] = "daebench.studies.baumgarte.figure"
 
     ivp: ConstrainedIvp
     h: float

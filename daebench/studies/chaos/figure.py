@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from daebench.diagnostics.lyapunov import CHAOTIC, EXPONENTIAL, QUASI_PERIODIC, 
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, save
 from daebench.draw.tiles import fill
 from daebench.studies.chaos.result import EMPTY, STOPPED, Chaos
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 INDICATORS = (1.0, 1.75, QUASI_PERIODIC, EXPONENTIAL, 10.0, 30.0, 100.0)
 """Values of <Y> between which colours change."""
@@ -31,8 +34,13 @@ OTHERS = {REGULAR: "#9ecae1", UNDETERMINED: "#8c8c8c", STOPPED: "#000000", EMPTY
 
 def draw(out: Path, stem: str, chaos: Chaos) -> Path:
     """Write ``STEM.svg``, PNG and CSV of the cells into a folder; return the path of the SVG."""
+    return save(figure(chaos), out, stem, chaos.table)
+
+
+def figure(chaos: Chaos) -> "Figure":
+    """Return the picture of a plane of starts."""
     with drawing():
-        figure, axes = grid_of_axes(1, 3 if chaos.section else 2, 3.6 if chaos.section else 4.6)
+        drawn, axes = grid_of_axes(1, 3 if chaos.section else 2, 3.6 if chaos.section else 4.6)
         across, up = (_edges(centres) for centres in (chaos.plane.across, chaos.plane.up))
         _indicator(axes[0, 0], across, up, chaos)
         _exponent(axes[0, 1], across, up, chaos)
@@ -42,8 +50,8 @@ def draw(out: Path, stem: str, chaos: Chaos) -> Path:
             axis.set(xlabel=_labelled(chaos.plane.names[0]), ylabel=_labelled(chaos.plane.names[1]))
             axis.grid(visible=False)
             axis.locator_params(nbins=5)
-        figure.suptitle(_title(chaos), fontsize="medium")
-        return save(figure, out, stem, chaos.table)
+        drawn.suptitle(_title(chaos), fontsize="medium")
+    return drawn
 
 
 def _title(chaos: Chaos) -> str:

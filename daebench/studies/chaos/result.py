@@ -3,13 +3,14 @@
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, UNDETERMINED, Exponents, exponents
 from daebench.methods.ensemble.tangents import TangentGrowth
+from daebench.runs.shown import Shown
 from daebench.studies.chaos.plane import Plane
 from daebench.studies.chaos.section import Section
 from daebench.studies.ensemble.distributions.box import coordinates
@@ -22,7 +23,7 @@ EMPTY, STOPPED = "empty", "stopped"
 
 
 @dataclass(frozen=True)
-class Chaos:
+class Chaos(Shown):
     """Lyapunov exponents over a plane of starts.
 
     Parameters
@@ -40,6 +41,8 @@ class Chaos:
     section : Section, optional
         Crossings of a surface, by some of the motions.
     """
+
+    drawn_by: ClassVar[str] = "daebench.studies.chaos.figure"
 
     plane: Plane
     method: str

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from daebench.diagnostics.along import LABELS, errors_along
 from daebench.draw.figures import STROKES, drawing, grid_of_axes, save, save_table
 from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
-from daebench.studies.comparison.table import LABELS, errors_along
 
 MOST_POINTS = 2000
 """Points of a curve, about; more cannot be seen."""

@@ -7,13 +7,12 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
-from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request, resolution_value
-from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 from daebench.studies.comparison.position_error import position_errors
 
 if TYPE_CHECKING:
@@ -25,15 +24,6 @@ TOLERANCE = 1e-8
 
 MOST_STATES = 20000
 """States kept by a fixed-step method in a comparison, about."""
-
-LABELS = {
-    "energy_error": "|energy error|",
-    "g": "|g(q)|",
-    "Gv": "|G H_p|",
-    "casimir_error": "|Casimir error|",
-    "integral_error": "|integral error|",
-}
-"""What can be seen along a run, of what its problem has."""
 
 
 def compare(
@@ -182,14 +172,3 @@ def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
         **{f"n_{kind}": count for kind, count in trajectory.work.items()},
         "failure": trajectory.failure,
     }
-
-
-def errors_along(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
-    """Return the errors along a run at its outputs, by name in :data:`LABELS`: largest moduli, shape(n,), where they are of several."""
-    columns = {"energy_error": energy_error(ivp, trajectory)}
-    if isinstance(trajectory, Trajectory):
-        columns |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
-    elif isinstance(ivp, PoissonIvp):
-        several = {"casimir_error": casimir_errors(ivp, trajectory), "integral_error": integral_errors(ivp, trajectory)}
-        columns |= {column: np.column_stack(list(errors.values())) for column, errors in several.items() if errors}
-    return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in columns.items()}

@@ -11,6 +11,7 @@ from daebench.studies.ensemble.result import Ensemble
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 TITLES = {"g": ("constraints", "largest $|g|$"), "casimirs": ("Casimirs", "largest change")}
 """Title and label of the panel of what the structure keeps."""
@@ -21,9 +22,14 @@ MOST_REASONS = 3
 
 def draw(out: Path, stem: str, ensemble: Ensemble) -> Path:
     """Write ``STEM.svg``, PNG and CSV of the bands into a folder; return the path of the SVG."""
+    return save(figure(ensemble), out, stem, ensemble.bands)
+
+
+def figure(ensemble: Ensemble) -> "Figure":
+    """Return the picture of an ensemble."""
     bands, kept = ensemble.bands, ensemble.kept
     with drawing():
-        figure, axes = grid_of_axes(1, 2 + bool(kept), 3.3, sharex=True, x="time $t$ [s]")
+        drawn, axes = grid_of_axes(1, 2 + bool(kept), 3.3, sharex=True, x="time $t$ [s]")
         _bands(axes[0, 0], bands, "energy", VERMILION)
         axes[0, 0].set(title="energy error", ylabel="$H - H_0$ [unit of $H$]")
         if kept:
@@ -33,9 +39,9 @@ def draw(out: Path, stem: str, ensemble: Ensemble) -> Path:
                 axes[0, 1].set_yscale("log")
         _line(axes[0, -1], bands["t"], bands["spread"])
         axes[0, -1].set(title="spread", ylabel="rms distance from the mean")
-        legend_below(figure, axes[0, 0], 3)
-        figure.suptitle(_title(ensemble), fontsize="medium")
-        return save(figure, out, stem, bands)
+        legend_below(drawn, axes[0, 0], 3)
+        drawn.suptitle(_title(ensemble), fontsize="medium")
+    return drawn
 
 
 def _title(ensemble: Ensemble) -> str:

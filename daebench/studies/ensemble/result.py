@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from daebench.diagnostics.energy import FAILED
 from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
+from daebench.runs.shown import Shown
 from daebench.runs.trajectory import Array
 from daebench.studies.ensemble.distributions.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Ensemble:
+class Ensemble(Shown):
     """The runs of n members, with N steps each, of which k states of c numbers are stored.
 
     Parameters
@@ -34,6 +35,8 @@ class Ensemble:
     seed : int
         Seeds them.
     """
+
+    drawn_by: ClassVar[str] = "daebench.studies.ensemble.figure"
 
     run: EnsembleRun
     starts: str

@@ -12,6 +12,7 @@ from daebench.studies.modes.spectrum import ZERO, zeros
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 SHOWN = ("index3", "index2", "index1", "baumgarte")
 """Formulations that have a panel; GGL has the spectrum of index 3, and the reduced ODE that of index 1."""
@@ -25,18 +26,23 @@ SWING = 0.25
 
 def draw(out: Path, found: Modes) -> Path:
     """Write ``modes.svg``, PNG and CSV of the eigenvalues into a folder; return the path of the SVG."""
+    return save(figure(found), out, "modes", eigenvalues(found))
+
+
+def figure(found: Modes) -> "Figure":
+    """Return the picture of the modes."""
     layout = layout_of(found.ivp)
     planar = layout is not None and layout.dimension == 2
     rows = 2 if planar else 1
     with drawing():
-        figure, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.6 * rows)
+        drawn, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.6 * rows)
         for axis, name in zip(axes[0], SHOWN, strict=True):
             _spectrum(axis, found, name)
         axes[0, 0].set_ylabel("imaginary part [1/s]")
         if planar:
             _shapes(list(axes[1]), found, layout)
-        figure.suptitle(title(found), fontsize="medium", x=0.02, ha="left")
-        return save(figure, out, "modes", eigenvalues(found))
+        drawn.suptitle(title(found), fontsize="medium", x=0.02, ha="left")
+    return drawn
 
 
 def title(found: Modes) -> str:

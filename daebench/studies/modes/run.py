@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.shown import Shown
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
 from daebench.studies.modes.spectrum import Linear, Spectra, natural, spectra, zeros
 from daebench.studies.modes.usable import METHODS, usable_steps
@@ -25,7 +26,7 @@ STIFFER = 1e4
 
 
 @dataclass(frozen=True)
-class Modes:
+class Modes(Shown):
     """Small oscillations about a position of rest.
 
     Parameters
@@ -45,6 +46,8 @@ class Modes:
     steps : mapping of str to float
         Largest step size that can be made and with which nothing grows, s, by method.
     """
+
+    drawn_by: ClassVar[str] = "daebench.studies.modes.figure"
 
     ivp: ConstrainedIvp
     rest: Equilibrium

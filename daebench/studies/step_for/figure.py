@@ -1,12 +1,16 @@
 """The picture of a search for a step size: differences between each step and its half, with their intervals, and the margin."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from daebench.diagnostics.equivalence import EQUIVALENT, QUANTILES
 from daebench.draw.figures import BLUE, GREEN, QUIET, VERMILION, drawing, grid_of_axes, save
 from daebench.studies.step_for.result import StepFor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COLOURS = ("black", BLUE, GREEN, VERMILION)
 """Colours of the mean and of the quantiles."""
@@ -17,8 +21,13 @@ APART = 0.06
 
 def draw(out: Path, stem: str, found: StepFor) -> Path:
     """Write ``STEM.svg``, PNG and CSV of the tests into a folder; return the path of the SVG."""
+    return save(figure(found), out, stem, found.table)
+
+
+def figure(found: StepFor) -> "Figure":
+    """Return the picture of a search for a step size."""
     with drawing():
-        figure, axes = grid_of_axes(1, 1, 3.6, x="step size $h$ [s]", y=f"difference in {found.statistic}")
+        drawn, axes = grid_of_axes(1, 1, 3.6, x="step size $h$ [s]", y=f"difference in {found.statistic}")
         axis = axes[0, 0]
         axis.axhspan(-found.margin, found.margin, color=QUIET, alpha=0.2, linewidth=0, label="within the margin")
         shown = set()
@@ -35,8 +44,8 @@ def draw(out: Path, stem: str, found: StepFor) -> Path:
         axis.set_xticks([row.h for row in found.tried], [f"{row.h:g}" for row in found.tried])
         axis.minorticks_off()
         axis.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False)
-        figure.suptitle(_title(found), fontsize="medium")
-        return save(figure, out, stem, found.table)
+        drawn.suptitle(_title(found), fontsize="medium")
+    return drawn
 
 
 def _title(found: StepFor) -> str:

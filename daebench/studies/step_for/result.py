@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.diagnostics.equivalence import EQUIVALENT, UNDECIDED, Equivalence
+from daebench.runs.shown import Shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,7 +37,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class StepFor:
+class StepFor(Shown):
     """The step sizes that were tried, the largest first.
 
     Parameters
@@ -62,6 +63,8 @@ class StepFor:
     tried : tuple of Tried
         The steps.
     """
+
+    drawn_by: ClassVar[str] = "daebench.studies.step_for.figure"
 
     ivp: Any
     method: str

@@ -1,0 +1,118 @@
+"""``daebench.load``: a trajectory from its file."""
+
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from daebench.errors import BadInput, DaebenchError
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.runs.json_values import strict
+from daebench.runs.trajectory import IN_FILES, Array, Passage, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory_files import ABOUT
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import InitialValueProblem
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+STATES = {"constrained": ("q", "p"), "poisson": ("y",)}
+"""Arrays that a file has, by the kind of its problem."""
+
+NEEDED = ("problem", "case", "parameters", "method", "knob", "value", "steps", "work", "maxima", "seconds", "compile_seconds", "callbacks")
+"""What a file says of a run."""
+
+
+def load(
+    path: "str | Path", problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem | None" = None
+) -> Trajectory | PoissonTrajectory:
+    """Return the trajectory of a file that :meth:`daebench.Trajectory.save` or ``daebench run --out FILE.npz`` wrote.
+
+    Nothing in the file is executed. Its problem comes from the catalogue, where that has a problem of this name whose equations are the
+    same; else pictures and energies need it to be given::
+
+        >>> import daebench
+        >>> import tempfile, pathlib
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "swing.npz"
+        >>> swing = daebench.run("planar_pendulum", case="horizontal", method="rattle", h=0.01, t_end=1)
+        >>> len(swing.save(file)), bool((daebench.load(file).q == swing.q).all())
+        (1, True)
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, FILE.npz.
+    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem, optional
+        Problem that was solved: a name, the path of a problem file, which is executed, or a definition.
+
+    Returns
+    -------
+    Trajectory or PoissonTrajectory
+
+    Raises
+    ------
+    BadInput
+        If there is no such file, it is damaged or no trajectory, or the problem has other equations than the file says.
+    """
+    path = Path(path)
+    arrays = _arrays(path)
+    try:
+        about = strict(str(arrays.pop(ABOUT)))
+        kind = "poisson" if "y" in arrays else "constrained"
+        given = {name: about[name] for name in (*NEEDED, *IN_FILES)}
+        states = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *STATES[kind])}
+    except (KeyError, ValueError, TypeError) as error:
+        raise BadInput(f"{path}: it is no trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
+    ivp = _problem(path, about, problem)
+    if kind == "poisson":
+        return PoissonTrajectory(**given, **states, sensitivities=_sensitivities(arrays, ("y",)), ivp=ivp)
+    more: dict[str, Any] = {"lam": arrays.get("lam"), "raw": _stage_multipliers(arrays)}
+    more |= {"passages": tuple(Passage(**passage) for passage in about.get("passages", ()))}
+    return Trajectory(**given, **states, **more, sensitivities=_sensitivities(arrays, ("q", "p")), ivp=ivp)
+
+
+def _arrays(path: Path) -> dict[str, Any]:
+    """Return the arrays of an NPZ file; nothing is unpickled."""
+    if not path.is_file():
+        raise BadInput(f"there is no file {path}; give one that run.save or daebench run --out FILE.npz wrote.")
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:  # NumPy leaves a damaged file open
+            return {name: file[name] for name in file.files}
+    except (ValueError, OSError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        raise BadInput(f"{path}: it is no NPZ file, or is damaged ({error}); daebench.load reads those that run.save wrote.") from error
+
+
+def _checked(name: str, rows: Array, t: Array) -> Array:
+    """Return states of a file if there is a row of numbers for each time."""
+    if rows.dtype.kind != "f" or rows.ndim != (1 if name == "t" else 2) or not len(t) or len(rows) != len(t):
+        raise ValueError(f"{name} has {rows.dtype} of shape {rows.shape}")
+    return rows
+
+
+def _problem(path: Path, about: dict[str, Any], problem: Any) -> Any:
+    """Return the initial value problem of a file; None where none is given and the catalogue has none with its equations."""
+    try:
+        ivp = initial_value_problem(problem or about["problem"], about["case"] or None, about["parameters"], consistent=False)
+    except DaebenchError:
+        if problem is None:
+            return None
+        raise
+    if about.get("definition") == ivp.facts.FINGERPRINT:
+        return ivp
+    if problem is None:
+        return None
+    raise BadInput(f"{path}: the run is of other equations or cases than {ivp.problem} has now; give the definition that it was made with.")
+
+
+def _stage_multipliers(arrays: dict[str, Any]) -> dict[str, tuple[Array, Array]]:
+    """Return stage multipliers of a file by name: their times, and their values."""
+    names = [name.removeprefix("raw_") for name in arrays if name.startswith("raw_") and f"{name}_t" in arrays]
+    return {name: (arrays[f"raw_{name}_t"], arrays[f"raw_{name}"]) for name in names}
+
+
+def _sensitivities(arrays: dict[str, Any], parts: tuple[str, ...]) -> dict[str, dict[str, Array]]:
+    """Return the derivatives of states of a file, by the name of a number and of the states."""
+    prefix = f"d{parts[0]}_d"
+    names = [name.removeprefix(prefix) for name in arrays if name.startswith(prefix)]
+    return {name: {part: arrays[f"d{part}_d{name}"] for part in parts} for name in names}

@@ -1,0 +1,85 @@
+"""States between the outputs of a run."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+
+Array = NDArray[np.float64]
+
+DEGREE = 5
+"""Degree of the splines where there are outputs enough."""
+
+
+class Interpolant:
+    """Splines through the states at the outputs of a run, of degree 5, or 3 or 1 where there are fewer than six or four outputs.
+
+    The error is of order dt^(degree + 1) in the interval dt of outputs, of motions that are smooth; :attr:`error` estimates it. States
+    between outputs are off the constraint manifold by as much.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Output times, s.
+    states : mapping of str to ndarray, shape(n, d)
+        States by name.
+
+    Raises
+    ------
+    BadInput
+        If there is one output alone.
+    """
+
+    def __init__(self, t: Array, states: Mapping[str, Array]) -> None:
+        if len(t) < 2:
+            raise BadInput("the run has one state, and there is nothing between outputs; run on, or keep more states.")
+        self._t, self._states = t, states
+
+    def __call__(self, t: Any) -> dict[str, Array]:
+        """Return the states by name at a time, shape(d,), or at many, shape(k, d).
+
+        Raises
+        ------
+        BadInput
+            If a time is not within the run.
+        """
+        times = np.asarray(t, dtype=float)
+        outside = ~((times >= self._t[0]) & (times <= self._t[-1]))
+        if outside.any():
+            first = float(np.atleast_1d(times)[np.atleast_1d(outside)][0])
+            raise BadInput(f"t = {first!r} is outside of the run, which goes from {self._t[0]:.9g} to {self._t[-1]:.9g} s.")
+        return {name: spline(times) for name, spline in self._splines.items()}
+
+    @cached_property
+    def error(self) -> float:
+        """Largest error of a state, estimated: what splines through every second output miss at the others, over 2^(degree + 1).
+
+        It is NaN where there are fewer than three outputs.
+        """
+        if len(self._t) < 3:
+            return float("nan")
+        degree = _degree(len(self._t[::2]))
+        inner = slice(1, (len(self._t) - 1) // 2 * 2, 2)
+        missed = [
+            np.max(np.abs(_spline(self._t[::2], rows[::2])(self._t[inner]) - rows[inner]), initial=0.0) for rows in self._states.values()
+        ]
+        return float(max(missed)) / 2 ** (degree + 1)
+
+    @cached_property
+    def _splines(self) -> dict[str, Any]:
+        return {name: _spline(self._t, rows) for name, rows in self._states.items()}
+
+
+def _degree(outputs: int) -> int:
+    """Return the degree of splines through so many outputs: odd, so that they have their knots at the outputs."""
+    return min(DEGREE, (outputs - 2) // 2 * 2 + 1)
+
+
+def _spline(t: Array, rows: Array) -> Any:
+    from scipy.interpolate import make_interp_spline
+
+    return make_interp_spline(t, rows, k=_degree(len(t)))

@@ -1,0 +1,83 @@
+"""Results that show themselves in a notebook: a table of what they say, and a picture beside it."""
+
+import base64
+from collections.abc import Mapping
+from importlib import import_module
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from markupsafe import escape
+
+from daebench.errors import DaebenchError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_ITEMS = 6
+"""Most numbers or entries of one row of the table; a longer one is in :meth:`Shown.summary`."""
+
+DPI = 90
+"""Dots per inch of the picture in a notebook."""
+
+STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
+
+
+class Shown:
+    """A result with a summary and a picture."""
+
+    drawn_by: ClassVar[str] = ""
+    """Module whose function ``figure`` draws the result. It lies above this room, and is imported by its name when it is asked for."""
+
+    def summary(self) -> Mapping[str, Any]:
+        """Return what the result says, by name."""
+        raise NotImplementedError
+
+    def plot(self) -> "Figure":
+        """Return a figure of Matplotlib that shows the result; a notebook displays it, and ``savefig`` writes it.
+
+        Raises
+        ------
+        DaebenchError
+            If there is nothing to draw.
+        """
+        figure: Figure = import_module(self.drawn_by).figure(self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        """Return the table and the picture as a notebook shows them."""
+        rows = "".join(
+            f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(text)}</td></tr>'
+            for name, value in self.summary().items()
+            if (text := in_words(value))
+        )
+        return f'<div style="{STYLE}"><table>{rows}</table>{self._picture()}</div>'
+
+    def _picture(self) -> str:
+        """Return the picture as an element of a page, or the sentence that says why there is none."""
+        try:
+            figure = self.plot()
+        except DaebenchError as error:
+            return f"<p>{escape(str(error))}</p>"
+        return image(figure)
+
+
+def image(figure: Any) -> str:
+    """Return a figure as an element of a page that has its pixels in it."""
+    with import_module("daebench.draw.figures").drawing():
+        pixels = BytesIO()
+        figure.savefig(pixels, format="png", dpi=DPI)
+    code = base64.b64encode(pixels.getvalue()).decode("ascii")
+    return f'<img style="max-width:100%" alt="picture of the result" src="data:image/png;base64,{code}">'
+
+
+def in_words(value: Any) -> str:
+    """Return a value as one row of a table has it; "" of what is missing, empty or too long for one."""
+    if isinstance(value, Mapping):
+        return "" if len(value) > MOST_ITEMS else ", ".join(f"{name} {words}" for name, item in value.items() if (words := in_words(item)))
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return "" if len(value) > MOST_ITEMS else ", ".join(filter(None, map(in_words, value)))
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return "" if value is None else str(value)
