@@ -61,7 +61,7 @@ def load(
         about = strict(str(arrays.pop(ABOUT)))
         kind = "poisson" if "y" in arrays else "constrained"
         given = {name: about[name] for name in (*NEEDED, *IN_FILES)}
-        states = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *STATES[kind])}
+        states: dict[str, Any] = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *STATES[kind])}
     except (KeyError, ValueError, TypeError) as error:
         raise BadInput(f"{path}: it is no trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
     ivp = _problem(path, about, problem)

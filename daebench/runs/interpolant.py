@@ -67,7 +67,7 @@ class Interpolant:
         missed = [
             np.max(np.abs(_spline(self._t[::2], rows[::2])(self._t[inner]) - rows[inner]), initial=0.0) for rows in self._states.values()
         ]
-        return float(max(missed)) / 2 ** (degree + 1)
+        return float(max(missed)) / float(2 ** (degree + 1))
 
     @cached_property
     def _splines(self) -> dict[str, Any]:
