@@ -19,12 +19,12 @@ SIGNS: Mapping[str, dict[str, Any]] = {
     HIDDEN: {"marker": "o", "markeredgecolor": BLUE, "markerfacecolor": "white", "markersize": 7.0, "markeredgewidth": 1.3},
     LOST: {"marker": "x", "color": VERMILION, "markersize": 4.6, "markeredgewidth": 1.3},
 }
-"""Shape and colour tell the same."""
+"""Shape and colour tell the same; beside each sign is the power of ten of the largest defect."""
 
 LABELS = {
     KEPT: "claimed, and kept to round-off",
     HIDDEN: "not claimed, yet round-off",
-    LOST: "not kept: power of ten of the largest defect",
+    LOST: "not kept",
 }
 
 ROW = 0.172
@@ -75,8 +75,7 @@ def draw_row(ax: Any, line: int, name: str, row: Mapping[Any, Any]) -> None:
             ax.text(x, line, "\N{EN DASH}", ha="center", va="center", fontsize=8, color=QUIET)
             continue
         ax.plot([x], [line], linestyle="none", **SIGNS[state])
-        if state == LOST:
-            ax.text(x + 0.16, line, exponent(row[f"{key}_most"]), fontsize=7.0, va="center", color=QUIET)
+        ax.text(x + 0.17, line, exponent(row[f"{key}_most"]), fontsize=7.0, va="center", color=QUIET)
 
 
 def exponent(value: float) -> str:
