@@ -19,6 +19,7 @@ from daebench.reports.index_reduction.rods import Held, check_rods, measure_rods
 from daebench.reports.index_reduction.rods_figure import draw_rods
 from daebench.reports.index_reduction.rods_moving import write_moving
 from daebench.reports.index_reduction.tables import tables
+from daebench.reports.index_reduction.two_form import Carried, check_two_form, draw_two_form, measure_two_form
 
 CONSTANTS = SimpleNamespace(
     **{name: value for name, value in vars(_index_reduction_numbers).items() if name.isupper()},
@@ -30,20 +31,20 @@ CONSTANTS = SimpleNamespace(
 )
 
 
-Measured = tuple[Numbers, pd.DataFrame, dict[str, Held]]
+Measured = tuple[Numbers, pd.DataFrame, dict[str, Held], dict[str, Carried]]
 
 
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
 
     def content(numbers: Measured, facts: SimpleNamespace) -> dict[str, Any]:
-        schemes, formulations, held = numbers
+        schemes, formulations, held, carried = numbers
         write_moving(held, facts.rods, out / MOVING)
         with drawing():
-            picture = draw_rods(held, facts.rods, out / "figures")
+            pictures = [draw_rods(held, facts.rods, out / "figures"), draw_two_form(carried, out / "figures")]
         return {
             "c": CONSTANTS,
-            "drawn": draw(schemes, formulations, out / "figures") | {picture.stem: picture},
+            "drawn": draw(schemes, formulations, out / "figures") | {picture.stem: picture for picture in pictures},
             "tables": tables(schemes, formulations, out / "tables"),
             "label": label,
             "kept_names": [
@@ -58,14 +59,20 @@ def make(out: Path, progress: Progress) -> Path:
         "daebench report index-reduction",
         progress,
         measure=everything,
-        check=lambda numbers: SimpleNamespace(rods=check_rods(numbers[2]), **vars(check(*numbers[:2]))),
+        check=check_everything,
         content=content,
     )
 
 
+def check_everything(numbers: Measured) -> SimpleNamespace:
+    """Return the numbers of the text; the first claim that does not hold raises ClaimRefuted."""
+    schemes, formulations, held, carried = numbers
+    return SimpleNamespace(rods=check_rods(held), why=check_two_form(carried), **vars(check(schemes, formulations)))
+
+
 def everything(progress: Progress) -> Measured:
-    """Return the numbers of the fixed-step schemes, those of IDA, and the runs of three ways to hold the rod."""
+    """Return the numbers of the fixed-step schemes, those of IDA, three ways to hold the rod, and what becomes of the two-form."""
     numbers = measure(lambda fraction, doing: progress(0.75 * fraction, doing))
     formulations = measure_ida(lambda fraction, doing: progress(0.75 + 0.2 * fraction, doing))
-    progress(0.95, "three ways to hold the rod")
-    return numbers, formulations, measure_rods()
+    progress(0.95, "three ways to hold the rod, and why")
+    return numbers, formulations, measure_rods(), measure_two_form()
