@@ -34,17 +34,28 @@ def fill(axis: Any, across: Array, up: Array, classes: NDArray[np.int64], colour
     colours : sequence of str
         Colours of the classes.
     """
+    for k in np.unique(classes).tolist():
+        _add(axis, across, up, classes >= k, facecolor=colours[k], edgecolor="none")
+    axis.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
+
+
+def hatch(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], pattern: str, colour: str) -> None:
+    """Hatch the tiles of a grid where a mask says so, shape(rows, columns), with a pattern of Matplotlib."""
+    if mask.any():
+        _add(axis, across, up, mask, facecolor="none", edgecolor=colour, hatch=pattern)
+
+
+def _add(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], **look: Any) -> None:
+    """Draw the tiles of a mask as one area."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    for k in np.unique(classes).tolist():
-        boxes = np.array(list(rectangles(classes >= k)))
-        x, y = across[boxes[:, 2:]], up[boxes[:, :2]]
-        corners = np.stack([x[:, [0, 1, 1, 0, 0]], y[:, [0, 0, 1, 1, 0]]], axis=2)
-        codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
-        area = Path(corners.reshape(-1, 2), np.tile(np.array(codes, dtype=np.uint8), len(boxes)))
-        axis.add_patch(PathPatch(area, facecolor=colours[k], edgecolor="none", linewidth=0))
-    axis.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
+    boxes = np.array(list(rectangles(mask)))
+    x, y = across[boxes[:, 2:]], up[boxes[:, :2]]
+    corners = np.stack([x[:, [0, 1, 1, 0, 0]], y[:, [0, 0, 1, 1, 0]]], axis=2)
+    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    area = Path(corners.reshape(-1, 2), np.tile(np.array(codes, dtype=np.uint8), len(boxes)))
+    axis.add_patch(PathPatch(area, linewidth=0, **look))
 
 
 def rectangles(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:

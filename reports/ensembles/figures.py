@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.draw.figures import GREEN, QUIET, VERMILION, drawing, grid_of_axes, save
+from daebench.draw.methods import name_of, stroke_of
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE
 
-COLOR = {method: stroke.color for method, stroke in zip(METHODS, (STROKES[0], STROKES[1], STROKES[2], STROKES[3], STROKES[6]), strict=True)}
+COLOR = {method: stroke_of(method).color for method in METHODS}
+NAMES = [name_of(method) for method in METHODS]
 ERROR = "largest energy error over mean kinetic energy"
-VERDICTS = {"flat": ("no drift", "#009e73"), "undetermined": ("undetermined", "#d9d9d9"), "drifts": ("drifts", "#d55e00")}
+VERDICTS = {"flat": ("no drift", GREEN), "undetermined": ("undetermined", "#d9d9d9"), "drifts": ("drifts", VERMILION)}
 VERDICTS["failed"] = ("stopped", "#000000")
 
 
@@ -38,7 +40,7 @@ def draw_errors(sizes: Any, titles: dict[str, str], folder: Path) -> Path:
         ax.set(xscale="log", xlim=(0.5 * finite.min(), 3 * finite.max()))
         for k, method in enumerate(METHODS):
             _row(ax, k, some.loc[method], COLOR[method])
-        ax.set(title=title, yticks=range(len(METHODS)), yticklabels=METHODS, ylim=(len(METHODS) - 0.4, -0.6))
+        ax.set(title=title, yticks=range(len(METHODS)), yticklabels=NAMES, ylim=(len(METHODS) - 0.4, -0.6))
         ax.grid(visible=False, axis="y")
     _explain(axes.flat[len(titles)])
     axes[-1, 0].set_xlabel(ERROR)
@@ -97,7 +99,13 @@ def draw_verdicts(verdicts: Any, titles: dict[str, str], folder: Path) -> Path:
             left = 100 * sum(one[verdict] for verdict in list(VERDICTS)[: list(VERDICTS).index(own)])
             x = min(98.0, max(2.0, left + 50 * one[own]))
             ax.plot(x, k, marker="D", markersize=5, markerfacecolor="white", markeredgecolor="black", linestyle="none")
-        ax.set(title=title, yticks=range(len(METHODS)), yticklabels=METHODS, xlim=(0, 100), ylim=(len(METHODS) - 0.4, -0.6))
+        ax.set(
+            title=title,
+            yticks=range(len(METHODS)),
+            yticklabels=NAMES,
+            xlim=(0, 100),
+            ylim=(len(METHODS) - 0.4, -0.6),
+        )
         ax.grid(visible=False)
     for ax in (axes[-1, 0], axes[-2, 1]):
         ax.set_xlabel("part of the starts  [%]")

@@ -31,7 +31,7 @@ def make(out: Path, progress: Progress) -> Path:
         return {
             "sections": sections,
             "drawn": figures | {"precision": draw(out / "figures", "precision", numbers.precision)},
-            "says": {section.key: _said(EXTREMES[section.extreme].says, numbers.tables[section.key]) for section in sections},
+            "says": {"steps": _said(EXTREMES["step-limit"].says, numbers.tables["steps"])},
             "precision": _said(study.says, numbers.precision),
             "tables": tables(numbers, out / "tables"),
             "store": _extremes_numbers.STORE,

@@ -45,9 +45,9 @@ SECTIONS = (
         "Steps too large",
         "step-limit",
         FAST,
-        "An implicit scheme may end where its equations have no solution that Newton's iteration finds, another one may go on long after "
-        "its numbers mean anything. Two limits are bisected: up to which step a run comes to its end, and up to which the energy stays "
-        "within one part in a hundred of twice the kinetic energy. A limit between them is room for numbers that look like a result.",
+        "An implicit scheme stops where Newton's iteration finds no solution of its equations. An explicit one goes on long after its "
+        "numbers have lost their meaning. Two limits are bisected: the largest step with which a run comes to its end, and the largest "
+        "with which the energy stays within one part in a hundred of twice the kinetic energy. Between both, numbers look like a result.",
         "A line for each method with two marks on a logarithmic scale of step sizes: one for coming to the end, one for the energy.",
     ),
     Section(
@@ -57,8 +57,8 @@ SECTIONS = (
         replace(FAST, methods=MAPPED),
         "The same motion with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. What became of each run is one "
         "word, found from the run itself: its failure, the residual of the constraints, whether each step goes where the velocities lead, "
-        "and the size of the energy error, which is the colour. The map below says where the energy drifts, and where that cannot be told.",
-        "Two maps for each method, step size across and gravity up: what became of each run, and below it the trend of its energy.",
+        "and the size of the energy error. The colour is that size. Hatches show where it drifts, and where that is not known.",
+        "A map for each method, step size across and gravity up: colours for what became of each run, hatches for the trend of its energy.",
     ),
     Section(
         "masses",
@@ -107,7 +107,7 @@ SECTIONS = (
         "A start near an unstable equilibrium",
         "lost-motion",
         Asked(problem="planar_pendulum", case="near_top"),
-        "The pendulum is let go a thousandth of a radian from its highest point, and comes back there each turn. What is lost on the way "
+        "The pendulum is let go a thousandth of a radian from its highest point, and comes back there each turn. An error on the way "
         "up grows on the way down.",
         "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
     ),
@@ -116,8 +116,8 @@ SECTIONS = (
         "A chaotic motion",
         "lost-motion",
         Asked(problem="double_pendulum", case="horizontal"),
-        "The double pendulum released from the horizontal. Two motions that start a rounding apart part in the end: after that no run "
-        "tells the motion, and what can be compared are energies, constraints and statistics.",
+        "The double pendulum is released from the horizontal. Two motions that start a rounding apart separate in the end. After that no "
+        "run has the motion, and only energies, constraints and statistics can be compared.",
         "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
     ),
 )

@@ -4,13 +4,13 @@ import re
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-import pandas as pd
 from markupsafe import Markup, escape
 
 from daebench.draw.figures import save_table
 from daebench.pages.report import number, table
+from daebench.reports.extremes import ivps
+from daebench.reports.extremes.by_method import BY_EXTREME, Layout
 from daebench.reports.extremes.numbers import Numbers
 from daebench.studies.grid.rows import error_of
 from daebench.studies.precision.study import smallest_steps
@@ -24,7 +24,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
     limits["why"] = limits["why"].where(limits["why"] != "", "nothing that was tried: it is the largest")
     precise = smallest_steps(numbers.precision)
     error = error_of(precise)
-    layouts: dict[str, tuple[pd.DataFrame, dict[str, Callable[[Any], Any]], dict[str, str]]] = {
+    layouts: dict[str, Layout] = {
         "limits": (
             limits,
             {"method": str, "completes": number, "keeps the energy": number, "why": str},
@@ -54,6 +54,8 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
             },
         ),
     }
+    shown = [section for section in ivps.SECTIONS if section.extreme in BY_EXTREME and section.key in numbers.tables]
+    layouts |= {section.key: BY_EXTREME[section.extreme](numbers.tables[section.key]) for section in shown}
     for name, (frame, _, _) in layouts.items():
         save_table(folder / f"{name}.csv", frame)
     return {name: partial(table, name, *parts) for name, parts in layouts.items()}

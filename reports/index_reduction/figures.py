@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import BLUE, QUIET, STROKES, VERMILION, Stroke, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import QUIET, drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import stroke_of
 from daebench.reports.index_reduction.ida import FORMULATIONS
 from daebench.reports.index_reduction.numbers import DRIFT_RUNS, FAST, SCHEMES, SLOW, Numbers
 
@@ -19,9 +20,7 @@ NAMES = {
     "shake": "SHAKE",
     "rattle": "RATTLE",
 }
-STROKE = dict(
-    zip(("se", "seproj", "implicit_euler", "rattle", "symplectic_euler", "shake", "symplectic_euler_adjoint"), STROKES, strict=True)
-)
+STROKE = {name: stroke_of(name) for name in NAMES}
 TIME = r"time $t$  [$\sqrt{\ell/\gamma}$]"
 ENERGY = r"energy error  [$m\gamma\ell$]"
 WINDOW = 3.0
@@ -75,7 +74,7 @@ def draw_together(numbers: Numbers, folder: Path) -> Path:
 def draw_swing(swing: pd.DataFrame, folder: Path) -> Path:
     """Draw the height of the pendulum for both Euler methods, and their energies."""
     figure, axes = grid_of_axes(3, 1, 4.7, sharex=True)
-    strokes = {"symplectic_euler": Stroke(BLUE, "-", "^"), "implicit_euler": Stroke(VERMILION, (0, (5, 1.5)), "o")}
+    strokes = {name: STROKE[name] for name in ("symplectic_euler", "implicit_euler")}
     low, high = swing[["q3_symplectic_euler", "q3_implicit_euler"]].min().min(), swing["q3_symplectic_euler"].max()
     for ax, name in zip(axes[:2, 0], strokes, strict=True):
         ax.plot(swing["t"], swing[f"q3_{name}"], color=strokes[name].color)
@@ -112,7 +111,7 @@ def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
 def draw_ida(ida: pd.DataFrame, folder: Path) -> Path:
     """Draw the error that IDA reached against the tolerance that was asked for."""
     figure, axes = grid_of_axes(1, 2, 3.9, x="tolerance asked for", y=r"position error reached  [$\ell$]", sharex=True, sharey=True)
-    styles = dict(zip(FORMULATIONS, (STROKES[0], STROKES[3], STROKES[1], STROKES[5]), strict=True))
+    styles = {formulation: stroke_of(f"ida:{formulation}") for formulation in FORMULATIONS}
     for ax, case, title in zip(axes[0], (SLOW, FAST), ("slow swing (fig1.1)", "fast swing (fig1.2)"), strict=True):
         ends = np.array([ida["tol"].min(), ida["tol"].max()])
         ax.plot(ends, ends, color=QUIET, linewidth=1.0)

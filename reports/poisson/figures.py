@@ -6,19 +6,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import QUIET, drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import name_of, stroke_of
 from daebench.reports.poisson.casimirs import SYSTEMS, TITLES
-from daebench.reports.poisson.defects import CONSTRAINED, slopes
+from daebench.reports.poisson.defects import slopes
 from daebench.reports.poisson.lattice import METHODS as LATTICE_METHODS
 from daebench.reports.poisson.lattice import H
 from daebench.reports.poisson.numbers import Numbers
 from daebench.reports.poisson.orbit_figures import draw_energy, draw_orbits
 from daebench.reports.poisson.sphere import draw_sphere
 
-STROKE = dict(
-    zip(("midpoint", "rk4", "darboux:symplectic_euler", "strang", "strang/suzuki4", "darboux:verlet", "verlet"), STROKES, strict=True)
-)
-CONSTRAINED_STROKE = dict(zip(CONSTRAINED, (STROKES[3], STROKES[6], STROKES[2], STROKES[4], STROKES[0], STROKES[1]), strict=True))
 LEAST = 1e-17
 """What is smaller is drawn here."""
 
@@ -48,12 +45,12 @@ def draw_defects(numbers: Numbers, folder: Path) -> Path:
         ("poisson", "(c) Poisson, in its chart"),
     )
     for ax, (column, title) in zip(axes[0], panels, strict=True):
-        frame, strokes = (numbers.defects, STROKE) if column == "defect" else (numbers.lemma, CONSTRAINED_STROKE)
+        frame = numbers.defects if column == "defect" else numbers.lemma
         powers = slopes(frame, column).set_index("method")["slope"]
         label_heights: list[float] = []
         for name, method_defects in frame.groupby("method", sort=False):
-            stroke, value = strokes[str(name)], method_defects[column].clip(lower=LEAST)
-            ax.plot(method_defects["h"], value, label=name, **stroke.points())
+            stroke, value = stroke_of(str(name)), method_defects[column].clip(lower=LEAST)
+            ax.plot(method_defects["h"], value, label=name_of(str(name)), **stroke.points())
             if np.isfinite(powers[name]) and all(abs(np.log(value.iloc[0] / other)) > 1 for other in label_heights):
                 ax.text(method_defects["h"].max() * 1.2, value.iloc[0], f"{powers[name]:.1f}", color=stroke.color, fontsize=8, va="center")
                 label_heights.append(value.iloc[0])
@@ -93,8 +90,8 @@ def draw_casimirs(series: pd.DataFrame, folder: Path) -> Path:
 
 def plot_so_far(ax: Any, t: "pd.Series[float]", value: "pd.Series[float]", name: str) -> None:
     """Draw one curve over time, with a few markers."""
-    begin = list(STROKE).index(name)
-    ax.plot(t, np.maximum(value, LEAST), label=name, markevery=(4 * begin, 40), **STROKE[name].points())
+    begin = len(ax.lines)
+    ax.plot(t, np.maximum(value, LEAST), label=name_of(name), markevery=(4 * begin, 40), **stroke_of(name).points())
     ax.axhspan(LEAST / 2, EPS, color="#eeeeee", zorder=0, linewidth=0)
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, STROKES, VERMILION, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, VERMILION, drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.orthographic import projected
 from daebench.reports.problems import rank
 from daebench.reports.problems.ivps import horizon
@@ -16,7 +17,7 @@ from daebench.reports.problems.numbers import Numbers
 from daebench.reports.problems.path import Drawing
 from daebench.runs.ivp import Array
 
-STROKE = dict(zip(rank.METHODS, (STROKES[3], STROKES[5], STROKES[1], STROKES[0], STROKES[2], STROKES[6]), strict=True))
+STROKE = {name: stroke_of(name) for name in rank.METHODS}
 COLUMNS = 5
 THINNED = 5
 """Every so many rows of the paths are beside the figure of all scenes; each scene has all of its own beside it."""
@@ -114,7 +115,7 @@ def draw_rank(numbers: Numbers, folder: Path) -> Path:
             for k, (name, stroke) in enumerate(STROKE.items()):
                 rows = numbers.rank_paths
                 run = rows[(rows["problem"] == problem) & (rows["method"] == name) & (rows["mode"] == mode)]
-                ax.plot(run["t"], run["x"], label=name, markevery=(10 + 4 * k, 60), **stroke.points())
+                ax.plot(run["t"], run["x"], label=name_of(name), markevery=(10 + 4 * k, 60), **stroke.points())
                 ax.plot(run["t"].iloc[-1:], run["x"].iloc[-1:], linestyle="none", marker="|", markersize=11, color=stroke.color)
             ax.set_title(f"{problem} {case}, {mode}")
     legend_below(figure, axes[0, 0], 3, columnspacing=1.6)

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import stroke_of
 from daebench.reports.index_reduction.figures import label
 from daebench.reports.tolerances.bands import HIGH, LOW, typical
 from daebench.reports.tolerances.claims import CLOSE, SMALL, law_of
@@ -15,10 +16,10 @@ from daebench.reports.tolerances.numbers import Numbers
 from daebench.reports.tolerances.projection import FIXED, PLAIN, PROJECTED
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED, STOPPED
 
-STROKE = dict(zip(FORMULATIONS, (STROKES[0], STROKES[3], STROKES[1], STROKES[5]), strict=True))
+STROKE = {formulation: stroke_of(f"ida:{formulation}") for formulation in FORMULATIONS}
 TREATMENT_STROKE = {"derivative": STROKES[3], "atol": STROKES[1], "suppress": STROKES[2], "none": STROKES[6]}
 TREATMENT_NAMES = {"derivative": "derivative", "atol": "atol", "suppress": "suppress", "none": "plain"}
-METHOD_STROKE = {PLAIN: STROKES[4], PROJECTED: STROKES[0], FIXED[0]: STROKES[3], FIXED[1]: STROKES[1]}
+METHOD_STROKE = {name: stroke_of(name) for name in (PLAIN, PROJECTED, *FIXED)}
 METHOD_NAMES = {PLAIN: "CVODE, (1.18)", PROJECTED: "CVODE, projected", FIXED[0]: "RATTLE, as long", FIXED[1]: "RATTLE/Kahan-Li 8, as long"}
 EDGE = (3e1, 1e4)
 """Where runs without a result are marked, above all errors."""

@@ -116,9 +116,9 @@ def tally(frames: list[pd.DataFrame]) -> list[tuple[str, int]]:
 
 
 def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
-    """Return by what factor the cheapest run that conserves something is dearer than the cheapest of all, over motions and accuracies.
+    """Return how many times the cost of the cheapest run the cheapest run that conserves something has, over motions and accuracies.
 
-    Median and most are over those cases in which it is dearer; cases counts all in which it could be asked for, n those with such a run.
+    Median and most are over those cases in which it costs more; cases counts all in which it could be asked for, n those with such a run.
     """
     ratios, cases = [], 0
     for frame in frames:
@@ -128,9 +128,9 @@ def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
         if conserve in costs:
             ratios += list((costs[conserve] / costs["nothing"]).dropna())
     require(all(ratio >= 1 for ratio in ratios), f"to conserve {conserve} is never cheaper than not to ask for it", ratios)
-    dear = [ratio for ratio in ratios if ratio > 1]
-    worst = {"median": float(np.median(dear or [np.nan])), "most": max(dear, default=float("nan"))}
-    return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(dear), **worst)
+    costly = [ratio for ratio in ratios if ratio > 1]
+    worst = {"median": float(np.median(costly or [np.nan])), "most": max(costly, default=float("nan"))}
+    return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(costly), **worst)
 
 
 def structure(numbers: Numbers) -> SimpleNamespace:

@@ -1,27 +1,34 @@
 """The figures of the report on work against precision: one of all motions, and one each."""
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
+from daebench.draw.figures import BLUE, STROKES, drawing, grid_of_axes, save
+from daebench.draw.methods import name_of
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.work_precision.claims import MIDDLE
 from daebench.reports.work_precision.numbers import Numbers
 from daebench.studies.work_precision.figure import draw
 from daebench.studies.work_precision.study import costs_at
+
+FEW = 6
+"""Methods in the thumbnail."""
 
 
 def draw_all(numbers: Numbers, folder: Path) -> dict[str, Path]:
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
     paths = [draw_overview(numbers, folder)]
     for work in numbers.works:
-        label = f"largest error of ${work.letter}$"
-        paths.append(draw(folder, numbers.runs[work.key], work.error, label, stem=work.key))
+        label, runs = f"largest error of ${work.letter}$", numbers.runs[work.key]
+        paths.append(draw(folder, runs, work.error, label, stem=work.key, against=["seconds"]))
+        paths.append(draw(folder, runs, work.error, label, stem=f"{work.key}-evaluations", against=["evaluations"]))
     return {path.stem: path for path in paths}
 
 
 def ratios(numbers: Numbers) -> pd.DataFrame:
-    """Return by what factor each method is dearer than the cheapest, at one accuracy: columns key, method, ratio."""
+    """Return how many times the CPU time of the cheapest each method takes, at one accuracy: columns key, method, ratio."""
     rows = []
     for work in numbers.works:
         costs = costs_at(numbers.runs[work.key], work.error, "seconds", MIDDLE)
@@ -31,20 +38,31 @@ def ratios(numbers: Numbers) -> pd.DataFrame:
 
 
 def draw_overview(numbers: Numbers, folder: Path) -> Path:
-    """Draw how many times dearer than the cheapest each method is, a row a method and a mark a motion."""
+    """Draw how many times the time of the cheapest each method takes: a row a method, the cheapest at the top, and a mark a motion."""
     frame = ratios(numbers)
     order = list(frame.groupby("method")["ratio"].median().sort_values(ascending=False).index)
     with drawing():
-        figure, axes = grid_of_axes(1, 1, 0.9 + 0.2 * max(4, len(order)) + 0.2 * len(numbers.works) / 2)
+        figure, axes = grid_of_axes(1, 1, 0.9 + 0.19 * max(4, len(order)) + 0.2 * len(numbers.works) / 2)
         axis = axes[0, 0]
         for k, work in enumerate(numbers.works):
             motion_ratios, stroke = frame[frame["key"] == work.key], STROKES[k % len(STROKES)]
             rows = [order.index(name) for name in motion_ratios["method"]]
             look = {"markerfacecolor": "white", "markeredgecolor": stroke.color, "markersize": 5.5}
-            axis.plot(
-                motion_ratios["ratio"], rows, linestyle="none", marker=stroke.marker, label=f"{work.title}, $t$ = {work.t_end:g}", **look
-            )
+            label = f"{work.title}, $t$ = {work.t_end:g} s"
+            axis.plot(motion_ratios["ratio"], rows, linestyle="none", marker=stroke.marker, label=label, **look)
         axis.set(xscale="log", xlabel="CPU time over that of the cheapest", xlim=(0.8, None), ylim=(-0.6, len(order) - 0.4))
-        axis.set_yticks(range(len(order)), order)
+        axis.set_yticks(range(len(order)), [name_of(name) for name in order])
         figure.legend(loc="outside lower center", ncols=2)
-        return save(figure, folder, "overview", frame)
+        path = save(figure, folder, "overview", frame)
+    draw_thumbnail(folder, lambda axis: _bars(axis, frame))
+    return path
+
+
+def _bars(axis: Any, frame: pd.DataFrame) -> None:
+    """Draw the median factors of the cheapest methods as bars."""
+    medians = frame.groupby("method")["ratio"].median().sort_values().iloc[:FEW][::-1]
+    axis.barh(range(len(medians)), medians, color=BLUE, height=0.65)
+    axis.set_yticks(range(len(medians)), [name_of(str(name)) for name in medians.index])
+    axis.set_title("CPU time for one accuracy", loc="right")
+    axis.set_xlabel("over that of the cheapest", loc="right")
+    axis.grid(visible=False, axis="y")

@@ -17,6 +17,7 @@ from daebench.reports.work_precision.ivps import Work
 from daebench.reports.work_precision.numbers import Numbers
 from daebench.studies.work_precision.recommend import CONSERVED
 
+TIMES_COST = "times<small>the cost</small>"
 WORDS = CONSERVED | {"two_form": "two-form", "casimirs": "Casimir functions", "constraints": "constraints"}
 
 
@@ -89,8 +90,20 @@ def winners_table(work: Work, frame: pd.DataFrame, resolutions: Mapping[Any, str
     )
     formats: Formats = {"level": power_of_ten, "method": code, "at": text, "seconds": milliseconds, "next": named, "ratio": times}
     formats |= {"method_counted": named, "evaluations": count, "next_counted": named, "ratio_counted": times}
-    headings = {"level": f"|Δ<i>{work.letter}</i>|", "method": "by time", "at": "with", "seconds": "ms", "next": "next", "ratio": "dearer"}
-    headings |= {"method_counted": "by evaluations", "evaluations": "count", "next_counted": "next", "ratio_counted": "dearer"}
+    headings = {
+        "level": f"|Δ<i>{work.letter}</i>|",
+        "method": "by time",
+        "at": "with",
+        "seconds": "ms",
+        "next": "next",
+        "ratio": TIMES_COST,
+    }
+    headings |= {
+        "method_counted": "by evaluations",
+        "evaluations": "count",
+        "next_counted": "next",
+        "ratio_counted": TIMES_COST,
+    }
     return table(f"winners-{work.key}", shown, formats, headings, caption)
 
 
@@ -134,7 +147,12 @@ def advice_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
     formats: Formats = {"accuracy": text, "keep": text, "method": named, "at": text, "cost": milliseconds, "error": number}
     formats |= {"next": named, "ratio": times}
     headings = {"accuracy": f"|Δ<i>{work.letter}</i>|", "keep": "must conserve", "method": "take", "at": "with"}
-    headings |= {"cost": "CPU time<small>ms</small>", "error": "error<small>reached</small>", "next": "next best", "ratio": "dearer"}
+    headings |= {
+        "cost": "CPU time<small>ms</small>",
+        "error": "error<small>reached</small>",
+        "next": "next best",
+        "ratio": TIMES_COST,
+    }
     return table(f"advice-{work.key}", shown, formats, headings, caption)
 
 

@@ -52,9 +52,9 @@ def test_a_map_counts_what_is_fine():
     assert none == ["one: 0 of 2 runs are fine; most of the others: lost (2)."]
 
 
-def test_every_outcome_and_every_trend_has_a_colour():
+def test_every_outcome_has_a_colour():
     assert set(outcome_map.COLOURS) == set(OUTCOMES) - set(SIZED)
-    assert set(outcome_map.TRENDS) == {*VERDICTS, ""} - {"failed"}
+    assert set(outcome_map.HATCHES) < set(VERDICTS)
     upper = [*outcome_map.SIZE_COLOURS, *outcome_map.COLOURS.values()]
     assert len(set(upper)) == len(upper) == len(outcome_map.SIZES) + 1 + len(outcome_map.COLOURS)
 
@@ -65,21 +65,20 @@ def test_sizes_of_energy_errors_go_from_light_to_dark():
     assert outcome_map._ranges()[-2:] == ["0.1 to 1", "above 1: lost"]
 
 
-def test_a_map_is_coloured_by_size_and_outcome_and_the_one_below_by_trend(tmp_path, monkeypatch):
-    """A run of rk4+proj 100 times as accurate as one of RATTLE has a lighter colour, and its drift is seen below."""
-    drawn = []
+def test_a_map_is_coloured_by_size_and_outcome_and_hatched_by_trend(tmp_path, monkeypatch):
+    """A run of rk4+proj 100 times as accurate as one of RATTLE has a lighter colour, and its drift is hatched."""
+    drawn, hatched = [], []
     monkeypatch.setattr(outcome_map, "fill", lambda axis, *grid: drawn.append((axis.get_title(), *grid)))
+    monkeypatch.setattr(outcome_map, "hatch", lambda axis, across, up, mask, *look: hatched.append((mask.tolist(), look[0])))
     rows = [("rattle", 0.1, "fine", "bounded", 1e-3), ("rattle", 0.2, "lost", "undetermined", 3.0)]
     rows += [("rk4+proj", 0.1, "fine", "drifts", 1e-5), ("rk4+proj", 0.2, "no solution", "", np.nan)]
     table = pd.DataFrame(rows, columns=["method", "value", "outcome", "trend", "size"])
     table = table.assign(varied=1.0, parameter="gravity", problem="made up", case="one", steps=1)
     path = outcome_map.draw(tmp_path, "map", table)
     colours = [[[grid[3][k] for k in line] for line in grid[2]] for _, *grid in ((None, *each[1:]) for each in drawn)]
-    size, word, trend = outcome_map.SIZE_COLOURS, outcome_map.COLOURS, outcome_map.TRENDS
-    assert colours[0] == [[size[3], size[6]]]
-    assert colours[1] == [[trend["bounded"], trend["undetermined"]]]
-    assert colours[2] == [[size[2], word["no solution"]]]
-    assert colours[3] == [[trend["drifts"], trend[""]]]
+    size, word, drifts, unknown = outcome_map.SIZE_COLOURS, outcome_map.COLOURS, *outcome_map.HATCHES.values()
+    assert colours == [[[size[3], size[6]]], [[size[2], word["no solution"]]]]
+    assert hatched == [([[False, False]], drifts), ([[False, True]], unknown), ([[True, False]], drifts), ([[False, False]], unknown)]
     assert "<image" not in path.read_text(encoding="utf-8")
     assert pd.read_csv(tmp_path / "map.csv")["outcome"].tolist() == [row[2] for row in rows]
 

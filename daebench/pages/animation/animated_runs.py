@@ -10,6 +10,7 @@ import pandas as pd
 
 from daebench.diagnostics.along import LABELS
 from daebench.draw.figures import STROKES, Stroke
+from daebench.draw.methods import stroke_of
 from daebench.draw.orthographic import projected
 from daebench.draw.scene import Layout, moving
 from daebench.draw.svg.axis import Axis, around
@@ -164,10 +165,10 @@ class AnimatedRuns:
         remarks = [f"stopped at t = {run.t[-1]:.4g}"] * (run.failure is not None) + ["leaves the picture"] * self.leaves(k)
         return "".join(f", {remark}" for remark in remarks)
 
-    @staticmethod
-    def stroke(k: int) -> Stroke:
-        """Return the stroke of the k-th run."""
-        return STROKES[k % len(STROKES)]
+    def stroke(self, k: int) -> Stroke:
+        """Return the stroke of the k-th run: that of its method, or where methods look alike, that of its place."""
+        strokes = [stroke_of(run.method) for run in self.runs]
+        return strokes[k] if len({stroke.color for stroke in strokes}) == len(strokes) else STROKES[k % len(STROKES)]
 
     def table(self) -> pd.DataFrame:
         """Return what is shown, a row a method and state: method, t, errors since the state before, and each moving point once."""

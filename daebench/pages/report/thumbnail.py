@@ -10,6 +10,9 @@ from daebench.pages.report.index import THUMBNAIL
 SIZE = (3.0, 1.8)
 """Width and height, inches: 300 pixels across at the letters' nominal size."""
 
+LETTERS: Any = {"font.size": 8.0, "ytick.labelsize": 7.5, "xtick.labelsize": 7.5, "axes.labelsize": 8.0, "axes.titlesize": 8.5}
+"""Sizes of letters, points."""
+
 
 def draw_thumbnail(folder: Path, draw: Callable[[Any], None]) -> Path:
     """Draw a picture for the index into the folder of a report's figures; return the path of its PNG.
@@ -21,9 +24,10 @@ def draw_thumbnail(folder: Path, draw: Callable[[Any], None]) -> Path:
     draw : callable
         Draws into the axes that it is given.
     """
+    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    with drawing():
+    with drawing(), rc_context(LETTERS):
         figure = Figure(figsize=SIZE)
         draw(figure.subplots())
         return save_drawing(figure, folder, THUMBNAIL)[1]

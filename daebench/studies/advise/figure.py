@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from daebench.draw.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
+from daebench.draw.figures import BLACK, QUIET, drawing, grid_of_axes, save
+from daebench.draw.methods import curve_of
 from daebench.errors import DaebenchError
 from daebench.studies.advise.advice import Advice
 from daebench.studies.work_precision.study import front
@@ -55,9 +56,9 @@ def figure(advice: Advice) -> "Figure":
             if method not in named:
                 in_order = rows.sort_values("value", ascending=False)
                 axis.plot(in_order["seconds"], in_order[error], color="#c4c4c4", linewidth=0.7, zorder=1)
-        for k, method in enumerate(named):
+        for method in named:
             rows = shown[shown["method"] == method].sort_values("value", ascending=False)
-            axis.plot(rows["seconds"], rows[error], label=method, zorder=3, **curve(k) | {"linestyle": "-", "linewidth": 1.1})
+            axis.plot(rows["seconds"], rows[error], zorder=3, **curve_of(str(method)) | {"linestyle": "-", "linewidth": 1.1})
         best = front(shown, error, "seconds")
         axis.plot(best["seconds"], best[error], color=BLACK, linewidth=0.8, zorder=2, label="front of all runs")
         axis.axhline(asked.accuracy, color=QUIET, linewidth=1.0, linestyle="--", label=f"accuracy asked for, {asked.accuracy:g}")

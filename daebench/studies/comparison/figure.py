@@ -8,12 +8,16 @@ import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.along import LABELS, errors_along
-from daebench.draw.figures import STROKES, drawing, grid_of_axes, save, save_table
+from daebench.draw.figures import drawing, grid_of_axes, save, save_table
+from daebench.draw.methods import name_of, stroke_of
 from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 MOST_POINTS = 2000
 """Points of a curve, about; more cannot be seen."""
+
+FEW = 7
+"""Curves that are told apart by colours and dashes; more have markers too."""
 
 
 def write(out: Path, ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], table: pd.DataFrame) -> list[Path]:
@@ -43,10 +47,9 @@ def _curves(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
 
 def _panel(axis: Any, curves: pd.DataFrame, column: str, label: str) -> None:
     names = list(dict.fromkeys(curves["method"]))
-    for k, name in enumerate(names):
+    for name in names:
         curve = curves[(curves["method"] == name) & (curves[column] > 0)]
-        stroke = STROKES[k % len(STROKES)]
-        style = stroke.line() if k < len(STROKES) else stroke.points() | {"markevery": 0.08}
-        axis.plot(curve["t"], curve[column], label=name, **style)
+        style = stroke_of(name).line() if len(names) <= FEW else stroke_of(name).points() | {"markevery": 0.08}
+        axis.plot(curve["t"], curve[column], label=name_of(name), **style)
     axis.set_yscale("log")
     axis.set_ylabel(label)

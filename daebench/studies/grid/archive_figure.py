@@ -4,7 +4,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import curve_of
 from daebench.studies.grid.rows import by_method
 
 if TYPE_CHECKING:
@@ -31,9 +32,9 @@ def _draw(out: Path, stem: str, rows: "pd.DataFrame", column: str) -> None:
     with drawing():
         figure, axes = grid_of_axes(1, 1, 3.4)
         axis = axes[0, 0]
-        for k, (method, runs) in enumerate(by_method(rows)):
+        for method, runs in by_method(rows):
             ordered = runs.sort_values("value")
-            axis.plot(ordered["value"], ordered[column], label=method, **curve(k))
+            axis.plot(ordered["value"], ordered[column], **curve_of(method))
         axis.set(xscale="log", yscale="log", title=stem, xlabel="step size h [s], or tolerance", ylabel=column.replace("_", " "))
         legend_below(figure, axis, 4)
         save(figure, out, stem, rows)

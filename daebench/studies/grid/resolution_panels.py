@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from daebench.draw.figures import curve, grid_of_axes
+from daebench.draw.figures import grid_of_axes
+from daebench.draw.methods import curve_of
 from daebench.studies.grid.rows import by_method
 
 if TYPE_CHECKING:
@@ -18,9 +19,9 @@ def resolution_panels(table: "pd.DataFrame", column: str, height: float) -> tupl
     resolutions = [resolution for resolution in LABELS if (table["knob"] == resolution).any()]
     figure, axes = grid_of_axes(1, len(resolutions), height, sharey=True)
     for axis, resolution in zip(axes[0], resolutions, strict=True):
-        for k, (method, rows) in enumerate(by_method(table[table["knob"] == resolution])):
+        for method, rows in by_method(table[table["knob"] == resolution]):
             good = rows.dropna(subset=[column]).sort_values("value")
-            axis.plot(good["value"], good[column], label=method, **curve(k))
+            axis.plot(good["value"], good[column], **curve_of(method))
         axis.set(xscale="log", xlabel=LABELS[resolution])
     return figure, dict(zip(resolutions, axes[0], strict=True))
 

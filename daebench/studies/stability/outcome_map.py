@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.draw.figures import QUIET, VERMILION, drawing, grid_of_axes, save
-from daebench.draw.tiles import edges, fill
+from daebench.draw.figures import BLUE, QUIET, drawing, grid_of_axes, save
+from daebench.draw.methods import name_of
+from daebench.draw.tiles import edges, fill, hatch
 from daebench.methods.names import method_of
 from daebench.studies.grid.outcomes import ALL, FINE, LARGE, OUTCOMES, SIZED, parameter_table
 from daebench.studies.grid.parameter_rows import made_together
@@ -56,8 +57,8 @@ COLOURS = {
 }
 """Colour of each outcome that has no size."""
 
-TRENDS = {"kept": "#1b7837", "bounded": "#d9f0d3", "undetermined": "#9e9e9e", "drifts": VERMILION, "": "#ffffff"}
-"""Colours of the verdicts on the energy; white is what did not come to its end on the manifold."""
+HATCHES = {"drifts": "/////", "undetermined": "....."}
+"""Patterns of the verdicts on the energy; without one it is kept or bounded, or the run has no end on the manifold."""
 
 WRITTEN = ["problem", "case", "method", "value", "parameter", "varied", "steps", "outcome", "size", "trend"]
 """Columns that are written beside the picture; the store has the others."""
@@ -127,17 +128,16 @@ def says(table: "pd.DataFrame") -> list[str]:
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
-    """Draw two maps for each method, step size across and parameter up: what became of runs, and below it the trend of their energy."""
+    """Draw a map for each method, step size across and parameter up: colours say what became of runs, hatches where the energy drifts."""
     methods = by_method(table)
     columns = min(3, len(methods))
-    lines = 2 * -(-len(methods) // columns)
-    with drawing():
-        figure, axes = grid_of_axes(lines, columns, 1.2 + 1.75 * lines, sharex=True, sharey=True)
-        for axis in axes.flat:
+    lines = -(-len(methods) // columns)
+    with drawing(), hatched():
+        figure, axes = grid_of_axes(lines, columns, 1.3 + 2.15 * lines, sharex=True, sharey=True)
+        for axis in axes.flat[len(methods) :]:
             axis.set_visible(False)
-        for k, (method, rows) in enumerate(methods):
-            above, below = axes[2 * (k // columns), k % columns], axes[2 * (k // columns) + 1, k % columns]
-            _maps(above, below, method, rows)
+        for axis, (method, rows) in zip(axes.flat, methods, strict=False):
+            _map(axis, method, rows)
         for axis in axes[:, 0]:
             axis.set_ylabel(str(table["parameter"].iloc[0]))
         for axis in axes[-1]:
@@ -146,21 +146,30 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         return save(figure, out, stem, table[WRITTEN])
 
 
-def _maps(above: Any, below: Any, method: str, rows: "pd.DataFrame") -> None:
-    """Draw the two maps of a method."""
+def hatched() -> Any:
+    """Return the settings under which hatches are fine lines."""
+    from matplotlib import rc_context
+
+    return rc_context({"hatch.linewidth": 0.35})
+
+
+def _map(axis: Any, method: str, rows: "pd.DataFrame") -> None:
+    """Draw the map of a method."""
     grid = {name: rows.pivot(index="varied", columns="value", values=name) for name in ("outcome", "size", "trend")}
     across, up = (edges(axis.to_numpy(dtype=float)) for axis in (grid["outcome"].columns, grid["outcome"].index))
     words, sizes = grid["outcome"].to_numpy(dtype=object), grid["size"].to_numpy(dtype=float)
     others = {word: len(SIZE_COLOURS) + k for k, word in enumerate(COLOURS)}
     classes = np.where(np.isin(words, SIZED), np.searchsorted(SIZES, sizes, side="right"), _numbers(words, others))
-    fill(above, across, up, classes, [*SIZE_COLOURS, *COLOURS.values()])
-    trends = _numbers(grid["trend"].to_numpy(dtype=object), {word: k for k, word in enumerate(TRENDS)})
-    fill(below, across, up, trends, list(TRENDS.values()))
+    fill(axis, across, up, classes, [*SIZE_COLOURS, *COLOURS.values()])
+    for trend, pattern in HATCHES.items():
+        hatch(axis, across, up, grid["trend"].to_numpy(dtype=object) == trend, pattern, HATCH_COLOUR)
     few = "" if words.size >= SIDE**2 else f" ({words.shape[1]} x {words.shape[0]})"
-    above.set_title(f"{method}{few}")
-    for axis in (above, below):
-        axis.set(xscale="log", yscale="log", visible=True)
-        axis.grid(visible=False)
+    axis.set(xscale="log", yscale="log", title=f"{name_of(method)}{few}")
+    axis.grid(visible=False)
+
+
+HATCH_COLOUR = BLUE
+"""Colour of hatches: it is seen on the lightest and on the darkest of the colours of sizes."""
 
 
 def _numbers(words: NDArray[Any], numbers: Mapping[str, int]) -> NDArray[np.int64]:
@@ -172,12 +181,15 @@ def _legends(figure: Any, table: "pd.DataFrame") -> None:
     """Name the colours of outcomes and of trends, as far as they are there."""
     seen = [word for word in OUTCOMES if word in COLOURS and (table["outcome"] == word).any()]
     outcomes = [*zip(SIZE_COLOURS, _ranges(), strict=True), *((COLOURS[word], word) for word in seen)]
-    trends = [(colour, word) for word, colour in TRENDS.items() if word and (table["trend"] == word).any()]
-    settings: dict[str, Any] = {"handlelength": 1.2, "columnspacing": 1.2, "title_fontsize": 8.5}
-    title = "upper maps: energy error / mean kinetic energy, and what became of the other runs"
+    settings: dict[str, Any] = {"handlelength": 1.4, "columnspacing": 1.2, "title_fontsize": 8.5}
+    title = "colour: energy error / mean kinetic energy, or what became of the run"
     figure.legend(handles=_patches(outcomes), loc="outside upper center", ncols=5, title=title, **settings)
-    title = "lower maps: trend of the energy error; white: no end on the manifold"
-    figure.legend(handles=_patches(trends), loc="outside lower center", ncols=len(TRENDS), title=title, **settings)
+    trends = [(pattern, word) for word, pattern in HATCHES.items() if (table["trend"] == word).any()]
+    if trends:
+        from matplotlib.patches import Patch
+
+        handles = [Patch(facecolor="none", edgecolor=HATCH_COLOUR, hatch=pattern, linewidth=0.5, label=word) for pattern, word in trends]
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), title="hatch: trend of the energy error", **settings)
 
 
 def _ranges() -> list[str]:

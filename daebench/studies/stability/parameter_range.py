@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import curve_of
 from daebench.studies.grid.outcomes import FINE, varied_runs
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import GridRun
@@ -99,9 +100,9 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
     with drawing():
         figure, axes = grid_of_axes(1, max(1, len(columns)), 3.6)
         for axis, column in zip(axes[0], columns, strict=False):
-            for k, (method, rows) in enumerate(by_method(table)):
+            for method, rows in by_method(table):
                 rows = rows.dropna(subset=[column]).sort_values("varied")
-                axis.plot((rows["varied"] - rows["near"]).abs(), rows[column].clip(lower=SMALLEST), label=method, **curve(k))
+                axis.plot((rows["varied"] - rows["near"]).abs(), rows[column].clip(lower=SMALLEST), **curve_of(method))
             axis.set(xscale="log", yscale="log", xlabel=f"|{name} - {near:g}|" if near else name, ylabel=shown[column])
         legend_below(figure, axes[0, 0], 4)
         return save(figure, out, stem, table)

@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.draw.figures import QUIET, curve, drawing, save
+from daebench.draw.figures import QUIET, drawing, save
+from daebench.draw.methods import stroke_of
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.resolution_panels import legends_below, resolution_panels
 from daebench.studies.grid.rows import by_method, error_of, rows_of
@@ -79,8 +80,8 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         figure, panels = resolution_panels(table, error, 4.6)
         floor = max(float(table[error.replace("error", "bound")].max()), 2.0**-53)
         for resolution, axis in panels.items():
-            for k, (_, rows) in enumerate(by_method(table[table["knob"] == resolution])):
-                _cross(axis, rows, error, curve(k)["color"])
+            for method, rows in by_method(table[table["knob"] == resolution]):
+                _cross(axis, rows, error, stroke_of(method).color)
             axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0, label="one rounding")
             axis.set(yscale="log")
         next(iter(panels.values())).set_ylabel(f"largest error of {error.removeprefix('error_')}")

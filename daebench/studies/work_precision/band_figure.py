@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.draw.bands import LEVELS, column, fill
-from daebench.draw.figures import QUIET, curve, drawing, grid_of_axes, save
+from daebench.draw.figures import QUIET, drawing, grid_of_axes, save
+from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import DaebenchError
 from daebench.studies.work_precision.figure import COSTS, HIGHEST, MARGIN, OTHERS
 from daebench.studies.work_precision.starts import Curves
@@ -106,11 +107,11 @@ def _panel(axis: Any, table: "pd.DataFrame", names: Sequence[str]) -> None:
     for name, rows in curves.items():
         if name not in names:
             axis.plot(rows["seconds"], rows["q50"], color=OTHERS, linewidth=0.7, zorder=1)
-    for k, name in enumerate(name for name in names if name in curves):
-        rows, style = curves[name], curve(k)
+    for name in (name for name in names if name in curves):
+        rows, style = curves[name], stroke_of(name).points()
         errors = {level: rows[column(level)].clip(upper=HIGHEST * MARGIN) for level in LEVELS}
         fill(axis, rows["seconds"], errors.__getitem__, style["color"], zorder=2)
         fixed = (rows["knob"] == "h").all()
-        label = f"{name} ({rows['starts'].iloc[0]})"
+        label = f"{name_of(name)} ({rows['starts'].iloc[0]})"
         line = {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1, "markersize": 3.5}
         axis.plot(rows["seconds"], rows["q50"], label=label, zorder=3, **style | line)

@@ -1,11 +1,14 @@
-"""The picture of a work-precision study: error against time and against evaluations, a column a family of methods."""
+"""The picture of a work-precision study: error against time or evaluations, the curves named at their ends, dashed by family."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from daebench.diagnostics.energy import DRIFTS
-from daebench.draw.figures import BLACK, QUIET, curve, drawing, grid_of_axes, save
+from daebench.draw.end_labels import label_ends
+from daebench.draw.figures import BLACK, QUIET, WIDTH, drawing, save
+from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import DaebenchError
 from daebench.studies.grid.against import OWN
 from daebench.studies.grid.claimed import claims_of
@@ -18,14 +21,20 @@ if TYPE_CHECKING:
 COSTS = {"seconds": "CPU time [s]", "evaluations": "evaluations"}
 """What errors are drawn against, and its label."""
 
-FAMILIES = ("fixed steps,\nno drift claimed", "fixed steps,\nno such claim", "compositions,\nfixed steps", "by tolerance")
-"""Columns of the picture: methods that claim to keep the energy without drift, and others."""
+FAMILIES = ("fixed steps, no energy drift claimed", "fixed steps, no such claim", "compositions", "by tolerance")
+"""Families of methods, by what they claim of the energy."""
+
+DASHES: Mapping[str, Any] = MappingProxyType(dict(zip(FAMILIES, ("-", (0, (4, 1.6)), (0, (9, 1.2)), (0, (1, 1.1))), strict=True)))
+"""How the curves of a family are dashed."""
 
 OTHERS = "#d4d4d4"
-"""Grey of the curves of all other families."""
+"""Grey of the front, and of what lies behind other curves."""
 
 MARGIN = 3.0
 """Factor between what is drawn and the frame."""
+
+EMPTY = 100.0
+"""Factor below the least error up to which the bound of the reference is inside the frame."""
 
 HIGHEST = 10.0
 """Errors up to this are drawn: beyond it nothing is right."""
@@ -72,38 +81,73 @@ def _costs(table: "pd.DataFrame") -> list[str]:
     return [cost for cost in COSTS if table[cost].notna().any()]
 
 
-def draw(out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str | None = None) -> Path:
+def draw(
+    out: Path, table: "pd.DataFrame", error: str, label: str, *, stem: str | None = None, against: Sequence[str] = tuple(COSTS)
+) -> Path:
     """Write the figure of one error, ``work_precision_ERROR`` as SVG, PNG and CSV; return the path of the SVG.
 
-    Each family has a column - fixed steps with a claim to energy without drift, and without - and a method whose energy was measured to
-    drift in the run with its smallest step size or tolerance says so in the legend. The curves of the other families are in grey behind,
-    and the Pareto front of all runs is a black line. A curve ends where an error reaches its own bound, below which nothing is known; a
-    dotted line is at the largest of the bounds, and of a finer run, which is not certified, a dashed one over a hatched area. Of what has a
-    sign, its modulus is drawn.
+    A diagram of the full width for each cost. Each curve has its method's colour, and its name at the end; dashes tell the families, by
+    what is claimed of the energy. A method whose energy was measured to drift in the run with its smallest step size or tolerance has a
+    star at its name. The Pareto front of all runs is a wide grey band behind the curves. A curve ends where an error reaches its own bound,
+    below which nothing is known; a dotted line is at the largest of the bounds, and of a finer run, which is not certified, a dashed one
+    over a hatched area. Of what has a sign, its modulus is drawn.
 
     The table is that of :func:`daebench.studies.work_precision.study.with_costs`. DaebenchError is raised if there is nothing to draw, see
     :func:`nothing_of`.
     """
+    from matplotlib.figure import Figure
+
     if why := nothing_of(table, error):
         raise DaebenchError(f"there is nothing of {error} to draw: {why}.")
     shown = table[table["failure"] == ""].dropna(subset=[error])
     drawn, floor = _known(table, error), _floor(shown, error)
-    costs = _costs(drawn)
+    costs = [cost for cost in _costs(drawn) if cost in against] or _costs(drawn)
     groups = families(table[table["method"].isin(drawn["method"])])
     with drawing():
-        figure, axes = grid_of_axes(len(costs), len(groups), 0.9 + 2.35 * len(costs), sharey=True, sharex="row")
-        for row, cost in zip(axes, costs, strict=True):
-            for axis, (family, names) in zip(row, groups.items(), strict=True):
-                _panel(axis, drawn, names, error, cost)
-                if floor > 0:
-                    axis.set_ylim(bottom=min(floor, float(drawn[error].min())) / MARGIN)
-                    _draw_floor(axis, floor, certified=not _own(shown))
-                axis.set(xscale="log", yscale="log", xlabel=COSTS[cost], title=family if cost == costs[0] else "")
-                axis.set_ylim(top=min(HIGHEST, MARGIN * float(drawn[error].max())))
-            row[0].set_ylabel(label)
-        for axis in axes[-1]:
-            axis.legend(loc="upper left", bbox_to_anchor=(-0.1, -0.28), handlelength=2.2, borderaxespad=0.0, fontsize=8)
+        figure, share = Figure(figsize=(WIDTH, HEIGHT * len(costs))), 1 / len(costs)
+        figure.set_layout_engine("none")
+        for k, cost in enumerate(costs):
+            axis = figure.add_axes((0.1, 1 - (k + 0.89) * share, 0.62, 0.79 * share))
+            axis.set(xscale="log", yscale="log", xlabel=COSTS[cost], ylabel=label)
+            least = float(drawn[error].min())
+            axis.set_ylim((floor if least / EMPTY < floor < least else least) / MARGIN, min(HIGHEST, MARGIN * float(drawn[error].max())))
+            if floor > 0:
+                _draw_floor(axis, floor, certified=not _own(shown))
+            _diagram(axis, drawn, groups, error, cost)
+        figure.legend(handles=_legend(groups), loc="upper left", fontsize=8, ncols=3, handlelength=3.0, columnspacing=1.4)
         return save(figure, out, stem or f"work_precision_{error}", shown)
+
+
+HEIGHT = 4.9
+"""Height of a diagram, inches: room for the names of some twenty curves."""
+
+
+def _diagram(axis: Any, table: "pd.DataFrame", groups: Mapping[str, list[str]], error: str, cost: str) -> None:
+    """Draw the front of all runs, and the curve of each method with its name at the end."""
+    best = front(table, error, cost)
+    axis.plot(best[cost], best[error], color=OTHERS, linewidth=5.0, zorder=1, solid_capstyle="round")
+    family = {name: group for group, names in groups.items() for name in names}
+    curves = {name: runs.dropna(subset=[cost]).sort_values(cost) for name, runs in by_method(table)}
+    curves = {name: runs for name, runs in curves.items() if len(runs)}
+    for name, runs in curves.items():
+        style = stroke_of(name).points() | {"linestyle": DASHES[family[name]], "linewidth": 1.1, "markersize": 3.6}
+        axis.plot(runs[cost], runs[error], zorder=3, **style)
+    ends = {name: runs.iloc[-1] for name, runs in curves.items()}
+    label_ends(
+        axis,
+        [f"{name_of(name)}{_drift(curves[name])}" for name in ends],
+        [float(end[cost]) for end in ends.values()],
+        [float(end[error]) for end in ends.values()],
+        [stroke_of(name).color for name in ends],
+    )
+
+
+def _legend(groups: Mapping[str, list[str]]) -> list[Any]:
+    """Return what the dashes and the band are, for a legend."""
+    from matplotlib.lines import Line2D
+
+    dashed = [Line2D([], [], color=BLACK, linestyle=DASHES[family], linewidth=1.2, label=family) for family in groups]
+    return [*dashed, Line2D([], [], color=OTHERS, linewidth=5.0, label="cheapest runs")]
 
 
 def _own(table: "pd.DataFrame") -> bool:
@@ -113,39 +157,15 @@ def _own(table: "pd.DataFrame") -> bool:
 
 def _draw_floor(axis: Any, floor: float, *, certified: bool) -> None:
     """Draw what the reference may be wrong by: a dotted line, of a finer run a dashed one over a hatched area, with words."""
-    if certified:
-        axis.axhline(floor, color=QUIET, linestyle=":", linewidth=1.0)
-        return
-    axis.axhline(floor, color=QUIET, linestyle="--", linewidth=1.0, label=f"{OWN},\nbound {floor:.1e}")
-    axis.axhspan(axis.get_ylim()[0], floor, facecolor="none", edgecolor=OTHERS, hatch="///", linewidth=0.0, zorder=0)
-
-
-def _panel(axis: Any, table: "pd.DataFrame", names: list[str], error: str, cost: str) -> None:
-    """Draw the methods of a family over those of all others, and the front of all."""
-    curves = {name: runs.sort_values(cost) for name, runs in by_method(table)}
-    for name, runs in curves.items():
-        if name not in names:
-            axis.plot(runs[cost], runs[error], color=OTHERS, linewidth=0.7, zorder=1)
-    best = front(table, error, cost)
-    axis.plot(best[cost], best[error], color=BLACK, linewidth=0.8, zorder=2)
-    for k, name in enumerate(name for name in names if name in curves):
-        _curve(axis, k, name, curves[name], error, cost)
+    words = "bound of the reference" if certified else f"{OWN}, bound {floor:.1e}"
+    axis.axhline(floor, color=QUIET, linestyle=":" if certified else "--", linewidth=1.0)
+    axis.text(0.005, floor, words, transform=axis.get_yaxis_transform(), va="bottom", fontsize=7.5, color=QUIET, clip_on=True)
+    if not certified:
+        axis.axhspan(axis.get_ylim()[0], floor, facecolor="none", edgecolor=OTHERS, hatch="///", linewidth=0.0, zorder=0)
 
 
 def _drift(runs: "pd.DataFrame") -> str:
-    """Return a mark for a method whose energy drifts in the run with its smallest step size or tolerance, whatever it claims; else ""."""
+    """Return a star for a method whose energy drifts in the run with its smallest step size or tolerance, whatever it claims; else ""."""
     if "energy_verdict" not in runs:
         return ""
-    return ", drifts" if runs.sort_values("value")["energy_verdict"].iloc[0] == DRIFTS else ""
-
-
-def _curve(axis: Any, k: int, name: str, runs: "pd.DataFrame", error: str, cost: str) -> None:
-    style = curve(k)
-    fixed = (runs["knob"] == "h").all()
-    axis.plot(
-        runs[cost],
-        runs[error],
-        label=f"{name}{_drift(runs)}",
-        zorder=3,
-        **style | {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1},
-    )
+    return " *" if runs.sort_values("value")["energy_verdict"].iloc[0] == DRIFTS else ""

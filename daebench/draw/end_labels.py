@@ -1,0 +1,64 @@
+"""Names of curves at their right ends, in the place of a legend: moved apart where they would touch, each led to its curve."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from daebench.runs.ivp import Array
+
+LINE = 1.25
+"""Distance of two names, in sizes of their letters."""
+
+
+def label_ends(axis: Any, names: Sequence[str], x: Sequence[float], y: Sequence[float], colors: Sequence[str], size: float = 8.0) -> None:
+    """Write names beside the right edge of axes whose limits are set, each in its colour and level with its point as far as there is room.
+
+    Parameters
+    ----------
+    axis : Axes
+        The axes; there is room to its right.
+    names, colors : sequence of str
+        Names, and their colours.
+    x, y : sequence of float
+        Ends of the curves, in the axes' data.
+    size : float
+        Size of letters, points.
+    """
+    axis.set(xlim=axis.get_xlim(), ylim=axis.get_ylim())  # limits are not known before they are asked for
+    box = axis.get_position()
+    height = axis.figure.get_size_inches()[1] * box.height * 72
+    ends = axis.transAxes.inverted().transform(axis.transData.transform(np.column_stack([x, y])))
+    ends[:, 1] = np.clip(ends[:, 1], 0.0, 1.0)
+    order = np.lexsort((-ends[:, 0], ends[:, 1]))
+    places = apart(ends[order, 1], LINE * size / height)
+    for k, place in zip(order, places, strict=True):
+        axis.annotate(
+            names[k],
+            xy=ends[k],
+            xycoords="axes fraction",
+            xytext=(1.04, place),
+            textcoords="axes fraction",
+            color=colors[k],
+            fontsize=size,
+            va="center",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": colors[k], "linewidth": 0.4, "alpha": 0.7, "shrinkA": 1, "shrinkB": 1},
+        )
+
+
+def apart(levels: Array, gap: float) -> Array:
+    """Return ascending levels that are at least a gap apart, and as near to the given ones as groups of them can be, shape(n,).
+
+    Examples
+    --------
+    >>> apart(np.array([0.0, 0.1, 5.0]), 1.0).tolist()
+    [-0.45, 0.55, 5.0]
+    """
+    groups: list[tuple[float, int]] = []
+    for level in levels:
+        groups.append((float(level), 1))
+        while len(groups) > 1 and groups[-1][0] - groups[-2][0] < gap * (groups[-1][1] + groups[-2][1]) / 2:
+            (a, m), (b, n) = groups[-2:]
+            groups[-2:] = [((m * a + n * b) / (m + n), m + n)]
+    return np.concatenate([middle + gap * (np.arange(n) - (n - 1) / 2) for middle, n in groups] or [np.empty(0)])
