@@ -12,6 +12,7 @@ from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, VERMI
 from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.orthographic import projected
 from daebench.reports.problems import rank
+from daebench.reports.problems.heat_map import draw_heat_map
 from daebench.reports.problems.ivps import horizon
 from daebench.reports.problems.numbers import Numbers
 from daebench.reports.problems.path import Drawing
@@ -29,7 +30,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
     with drawing():
         paths = [draw_scene(scene, folder) for scene in numbers.drawings.values()]
-        paths += [draw_scenes(numbers, folder), draw_rank(numbers, folder)]
+        paths += [draw_scenes(numbers, folder), draw_rank(numbers, folder), draw_heat_map(numbers.runs, folder)]
     return {path.stem: path for path in paths}
 
 

@@ -12,14 +12,16 @@ from pages import standalone
 from reported import require_figures, require_refused
 from tampered import changed
 
+from daebench.diagnostics.energy import LAWS
 from daebench.methods.catalogue import problems as catalogue
-from daebench.pages.report import build
+from daebench.pages.report import NONE, TIMES, build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import problems
 from daebench.reports.problems import ivps, rank, runs
-from daebench.reports.problems.claims import across, check, check_rank, per_problem
+from daebench.reports.problems.claims import NO_DRIFT, across, check, check_rank, per_problem
 from daebench.reports.problems.facts import facts, told, whole
 from daebench.reports.problems.figures import draw, projected
+from daebench.reports.problems.heat_map import draw_heat_map
 from daebench.reports.problems.numbers import Numbers, jobs, problem_rows
 from daebench.reports.problems.path import drawing_of
 from daebench.reports.problems.tables import outcome, reason, tables
@@ -295,10 +297,29 @@ def test_the_tables_have_a_row_each_and_say_why_a_run_is_short(numbers, tmp_path
         ElementTree.fromstring(str(found[name]("Caption")))
 
 
+def test_the_heat_map_has_a_square_for_each_pair_and_a_sign_for_each_end(tmp_path, monkeypatch):
+    from matplotlib.axes import Axes
+
+    signs = {}
+    monkeypatch.setattr(Axes, "text", lambda self, x, y, text, **look: signs.update({(x, y): (text, look["color"])}))
+    ends = [
+        ("a", "reached", 1e-3, next(iter(LAWS))),
+        ("b", "reached", 1e-9, NO_DRIFT[0]),
+        ("c", "stopped", math.nan, ""),
+        ("d", "refused", math.nan, ""),
+    ]
+    rows = [{"problem": "one", "method": method, "end": end, "energy": energy, "kind": kind} for method, end, energy, kind in ends]
+    draw_heat_map(pd.DataFrame(rows), tmp_path)
+    assert list(signs) == [(0.5, k + 0.5) for k in range(4)]
+    assert [text for text, _ in signs.values()] == ["/", "", TIMES, NONE]
+    assert signs[0.5, 0.5][1] == "white"
+    assert pd.read_csv(tmp_path / "heat_map.csv")["method"].tolist() == ["a", "b", "c", "d"]
+
+
 @pytest.mark.slow
 def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path, monkeypatch):
     stems = draw(numbers, tmp_path)
-    assert set(stems) == {*FEW, "scenes", "rank_loss"}
+    assert set(stems) == {*FEW, "scenes", "rank_loss", "heat_map"}
     require_figures(stems, tmp_path)
 
 
