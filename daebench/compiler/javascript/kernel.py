@@ -80,10 +80,11 @@ def method(name: str, parameters: str, block: list[Any]) -> str:
 
 
 def kernel(source: str, layout: Layout) -> str:
-    """Return a linked module's loop as an object with ``size``, ``start(S, h, P, R)`` and ``integrate(S, h, steps, ..., R)``.
+    """Return a linked module's loop as an object with ``start(S, h, P, R)`` and ``integrate(S, h, steps, ..., R)``.
 
     ``start`` makes what the scheme remembers and what is conserved of the state that S begins with; its status is R[4]. ``integrate`` is
     :func:`daebench.schemes.kernels.loop.integrate`: it stores a state in T when ``left`` steps are done and then after every ``every``.
+    S has ``size`` numbers, the largest errors from ``errors`` on.
 
     Parameters
     ----------
@@ -108,7 +109,8 @@ def kernel(source: str, layout: Layout) -> str:
             status = report[0]
         conserved = follower.call("first", (x, par))
         zero = (0.0,) * layout.monitored
-        forms.update(memory=memory, conserved=conserved, size=put(follower, "S", reader.index, (memory, zero, INFINITY, conserved)))
+        errors = put(follower, "S", reader.index, memory)
+        forms.update(memory=memory, conserved=conserved, errors=errors, size=put(follower, "S", errors, (zero, INFINITY, conserved)))
         put(follower, "R", 4, status)
 
     def run(follower: Follower) -> None:
@@ -126,7 +128,7 @@ def kernel(source: str, layout: Layout) -> str:
 
     first, loop = followed(source, begin), followed(source, run)
     methods = method("start", "S,h,P,R", first), method("integrate", "S,h,steps,left,every,T,P,W,R", loop)
-    return f"{{size:{forms['size']},{','.join(methods)}}}"
+    return f"{{size:{forms['size']},errors:{forms['errors']},{','.join(methods)}}}"
 
 
 def functions(source: str, names: Iterable[str], arguments: Sequence[int], par: Any) -> str:

@@ -10,8 +10,10 @@ from typing import Any
 from markupsafe import Markup
 
 from daebench.methods.catalogue import lessons
+from daebench.pages.lesson import live_page
 from daebench.pages.lesson.control import defaults
 from daebench.pages.lesson.installed import require_lesson
+from daebench.pages.lesson.live_page import lives_in_a_page
 from daebench.pages.lesson.static import SCRIPT, static_experiment
 from daebench.pages.report import Progress, write_page
 from daebench.runs.csv_files import write_frame
@@ -47,6 +49,8 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     require_lesson(name)
     tell = progress or (lambda fraction, doing: None)
     tell(0.0, "the lesson itself")
+    if lives_in_a_page(name):
+        return live(name, folder, tell)
     title, parts, experiments = content(name, lambda fraction, doing: tell(PREPARED + (1 - PREPARED) * fraction, doing))
     folder.mkdir(parents=True, exist_ok=True)
     for experiment in experiments:
@@ -55,8 +59,18 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     from daebench.pages.lesson.live import style_text
 
     command = f"daebench lesson {name} --export DIR"
-    rest = {"lesson_style": Markup(style_text()), "frame_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
+    rest: dict[str, Any] = {"lesson_style": Markup(style_text()), "frame_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
+    rest["solver"] = name == "tolerance"
     page = write_page("lesson.html", folder / "index.html", command, title=title, under=lessons()[name], parts=parts, **rest)
+    tell(1.0, "done")
+    return page
+
+
+def live(name: str, folder: Path, tell: Progress) -> Path:
+    """Write a lesson whose page computes by itself, and return the path of the page."""
+    notebook = importlib.import_module(f"daebench.reports.lessons.{name.replace('-', '_')}")
+    folder.mkdir(parents=True, exist_ok=True)
+    page = live_page.write(name, notebook.app._config.app_title, folder)
     tell(1.0, "done")
     return page
 

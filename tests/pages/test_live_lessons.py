@@ -1,0 +1,99 @@
+"""Lessons that live in a page: what they compute holds, they answer mouse, keys and sliders, fit a phone and can stand still."""
+
+import pytest
+from browser import blank
+
+from daebench.methods.catalogue import lessons
+from daebench.pages.lesson.live_page import lives_in_a_page
+from daebench.pages.lesson.page import export
+
+pytestmark = pytest.mark.slow
+
+LIVE = sorted(filter(lives_in_a_page, lessons()))
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory, chromium):
+    """Return the page of a lesson, made once."""
+    folder = tmp_path_factory.mktemp("live")
+    return lambda name: folder / name / "index.html" if (folder / name).exists() else export(name, folder / name)
+
+
+@pytest.mark.parametrize("name", LIVE)
+def test_a_live_page_is_small_and_fits_a_phone_in_the_dark(name, pages, seen, tmp_path):
+    assert pages(name).stat().st_size < 300_000
+    shown = seen(pages(name).as_uri(), width=390, dark=True)
+    assert shown.page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert shown.page.locator("canvas").count() >= 2
+    assert not blank(shown.screenshot(tmp_path / "page.png", full_page=True))
+    for output in shown.page.locator("[data-fill]").all():
+        assert output.text_content().strip() not in ("", "not a number")
+    shown.clean()
+
+
+@pytest.mark.parametrize("name", LIVE)
+def test_the_first_screen_moves_by_itself_and_stands_still_where_that_is_asked_for(name, pages, chromium):
+    for motion, moves in (("no-preference", True), ("reduce", False)):
+        context = chromium.new_context(reduced_motion=motion)
+        page = context.new_page()
+        page.goto(pages(name).as_uri())
+        canvas = "document.querySelector('.screen canvas').toDataURL()"
+        page.wait_for_timeout(500)
+        before = page.evaluate(canvas)
+        page.wait_for_timeout(1500)
+        assert (page.evaluate(canvas) != before) == moves
+        context.close()
+
+
+@pytest.mark.parametrize("name", LIVE)
+def test_sliders_and_keys_of_a_live_page_answer(name, pages, seen):
+    page = seen(pages(name).as_uri()).page
+    for slider in page.locator("input[type=range]").all():
+        before = slider.get_attribute("aria-valuetext")
+        slider.focus()
+        slider.press("ArrowRight")
+        assert slider.get_attribute("aria-valuetext") != before
+    for canvas in page.locator("canvas[tabindex]").all():
+        canvas.focus()
+        canvas.press("ArrowLeft")
+    assert page.locator("details[open]").count() == 0
+    page.locator("details summary").first.click()
+    assert page.locator("details[open]").count() == 1
+
+
+def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
+    shown = seen(pages("why-symplectic").as_uri())
+    facts = shown.page.evaluate("(({ ratio, crossed, end, bound, one, several }) => ({ ratio, crossed, end, bound, one, several }))(facts)")
+    assert facts["ratio"] > 100
+    assert 30 < facts["crossed"] < 200 < facts["end"] < 5000
+    assert facts["bound"] < 1e-3
+    assert facts["one"] < 1e-14 < 1e-6 < facts["several"]
+    shown.page.evaluate("{ formula.again(); for (let k = 0; k < 60; k++) formula.tick(0.1) }")
+    change, worst = shown.page.evaluate("[formula.change, formula.worst]")
+    assert abs(change) > 0.01
+    assert worst < 1e-5 * abs(change)
+    shown.clean()
+
+
+def test_dragging_the_bob_begins_another_run(pages, seen):
+    page = seen(pages("why-symplectic").as_uri()).page
+    box = page.locator("[data-globe=rattle]").bounding_box()
+    before = page.evaluate("hero.time > 0 && start.q.join()")
+    bob = "(() => { const g = hero.runs.rattle.globe, [a, b] = g.view.seen(...g.unit()), r = g.radius(); "
+    at = page.evaluate(bob + "return [g.width / 2 + r * a, g.height / 2 - r * b] })()")
+    page.mouse.move(box["x"] + at[0], box["y"] + at[1])
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.6)
+    page.mouse.up()
+    q = page.evaluate("start.q")
+    assert ",".join(map(str, q)) != before
+    assert sum(x * x for x in q) == pytest.approx(1)
+    assert abs(page.evaluate("start.p.reduce((sum, x, i) => sum + x * start.q[i], 0)")) < 1e-12
+
+
+def test_a_frame_has_room_for_ten_thousand_steps_of_rattle(pages, seen):
+    page = seen(pages("why-symplectic").as_uri()).page
+    steps = page.evaluate(
+        "(() => { const run = hero.runs.rattle.run; hero.again(); run.advance(10000); return [run.steps, run.status] })()"
+    )
+    assert steps == [10_000, 0]
