@@ -49,6 +49,7 @@ def draw_heat_map(runs: pd.DataFrame, folder: Path) -> Path:
     axis.spines[:].set_visible(False)
     axis.invert_yaxis()
     bar = figure.colorbar(mesh, ax=axis, orientation="horizontal", shrink=0.6, aspect=40, pad=0.02, ticks=SIZES)
+    bar.ax.set_xticks(SIZES, [f"$10^{{{round(np.log10(size))}}}$" for size in SIZES])
     bar.set_label("largest energy error / largest kinetic energy")
     return save(figure, folder, "heat_map", runs[[name for name in SHOWN if name in runs]])
 
