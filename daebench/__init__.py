@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from daebench.studies.grid.study import Study
     from daebench.studies.modes.run import Modes, modes
     from daebench.studies.orders.study import order
+    from daebench.studies.shadow.run import Shadow, shadow
     from daebench.studies.step_for.result import StepFor
     from daebench.studies.step_for.run import step_for
     from daebench.systems.chain import ConstrainedChain
@@ -69,6 +70,7 @@ __all__ = [
     "PoissonSystem",
     "PoissonTrajectory",
     "RunFailed",
+    "Shadow",
     "StepFor",
     "Study",
     "Trajectory",
@@ -91,6 +93,7 @@ __all__ = [
     "modes",
     "order",
     "run",
+    "shadow",
     "step_for",
     "symplectic_projection",
     "verify_certificate",
@@ -124,6 +127,7 @@ _HOME = {
     "load": "methods.load",
     **dict.fromkeys(("BaumgarteMap", "baumgarte"), "studies.baumgarte.run"),
     **dict.fromkeys(("Modes", "modes"), "studies.modes.run"),
+    **dict.fromkeys(("Shadow", "shadow"), "studies.shadow.run"),
     "order": "studies.orders.study",
     "step_for": "studies.step_for.run",
     "verify_certificate": "studies.certificate.verify",

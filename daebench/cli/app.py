@@ -30,6 +30,7 @@ from daebench.cli.reference import app as reference
 from daebench.cli.report import report
 from daebench.cli.reproduce import reproduce
 from daebench.cli.run import run
+from daebench.cli.shadow import shadow
 from daebench.cli.show import show
 from daebench.cli.stability import stability
 from daebench.cli.step_for import step_for
@@ -66,6 +67,7 @@ for command in (
     order,
     check,
     modes,
+    shadow,
     baumgarte,
     diagnose,
     certify,

@@ -62,6 +62,8 @@ TASKS = (
             "daebench.studies.baumgarte.run.Effect",
             "daebench.studies.baumgarte.run.Limit",
             "daebench.studies.baumgarte.cells.Cell",
+            "daebench.shadow",
+            "daebench.Shadow",
             "daebench.modes",
             "daebench.Modes",
             "daebench.studies.modes.equilibrium.Equilibrium",

@@ -1,0 +1,1 @@
+"""Shadow Hamiltonians: the energy that a symplectic scheme really keeps, computed along its orbit."""

@@ -1,0 +1,155 @@
+"""Shadow Hamiltonians: Verlet's on an oscillator in closed form, orders by halving h, what collapses and what does not, what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import daebench
+from daebench.cli.app import app
+from daebench.diagnostics.shadow import central_weights, shadow_hamiltonian
+from daebench.errors import BadInput, RunFailed
+from daebench.studies.shadow.actions import actions_of, verlet
+from daebench.studies.shadow.figure import draw
+from daebench.studies.shadow.run import shadow
+
+W, H, STEPS = 1.3, 0.1, 300
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    """Verlet on H = (p^2 + W^2 q^2) / 2: states, actions, and its modified Hamiltonian in closed form."""
+    p, q = [0.4], [1.0]
+    for _ in range(STEPS):
+        half = p[-1] - H / 2 * W**2 * q[-1]
+        q.append(q[-1] + H * half)
+        p.append(half - H / 2 * W**2 * q[-1])
+    p, q = np.array(p)[:, None], np.array(q)[:, None]
+    actions = np.diff(q[:, 0]) ** 2 / (2 * H) - H / 4 * W**2 * (q[1:, 0] ** 2 + q[:-1, 0] ** 2)
+    squeezed = 1 - (W * H / 2) ** 2
+    exact = 2 / H * np.arcsin(W * H / 2) / (W * np.sqrt(squeezed)) * (p[0, 0] ** 2 + W**2 * squeezed * q[0, 0] ** 2) / 2
+    return p, q, actions, exact
+
+
+def test_weights_are_those_of_the_textbook():
+    assert central_weights(2) == (0.5,)
+    assert central_weights(4) == pytest.approx((2 / 3, -1 / 12), rel=1e-15)
+    assert central_weights(8) == pytest.approx((4 / 5, -1 / 5, 4 / 105, -1 / 280), rel=1e-15)
+
+
+@pytest.mark.parametrize("order", [2, 4, 6, 8, 10])
+def test_verlet_on_an_oscillator_has_its_closed_form(oscillator, order):
+    p, q, actions, exact = oscillator
+    energy = (p[:, 0] ** 2 + W**2 * q[:, 0] ** 2) / 2
+    found = shadow_hamiltonian(p, q, actions, H, order)
+    assert len(found) == STEPS + 1 - order
+    assert np.abs(found - exact).max() < 3 * (W * H) ** order
+    if order >= 8:
+        assert np.abs(found - exact).max() < 1e-4 * np.ptp(energy)
+
+
+@pytest.mark.parametrize("fault", ["action", "sign", "momentum"])
+def test_planted_faults_keep_the_oscillators_shadow_from_settling(oscillator, fault):
+    p, q, actions, _ = oscillator
+    if fault == "action":
+        actions = np.diff(q[:, 0]) ** 2 / (2 * H) - H / 2 * W**2 * q[:-1, 0] ** 2
+    elif fault == "sign":
+        actions = -actions
+    else:
+        p = p + H**2 * W**2 * q
+    assert np.ptp(shadow_hamiltonian(p, q, actions, H, 8)) > 1e-4
+
+
+@pytest.mark.parametrize(
+    ("problem", "case", "h", "t_end"),
+    [
+        ("planar_pendulum", "horizontal", 0.1, 20.0),
+        pytest.param("spherical_pendulum", "fig1.2", 0.02, 4.0, marks=pytest.mark.slow),
+        pytest.param("double_pendulum", "swing", 0.05, 10.0, marks=pytest.mark.slow),
+    ],
+    ids=["planar", "spherical", "double"],
+)
+def test_range_falls_with_h_to_the_order(problem, case, h, t_end):
+    coarse, fine = (shadow(problem, case=case, method="rattle", h=step, t_end=t_end, orders=[4, 6]).ranges for step in (h, h / 2))
+    for order in (4, 6):
+        assert np.log2(coarse[order] / fine[order]) == pytest.approx(order, abs=0.5)
+        assert coarse[order] < 0.1 * coarse[order - 2 if order > 4 else 0]
+
+
+@pytest.mark.slow
+def test_energy_that_rattle_keeps_is_one_of_rounding_and_that_of_se_seproj_midpoint_is_not():
+    asked = {"case": "fig1.1", "h": 0.05, "t_end": 50.0, "orders": [8]}
+    for method in ("rattle", "symplectic_euler", "shake", "symplectic_euler_adjoint"):
+        ranges = shadow("spherical_pendulum", method=method, **asked).ranges
+        assert ranges[8] < 1e-12 < 1e-6 < ranges[0], method
+    for method in ("se", "seproj", "midpoint"):
+        run = shadow("spherical_pendulum", method=method, compare=True, **asked)
+        assert run.ranges[8] > 1e-6
+        assert not run.derived
+
+
+@pytest.mark.slow
+def test_mass_that_depends_on_the_position_is_no_obstacle():
+    ranges = shadow("slider_crank", method="rattle", h=1e-3, t_end=0.5, orders=[2, 4, 8]).ranges
+    assert ranges[8] < 1e-4 * ranges[0]
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        ("se", "not symplectic on the constraint manifold"),
+        ("lobatto3", "needs the stages"),
+        ("rattle/suzuki4", "composition"),
+        ("strang", "between its flows"),
+        ("rk4", "no action"),
+    ],
+)
+def test_scheme_without_a_derivation_is_refused_with_the_reason(method, words):
+    with pytest.raises(BadInput, match=words):
+        actions_of(method, compare=False)
+
+
+def test_requests_that_cannot_be_met_are_refused():
+    asked = {"method": "rattle", "h": 0.1, "t_end": 1.0}
+    with pytest.raises(BadInput, match="even number"):
+        daebench.shadow("planar_pendulum", orders=[3], **asked)
+    with pytest.raises(BadInput, match="at least 20 steps"):
+        daebench.shadow("planar_pendulum", orders=[20], **asked)
+    with pytest.raises(BadInput, match="constrained system"):
+        daebench.shadow("lotka_volterra", **asked)
+    with pytest.raises(BadInput, match="constrained system"):
+        daebench.shadow("car_axis", **asked)
+    with pytest.raises(RunFailed, match="stopped"):
+        daebench.shadow("spherical_pendulum", case="fig1.2", method="se", h=0.01, t_end=5.0, compare=True)
+
+
+def test_action_of_a_step_generates_it():
+    ivp = daebench.initial_value_problem("planar_pendulum", "horizontal")
+    run = shadow(ivp, method="rattle", h=0.1, t_end=2.0, orders=[2])
+    q = np.array([[0.6, -0.8], [0.8, -0.6]])
+    angle = np.arctan2(q[:, 1], q[:, 0])
+    kinetic, height = np.sum((q[1] - q[0]) ** 2) / (2 * 0.1), 0.05 * (q[0, 1] + q[1, 1])
+    assert run.derived
+    assert angle[1] > angle[0]
+    assert verlet(ivp, np.zeros((2, 2)), q, 0.1)[0] == pytest.approx(kinetic - height, rel=1e-14)
+
+
+def test_command_prints_writes_and_refuses(tmp_path):
+    call = ["shadow", "planar_pendulum", "--h", "0.1", "--t-end", "5", "--orders", "2,8"]
+    done = CliRunner().invoke(app, [*call, "--method", "rattle", "--json", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.output)
+    assert [row["order"] for row in found["runs"][0]["ranges"]] == [0, 2, 8]
+    assert all((tmp_path / f"shadow.{ending}").is_file() for ending in ("svg", "png", "csv", "csv.txt"))
+    told = CliRunner().invoke(app, [*call, "--methods", "rattle,midpoint", "--compare"])
+    assert "midpoint is not symplectic" in told.output
+    assert isinstance(CliRunner().invoke(app, [*call, "--method", "midpoint"]).exception, BadInput)
+    assert isinstance(CliRunner().invoke(app, [*call[:-1], "2,x", "--method", "rattle"]).exception, BadInput)
+
+
+def test_picture_has_a_curve_for_each_scheme(tmp_path):
+    energies = [shadow("planar_pendulum", method=method, h=0.1, t_end=5.0, orders=[2]) for method in ("rattle", "shake")]
+    text = draw(tmp_path, energies).with_suffix(".csv").read_text(encoding="utf-8")
+    assert text.count("rattle,") == 2
+    assert text.count("shake,") == 2
