@@ -37,7 +37,6 @@ from daebench.cli.step_for import step_for
 from daebench.cli.work_precision import work_precision
 
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     invoke_without_command=True,
     pretty_exceptions_enable=False,

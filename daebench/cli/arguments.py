@@ -5,13 +5,24 @@ from typing import Annotated
 
 import typer
 
-Problem = Annotated[str, typer.Argument(help="Name of a problem, or path of a problem file (ends in .py); it is executed.")]
-Case = Annotated[str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.")]
+from daebench.cli.completion import case_names, method_names, problem_names
+
+Problem = Annotated[
+    str,
+    typer.Argument(help="Name of a problem, or path of a problem file (ends in .py); it is executed.", autocompletion=problem_names),
+]
+Case = Annotated[
+    str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.", autocompletion=case_names)
+]
 OUTSIDE = "FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed"
 """What the help of methods says of code from outside."""
 
-Method = Annotated[str, typer.Option("--method", "--methods", help=f"Name of a method, as rattle or ida:index2; {OUTSIDE}.")]
-Methods = Annotated[str, typer.Option("--methods", "--method", help=f"Names of methods, comma-separated; {OUTSIDE}.")]
+Method = Annotated[
+    str, typer.Option("--method", "--methods", help=f"Name of a method, as rattle or ida:index2; {OUTSIDE}.", autocompletion=method_names)
+]
+Methods = Annotated[
+    str, typer.Option("--methods", "--method", help=f"Names of methods, comma-separated; {OUTSIDE}.", autocompletion=method_names)
+]
 Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
 Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]

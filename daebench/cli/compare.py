@@ -13,6 +13,7 @@ from daebench.cli.arguments import (
     Json,
     Methods,
     OnSingular,
+    Overwrite,
     Param,
     Problem,
     Project,
@@ -20,6 +21,7 @@ from daebench.cli.arguments import (
     TEnd,
     Tolerance,
 )
+from daebench.cli.comparison_picture import PictureFile
 from daebench.cli.console import bar, method_names, pairs, print_json, print_written
 
 if TYPE_CHECKING:
@@ -44,7 +46,14 @@ def compare(
     on_singular: OnSingular = None,
     algebra: Algebra = "",
     anyway: Anyway = False,
-    out: Annotated[Path | None, typer.Option("--out", help="Write the table and the pictures, with their data, to a folder.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder for the table and the picture, with its data; or FILE.pdf, .svg or .png for the picture alone."),
+    ] = None,
+    size: Annotated[str | None, typer.Option("--size", help="Width and height of FILE, inches: 16x9, say.")] = None,
+    labels: Annotated[str | None, typer.Option("--labels", help="Names of the methods in FILE, comma-separated.")] = None,
+    colors: Annotated[str | None, typer.Option("--colors", help="Their colours, comma-separated: black,#0072b2, say.")] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Compare methods on one problem: error, size and trend of the energy, error of the position, time; exit 1 if one stops early.
@@ -59,7 +68,10 @@ def compare(
     from daebench.studies.comparison.table import table_of, trajectories
 
     wanted = method_names(methods)
-    if out is not None:
+    picture = PictureFile.of(out, len(wanted), size=size, labels=labels, colors=colors)
+    if picture is not None:
+        picture.check(overwrite=overwrite)
+    elif out is not None:
         make_folder(out)
     ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)
     chosen = methods_of(ivp, wanted, pairs("option", option or []), anyway=anyway)
@@ -74,7 +86,7 @@ def compare(
     if out is not None:
         from daebench.studies.comparison.figure import write
 
-        written = [str(path) for path in write(out, ivp, runs, table)]
+        written = picture.written(ivp, runs) if picture else [str(path) for path in write(out, ivp, runs, table)]
     if json:
         print_json(_plain(ivp, table) | {"written": written})
     else:

@@ -141,12 +141,28 @@ _STYLE: Any = {
 }
 
 
+SCALED: tuple[str, ...] = (
+    "font.size",
+    "axes.titlesize",
+    "axes.labelsize",
+    "xtick.labelsize",
+    "ytick.labelsize",
+    "legend.fontsize",
+    "axes.linewidth",
+)
+SCALED += ("lines.linewidth", "lines.markersize", "grid.linewidth", "xtick.major.width", "ytick.major.width")
+"""Settings that grow with a figure."""
+
+
 @contextmanager
-def drawing() -> Iterator[None]:
-    """Give what is drawn inside the look of daebench, and leave the settings of Matplotlib as they were."""
+def drawing(scale: float = 1.0) -> Iterator[None]:
+    """Give what is drawn inside the look of daebench, and leave the settings of Matplotlib as they were.
+
+    ``scale`` makes letters and lines so many times as large, for figures that are larger than the text of a page.
+    """
     import matplotlib as mpl
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(_STYLE | {name: scale * _STYLE[name] for name in SCALED}):
         yield
 
 
@@ -208,12 +224,23 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
 def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Path]:
     """Write ``stem.svg`` and ``stem.png`` into a folder that is there, each whole or not at all; return their paths."""
     paths = directory / f"{stem}.svg", directory / f"{stem}.png"
-    with drawing():
-        settings: Any = {".svg": {"metadata": {"Date": None, "Creator": None, "Source": _drawn_by()}}, ".png": {"dpi": DPI}}
-        for path in paths:
-            with atomic(path) as scratch:
-                figure.savefig(scratch, format=path.suffix[1:], **settings[path.suffix])
+    for path in paths:
+        save_picture(figure, path)
     return paths
+
+
+def save_picture(figure: "Figure", path: Path) -> None:
+    """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`; a drawing of lines has no date in it."""
+    dated: Any = {
+        ".svg": {"metadata": {"Date": None, "Creator": None, "Source": _drawn_by()}},
+        ".pdf": {"metadata": {"CreationDate": None}},
+    }
+    with drawing(), atomic(path) as scratch:
+        figure.savefig(scratch, format=path.suffix[1:].lower(), **dated.get(path.suffix.lower(), {"dpi": DPI}))
+
+
+PICTURES = (".pdf", ".svg", ".png")
+"""Endings of files of pictures."""
 
 
 def _drawn_by() -> str | None:

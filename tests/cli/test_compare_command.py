@@ -105,3 +105,39 @@ def test_a_lost_motion_is_called_lost_beside_its_trend(capsys):
     assert line.split().count("lost") == 1
     assert "bounded" in line
     assert np.isfinite(float(line.split()[1]))
+
+
+PICTURE = ("compare", "planar_pendulum", "--methods", "rattle,rk4", "--h", 0.05, "--t-end", 1)
+
+
+def test_a_picture_alone_has_its_size_names_and_data(daebench, plain, folder):
+    status, out, _ = daebench(*PICTURE, "--out", "slide.svg", "--size", "16x9", "--labels", "mine,theirs", "--colors", "black,#0072b2")
+    assert (status, "slide.svg" in out, "slide.csv" in out) == (0, True, True)
+    svg = (folder / "slide.svg").read_text(encoding="utf-8")
+    assert 'width="1152pt" height="648pt"' in svg
+    assert "#0072b2" in svg
+    assert set(pd.read_csv(folder / "slide.csv")["method"]) == {"rattle", "rk4"}
+    assert daebench(*PICTURE, "--out", "page.pdf")[0] == 0
+    assert (folder / "page.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    {
+        "size": (("--out", "a.svg", "--size", "16"), "--size '16' must be width x height in inches"),
+        "labels": (("--out", "a.svg", "--labels", "one"), "--labels has 1 entries for 2 methods"),
+        "colors": (("--out", "a.svg", "--colors", "black,nocolour"), "'nocolour' is no colour"),
+        "folder": (("--out", "a", "--size", "4x3"), "add --out FILE.pdf"),
+    }.values(),
+    ids=["size", "labels", "colors", "folder"],
+)
+def test_options_of_a_picture_that_do_not_fit_are_refused_before_the_runs(daebench, plain, options, words):
+    status, _, error = daebench(*PICTURE, *options)
+    assert (status, words in error) == (2, True)
+
+
+def test_a_picture_of_somebody_else_is_kept(daebench, plain, folder):
+    (folder / "slide.png").write_bytes(b"mine")
+    status, _, error = daebench(*PICTURE, "--out", "slide.png")
+    assert (status, "add --overwrite" in error) == (2, True)
+    assert (folder / "slide.png").read_bytes() == b"mine"

@@ -1,17 +1,21 @@
 """The picture of a comparison: energy error and what the structure keeps, constraints or Casimir functions, against time."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.along import LABELS, errors_along
-from daebench.draw.figures import drawing, grid_of_axes, save, save_table
+from daebench.draw.figures import WIDTH, drawing, grid_of_axes, save, save_picture, save_table
 from daebench.draw.methods import name_of, stroke_of
 from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST_POINTS = 2000
 """Points of a curve, about; more cannot be seen."""
@@ -19,22 +23,70 @@ MOST_POINTS = 2000
 FEW = 7
 """Curves that are told apart by colours and dashes; more have markers too."""
 
+WORDS = {
+    "energy_error": "energy error $|H - H_0|$",
+    "g": "constraint $|g(q)|$",
+    "Gv": "velocities $|G H_p|$",
+    "casimir_error": "largest Casimir error",
+    "integral_error": "largest error of an integral",
+}
+"""Labels of axes, by column."""
+
+NARROW = 1.5
+"""Width over height above which panels stand side by side."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the picture of a comparison looks.
+
+    Parameters
+    ----------
+    size : tuple of float, optional
+        Width and height, inches; by default the width of a page, and what the panels need.
+    labels, colors : sequence of str
+        Names and colours of the methods in their order; where there are none, those that they have in every picture.
+    """
+
+    size: tuple[float, float] | None = None
+    labels: Sequence[str] = ()
+    colors: Sequence[str] = ()
+
 
 def write(out: Path, ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], table: pd.DataFrame) -> list[Path]:
     """Write comparison.csv and the figure with its data to a folder; return the paths of table and figure."""
     save_table(out / "comparison.csv", table)
-    curves = pd.concat([_curves(ivp, run) for run in runs], ignore_index=True)
-    with drawing():
-        panels = [column for column in LABELS if column in curves.columns]
-        figure, axes = grid_of_axes(len(panels), 1, 1.0 + 2.0 * len(panels), sharex=True)
-        for axis, column in zip(axes[:, 0], panels, strict=True):
-            _panel(axis, curves, column, LABELS[column])
-        axes[0, 0].set_title(f"{ivp.problem}, case {ivp.case}")
-        axes[-1, 0].set_xlabel("time t")
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(runs)))
-        path = save(figure, out, "comparison_drift", curves)
-    return [out / "comparison.csv", path]
+    curves = _all_curves(ivp, runs)
+    return [out / "comparison.csv", save(figure(ivp, runs, curves, Look()), out, "comparison_drift", curves)]
+
+
+def write_picture(path: Path, ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], look: Look) -> list[Path]:
+    """Write the figure alone to FILE.pdf, .svg or .png, and its data beside it to FILE.csv; return their paths."""
+    curves = _all_curves(ivp, runs)
+    save_picture(figure(ivp, runs, curves, look), path)
+    data = path.with_suffix(".csv")
+    save_table(data, curves)
+    return [path, data]
+
+
+def figure(ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.DataFrame, look: Look) -> "Figure":
+    """Return the picture: a panel for each error, below each other or, where the picture is wide, side by side."""
+    panels = [column for column in LABELS if column in curves.columns]
+    width, height = look.size or (WIDTH, 1.0 + 2.0 * len(panels))
+    wide = width > NARROW * height
+    with drawing(width / WIDTH if not wide else min(width / WIDTH, height / (0.5 * WIDTH))):
+        drawn, axes = grid_of_axes(*((1, len(panels)) if wide else (len(panels), 1)), height, x="time $t$ [s]", sharex=True)
+        drawn.set_size_inches(width, height)
+        for axis, column in zip(axes.flat, panels, strict=True):
+            _panel(axis, runs, curves, column, look)
+        drawn.suptitle(f"{ivp.problem.replace('_', ' ')}, case {ivp.case}", x=0.02, ha="left", fontsize="medium")
+        handles, labels = axes.flat[0].get_legend_handles_labels()
+        drawn.legend(handles, labels, loc="outside lower center", ncols=min(4, len(runs)))
+    return drawn
+
+
+def _all_curves(ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory]) -> pd.DataFrame:
+    return pd.concat([_curves(ivp, run) for run in runs], ignore_index=True)
 
 
 def _curves(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
@@ -45,11 +97,13 @@ def _curves(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
     return pd.DataFrame({"method": run.method, "t": run.t[starts], **thinned})
 
 
-def _panel(axis: Any, curves: pd.DataFrame, column: str, label: str) -> None:
-    names = list(dict.fromkeys(curves["method"]))
-    for name in names:
-        curve = curves[(curves["method"] == name) & (curves[column] > 0)]
-        style = stroke_of(name).line() if len(names) <= FEW else stroke_of(name).points() | {"markevery": 0.08}
-        axis.plot(curve["t"], curve[column], label=name_of(name), **style)
+def _panel(axis: Any, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.DataFrame, column: str, look: Look) -> None:
+    for k, run in enumerate(runs):
+        curve = curves[(curves["method"] == run.method) & (curves[column] > 0)]
+        stroke = stroke_of(run.method)
+        style = (stroke.line() if len(runs) <= FEW else stroke.points() | {"markevery": 0.08}) | (
+            {"color": look.colors[k]} if look.colors else {}
+        )
+        axis.plot(curve["t"], curve[column], label=look.labels[k] if look.labels else name_of(run.method), **style)
     axis.set_yscale("log")
-    axis.set_ylabel(label)
+    axis.set_title(WORDS[column])

@@ -1,0 +1,100 @@
+"""The picture of a comparison as a file of its own, for slides and papers: its options, checked before the runs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from daebench.cli.console import words
+from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.studies.comparison.figure import Look
+
+COMMAND = "daebench compare"
+"""Who made a file, as the text beside it says."""
+
+PICTURES = (".pdf", ".svg", ".png")
+"""Endings of the file."""
+
+LEAST, MOST = 2.0, 60.0
+"""Widths and heights, inches."""
+
+
+@dataclass(frozen=True)
+class PictureFile:
+    """FILE.pdf, .svg or .png of ``compare --out``, and how it looks."""
+
+    path: Path
+    look: "Look"
+
+    @classmethod
+    def of(cls, out: Path | None, methods: int, *, size: str | None, labels: str | None, colors: str | None) -> "PictureFile | None":
+        """Return the file that --out names; None where it is a folder, or is left out.
+
+        Raises
+        ------
+        BadInput
+            If the options do not fit, or are of a folder.
+        """
+        if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
+            if size or labels or colors:
+                raise BadInput("--size, --labels and --colors are of one picture; add --out FILE.pdf, .svg or .png.")
+            return None
+        from daebench.studies.comparison.figure import Look
+
+        named, painted = _of_each("--labels", labels, methods), _of_each("--colors", colors, methods)
+        _check_colors(painted)
+        return cls(out, Look(_size(size), named, painted))
+
+    def check(self, *, overwrite: bool) -> None:
+        """Refuse, before the runs, a place that cannot be written to, and files of other commands."""
+        from daebench.runs import provenance
+        from daebench.runs.files import check_place
+
+        for path in (self.path, self.path.with_suffix(".csv")):
+            check_place(path)
+            provenance.require_own(path, COMMAND, overwrite=overwrite)
+
+    def written(self, ivp: Any, runs: Sequence[Any]) -> list[str]:
+        """Write picture and data, and beside each how it was made; return their paths."""
+        from daebench.runs import provenance
+        from daebench.studies.comparison.figure import write_picture
+
+        paths = write_picture(self.path, ivp, runs, self.look)
+        about = provenance.made_by(COMMAND) | provenance.definition(ivp)
+        about |= {"Methods": ", ".join(f"{run.method} with {run.knob} = {run.value:g}" for run in runs)}
+        for path in paths:
+            provenance.write_beside(path, about)
+        return list(map(str, paths))
+
+
+def _of_each(option: str, text: str | None, methods: int) -> list[str]:
+    """Return the words of an option, one for each method."""
+    given = words(text or "")
+    if given and len(given) != methods:
+        raise BadInput(f"{option} has {len(given)} entries for {methods} methods; give one for each, separated by commas.")
+    return given
+
+
+def _check_colors(colors: Sequence[str]) -> None:
+    if not colors:
+        return
+    from matplotlib.colors import is_color_like
+
+    for color in colors:
+        if not is_color_like(color):
+            raise BadInput(f"--colors: {color!r} is no colour; give names as black, or #rrggbb.")
+
+
+def _size(text: str | None) -> tuple[float, float] | None:
+    """Return width and height of a text such as 16x9."""
+    if text is None:
+        return None
+    try:
+        width, height = map(float, text.lower().split("x"))
+    except ValueError:
+        width = height = 0.0
+    if not (LEAST <= width <= MOST and LEAST <= height <= MOST):
+        raise BadInput(f"--size {text!r} must be width x height in inches, each from {LEAST:g} to {MOST:g}: 16x9, say.")
+    return width, height
