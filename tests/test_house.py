@@ -1,4 +1,4 @@
-"""The house: links, layers, package lists and the README say what is there, and imports are light."""
+"""The house: links, layers, package lists and CONTRIBUTING say what is there, and imports are light."""
 
 import ast
 import importlib
@@ -14,7 +14,6 @@ from pathlib import Path
 
 import imports
 import pytest
-import readme
 
 import daebench
 from daebench.methods.registry import registry
@@ -70,11 +69,6 @@ def test_every_file_that_contributing_names_is_there():
     missing = [name for name in named if "my_" not in name and not any((ROOT / place / name).exists() for place in ("", "daebench"))]
     assert missing == []
     assert len(named) > 40
-
-
-def test_the_table_of_methods_in_the_readme_is_what_the_schemes_claim():
-    text = readme.README.read_text(encoding="utf-8")
-    assert text == readme.replaced(text)
 
 
 @pytest.mark.parametrize("file", sorted({file for file, _ in registry().values()}))

@@ -53,7 +53,7 @@ def gradient(functional: Callable[..., Any], problem: Any, *, sensitivities: Seq
         >>> round(fall.value, 4), round(fall.derivatives["gravity"], 4)
         (-0.4758, -0.429)
 
-    The derivatives of the states are those of the run, see :func:`daebench.methods.run.prepare`; the rest is the chain rule. J is
+    The derivatives of the states are those of the run, see :func:`daebench.run`; the rest is the chain rule. J is
     differentiated by complex step, so it should be made of functions that are smooth and take complex numbers, as NumPy's arithmetic does
     and ``abs`` does not; where a difference quotient contradicts, differences are taken, and a warning says to how many digits.
 

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from daebench.compiler.sharing import uncollected
@@ -36,17 +37,6 @@ def run(
 ) -> Trajectory | PoissonTrajectory:
     """Return the trajectory of one method on one problem: with states q and p, or y on a Poisson system.
 
-    With ``sensitivities`` it has their derivatives by parameters and initial values::
-
-        >>> import daebench
-        >>> swing = daebench.run(
-        ...     "planar_pendulum", case="horizontal", method="rattle", h=0.01, t_end=1, sensitivities=["gravity", "q0"]
-        ... )
-        >>> swing.sensitivities["gravity"]["q"].shape, swing.sensitivities["q0"]["q"].shape
-        ((101, 2), (101, 2, 2))
-        >>> swing.sensitivities["gravity"]["q"][-1].round(4).tolist()
-        [-0.2321, -0.429]
-
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
@@ -54,8 +44,56 @@ def run(
     method : str or callable
         Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2"; or code from outside, as
         "./mine.py:step" or a callable, see :func:`daebench.methods.outside.callables.method_of_callable`.
-    **settings
-        All else that :func:`prepare` takes, and has the units of: ``h`` or ``tol``, ``t_end`` or ``steps``, ``case``, ``parameters``, ...
+    case : str, optional
+        Named initial values; by default the problem's first.
+    h, tol : float
+        The method's resolution: step size of a fixed-step method, s; relative and absolute tolerance of the others.
+    steps : int, optional
+        Number of steps of a fixed-step method.
+    t_end : float, optional
+        End time, s, in place of ``steps``.
+    points, every : int, optional
+        Output: equidistant times of a tolerance-driven method; every so many steps of a fixed-step one, 0 for the end alone.
+    parameters, options : mapping of str to float, optional
+        Values of the problem's parameters, and free numbers of the method.
+    p0, q0 : sequence of float, shape(d,), optional
+        Initial values of a constrained problem in place of the case's.
+    y0 : sequence of float, shape(n,), optional
+        Initial state of a Poisson system in place of the case's.
+    watch : sequence of str, optional
+        Any of "energy", "manifold" (of a constrained problem), "casimirs" (of a Poisson system), "integrals"; by default all but
+        "integrals".
+    project : bool
+        Whether initial values are first projected onto the manifold, of a constrained problem.
+    precision : str
+        "float64" or "float32".
+    multipliers : bool
+        Whether lam(p, q) is computed at the output times.
+    raw : bool
+        Whether the stage multipliers of every step of a fixed-step scheme are kept, see :attr:`daebench.Trajectory.raw`. Those of RATTLE
+        are of first order; ``mean``, of two steps that meet, is of second order.
+    compensated : bool
+        Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5: over 1e7 steps of rattle/kahan_li8 or
+        lobatto5 the energy wanders 7 to 40 times less, for 0 to 40 % more time.
+    sensitivities : sequence of str
+        Parameters of the problem and initial values, "q0", "p0" or "y0", by which the states are differentiated, see
+        :attr:`daebench.runs.trajectory.Outcome.sensitivities`.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
+    algebra : str
+        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
+    count : bool
+        Whether work is counted.
+    seconds_limit : float, optional
+        Wall-clock limit, s.
+    callbacks : str
+        What IDA and CVODE call: "native", machine code where the libraries of SUNDIALS allow it, or "python".
+    solver_steps : bool
+        Whether it is kept what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
+    progress : callable, optional
+        Told the fraction done.
 
     Returns
     -------
@@ -74,6 +112,38 @@ def run(
         If the request cannot be met.
     InconsistentStart
         If the initial values are off the manifold and are not to be projected.
+
+    Notes
+    -----
+    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. IDA solves the variational equations
+    F_y s + F_y' s' + F_a da = 0 with its formulation F(y, y', a) = 0: it has (1 + k) n unknowns in k directions, and derivatives are in its
+    error test.
+
+    An initial value can be changed on the manifold alone. Where its entry q0_j or p0_j or a parameter a is changed, the start is put back
+    as ``project`` does it, positions first, and what is taken is the derivative of that::
+
+        dq -> dq - M^-1 G^T W^-1 dg,       dg = G dq + g_a da,                 W = G M^-1 G^T
+        dp -> dp - G^T W^-1 dv,            dv = d(G H_p), by dp, dq and da
+
+    A change along the manifold is left as it is by this, and one along the normal, dq = M^-1 G^T nu, has no effect. A start with the
+    numbers of its case is changed with a parameter as the case says, another stays where it is before it is put back.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> run = daebench.run("planar_pendulum", case="horizontal", method="rattle", h=0.01, t_end=1)
+    >>> run.q.shape, run.failure is None
+    ((101, 2), True)
+
+    With ``sensitivities`` it has derivatives of the states by parameters and initial values:
+
+    >>> swing = daebench.run(
+    ...     "planar_pendulum", case="horizontal", method="rattle", h=0.01, t_end=1, sensitivities=["gravity", "q0"]
+    ... )
+    >>> swing.sensitivities["gravity"]["q"].shape, swing.sensitivities["q0"]["q"].shape
+    ((101, 2), (101, 2, 2))
+    >>> swing.sensitivities["gravity"]["q"][-1].round(4).tolist()
+    [-0.2321, -0.429]
     """
     chosen, ivp, request = prepare(problem, method=method, **settings)
     trajectory: Trajectory | PoissonTrajectory = replace(chosen.solve(ivp, request), ivp=ivp)
@@ -117,76 +187,10 @@ def prepare(
 ) -> tuple[Any, Ivp, Request]:
     """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
 
-    ``sensitivities`` are derivatives of a fixed-step scheme's own steps, exact to rounding. IDA solves the variational equations
-    F_y s + F_y' s' + F_a da = 0 with its formulation F(y, y', a) = 0: it has (1 + k) n unknowns in k directions, and derivatives are in its
-    error test.
-
-    An initial value can be changed on the manifold alone. Where its entry q0_j or p0_j or a parameter a is changed, the start is put back
-    as ``project`` does it, positions first, and what is taken is the derivative of that::
-
-        dq -> dq - M^-1 G^T W^-1 dg,       dg = G dq + g_a da,                 W = G M^-1 G^T
-        dp -> dp - G^T W^-1 dv,            dv = d(G H_p), by dp, dq and da
-
-    A change along the manifold is left as it is by this, and one along the normal, dq = M^-1 G^T nu, has no effect. A start with the
-    numbers of its case is changed with a parameter as the case says, another stays where it is before it is put back.
-
     Parameters
     ----------
-    problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
-        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
-    case : str, optional
-        Named initial values; by default the problem's first.
-    method : str or callable
-        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2"; or code from outside, as
-        "./mine.py:step" or a callable, see :func:`daebench.methods.outside.callables.method_of_callable`.
-    h, tol : float
-        The method's resolution: step size of a fixed-step method, s; relative and absolute tolerance of the others.
-    steps : int, optional
-        Number of steps of a fixed-step method.
-    t_end : float, optional
-        End time, s, in place of ``steps``.
-    points, every : int, optional
-        Output: equidistant times of a tolerance-driven method; every so many steps of a fixed-step one, 0 for the end alone.
-    parameters, options : mapping of str to float, optional
-        Values of the problem's parameters, and free numbers of the method.
-    p0, q0 : sequence of float, shape(d,), optional
-        Initial values of a constrained problem in place of the case's.
-    y0 : sequence of float, shape(n,), optional
-        Initial state of a Poisson system in place of the case's.
-    watch : sequence of str, optional
-        Any of "energy", "manifold" (of a constrained problem), "casimirs" (of a Poisson system), "integrals"; by default all but
-        "integrals".
-    project : bool
-        Whether initial values are first projected onto the manifold, of a constrained problem.
-    precision : str
-        "float64" or "float32".
-    multipliers : bool
-        Whether lam(p, q) is computed at the output times.
-    raw : bool
-        Whether the stage multipliers of every step of a fixed-step scheme are kept, see :attr:`Trajectory.raw`. Those of RATTLE are of
-        first order each; ``mean``, of two steps that meet, is of second.
-    compensated : bool
-        Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5: over 1e7 steps of rattle/kahan_li8 or
-        lobatto5 the energy wanders 7 to 40 times less, for 0 to 40 % more time.
-    sensitivities : sequence of str
-        Parameters of the problem and initial values, "q0", "p0" or "y0", by which the states are differentiated, see
-        :attr:`daebench.runs.trajectory.Outcome.sensitivities`.
-    on_singular : str, optional
-        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
-    algebra : str
-        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
-    anyway : bool
-        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
-    count : bool
-        Whether work is counted.
-    seconds_limit : float, optional
-        Wall-clock limit, s.
-    callbacks : str
-        What IDA and CVODE call: "native", machine code where the libraries of SUNDIALS allow it, or "python".
-    solver_steps : bool
-        Whether it is kept what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
-    progress : callable, optional
-        Told the fraction done.
+    problem, case, method, ...
+        As for :func:`daebench.run`, which has the parameters in full.
 
     Returns
     -------
@@ -217,6 +221,14 @@ def prepare(
     require_differentiable(chosen, ivp, request.sensitivities, problem)
     chosen.check(ivp, request)
     return chosen, ivp, request
+
+
+def _show_parameters(function: Any, of: Callable[..., Any]) -> None:
+    """Have help, completion and documentation show the parameters of the function that ``settings`` are passed on to."""
+    function.__signature__ = signature(of).replace(return_annotation=signature(function).return_annotation)
+
+
+_show_parameters(run, prepare)
 
 
 def _require_manner(precision: str, callbacks: str) -> None:

@@ -78,7 +78,7 @@ class Outcome(Shown):
     sensitivities : mapping of str to mapping of str to ndarray
         Derivatives of the states at the output times, where they were asked for, by the name of a parameter or initial value and by that
         of the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
-        :func:`daebench.methods.run.prepare` says how a start is changed on the manifold.
+        :func:`daebench.run` says how a start is changed on the manifold.
     ivp : InitialValueProblem, optional
         What was solved, so that energies and pictures can be made. It is no part of a copy that another process gets.
     """

@@ -1,4 +1,4 @@
-"""The reports: pages of a gallery are put beside the site, ``reports/``, and linked from a card each.
+"""The reports: pages of a gallery are put beside the site, and ``{report}`NAME``` is a link to one.
 
 A gallery is a folder that ``daebench report all --out FOLDER`` wrote, given by ``-D gallery=FOLDER``, or the archive that is kept with
 the sources.
@@ -10,10 +10,19 @@ from typing import Any
 from zipfile import ZipFile
 
 from docutils import nodes
-from docutils.statemachine import StringList
-from sphinx.util.docutils import SphinxDirective
+from sphinx.util.docutils import SphinxRole
 
-KEPT = Path(__file__).parents[2] / "reports" / "gallery"
+KEPT = Path(__file__).parents[2] / "reports" / "gallery" / "gallery.zip"
+
+
+class ReportLink(SphinxRole):
+    """A link to the page of a report or lesson."""
+
+    def run(self) -> tuple[list[nodes.Node], list[Any]]:
+        """Return the link."""
+        depth = self.env.docname.count("/")
+        words = self.text.removeprefix("lesson-") if self.text.startswith("lesson-") else f"Open the report {self.text}."
+        return [nodes.reference("", words, refuri=f"{'../' * depth}reports/{self.text}/index.html")], []
 
 
 def put_reports(app: Any, exception: Exception | None) -> None:
@@ -23,33 +32,14 @@ def put_reports(app: Any, exception: Exception | None) -> None:
     out = Path(app.outdir) / "reports"
     shutil.rmtree(out, ignore_errors=True)
     if app.config.gallery:
-        shutil.copytree(app.config.gallery, out, ignore=shutil.ignore_patterns("reference"))
+        shutil.copytree(app.config.gallery, out)
         return
-    with ZipFile(KEPT / "gallery.zip") as archive:
-        archive.extractall(out, [name for name in archive.namelist() if not name.startswith("reference/")])
-
-
-class Reports(SphinxDirective):
-    """A card for each report: its title, its picture, and the command that writes it."""
-
-    def run(self) -> list[nodes.Node]:
-        """Return the cards."""
-        from daebench.methods.catalogue import lessons, reports
-
-        lines = []
-        for name, about in reports().items():
-            lines += [f"`{name} <../reports/{name}/index.html>`__", f"   {about}", ""]
-        lines += ["", ".. rubric:: Lessons", ""]
-        for name, about in lessons().items():
-            lines += [f"`{name} <../reports/lesson-{name}/index.html>`__", f"   {about}", ""]
-        node = nodes.container()
-        node.document = self.state.document
-        self.state.nested_parse(StringList(lines, source="<reports>"), 0, node)
-        return node.children
+    with ZipFile(KEPT) as archive:
+        archive.extractall(out)
 
 
 def setup(app: Any) -> None:
-    """Add the directive and the copy at the end of a build."""
+    """Add the role, and the copy at the end of a build."""
     app.add_config_value("gallery", "", "html")
-    app.add_directive("reports", Reports)
+    app.add_role("report", ReportLink())
     app.connect("build-finished", put_reports)

@@ -1,4 +1,4 @@
-"""What the README quotes is what is said, its report is written, and what it asks to be cited is this version."""
+"""What README and documentation quote is what is said, their report is written, and what they ask to be cited is this version."""
 
 import importlib.util
 import json
@@ -12,18 +12,18 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 import said
-from readme import README
+from said import README
 
 import daebench as library
 from daebench.compiler import cache
-from daebench.methods.catalogue import problems
 
 ROOT = README.parent
+DOCS = said.DOCS
 
 
 @pytest.fixture
 def files(tmp_path, monkeypatch):
-    """A folder with the files that the README shows, and with what its commands make of them."""
+    """A folder with the files that the documentation shows, and with what its commands make of them."""
     said.write_files(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -65,7 +65,7 @@ def cache_named(monkeypatch, trouble):
 
 
 @pytest.mark.parametrize("trouble", said.troubles(), ids=lambda trouble: " ".join(trouble.words[:2]))
-def test_a_message_in_the_readme_is_what_the_command_says(
+def test_a_message_of_the_documentation_is_what_the_command_says(
     daebench, files, heyoka_missing, refuted, plain_functions, uncompiled_schemes, request, trouble
 ):
     if trouble.cache:
@@ -76,11 +76,12 @@ def test_a_message_in_the_readme_is_what_the_command_says(
     assert status == (0 if "compiling in memory" in message else 1 if "stopped at" in message or "the report would" in message else 2)
 
 
-def test_the_readme_quotes_enough_messages():
-    assert len(said.troubles()) >= 12
+def test_all_messages_of_the_page_are_provoked():
+    text = (DOCS / "how-to" / "messages.md").read_text(encoding="utf-8")
+    assert len(said.troubles()) == len(re.findall(r"^: ", text, re.MULTILINE)) >= 12
 
 
-def test_the_report_in_the_readme_is_written(tmp_path, plain_functions, uncompiled_schemes):
+def test_the_report_of_the_documentation_is_written(tmp_path, plain_functions, uncompiled_schemes):
     (tmp_path / "my_report.py").write_text(said.block("my_report.py"))
     spec = importlib.util.spec_from_file_location("my_report", tmp_path / "my_report.py")
     report = importlib.util.module_from_spec(spec)
@@ -99,35 +100,42 @@ def test_the_digits_that_ida_is_said_to_reach_are_those_of_the_picture_below():
     table = pd.read_csv(ROOT / "reports" / "gallery" / "tolerances.csv")
     errors = table["error"][(table["tol"] == 1e-14) & (table["done"] > 0.5)]
     assert len(errors) >= 16
-    said_digits = re.search(r"At a tolerance of 1e-14 IDA reaches (\d+) to (\d+) digits", README.read_text(encoding="utf-8"))
+    page = (DOCS / "explanation" / "certification.md").read_text(encoding="utf-8")
+    said_digits = re.search(r"At a tolerance of 1e-14 IDA reaches (\d+) to (\d+) digits", page)
     assert [int(-math.log10(each)) for each in (errors.max(), errors.min())] == [int(each) for each in said_digits.groups()]
 
 
 def test_se_with_half_the_step_ends_as_said(uncompiled_schemes):
     run = library.run("spherical_pendulum", case="fig1.2", method="se", h=0.005, steps=1000)
-    text = README.read_text(encoding="utf-8")
-    assert f"With h halved this run gets to t = {run.t[-1]:.2f} and ends in the same way, with \\|g\\| = {run.maxima['g']:.2f}" in text
+    text = (DOCS / "how-to" / "messages.md").read_text(encoding="utf-8")
+    assert f"With h halved this run gets to t = {run.t[-1]:.2f} and ends in the same way, with |g| = {run.maxima['g']:.2f}" in text
     assert "did not converge" in run.failure
-
-
-def test_there_are_as_many_drawings_as_problems():
-    assert len(problems("constrained")) == 25
-    assert "![Twenty-five small drawings" in README.read_text(encoding="utf-8")
 
 
 def test_what_is_to_be_cited_is_this_version():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert re.search(r"^version: (.*)$", citation, re.MULTILINE)[1] == project["version"]
-    entry = README.read_text(encoding="utf-8").partition("@software{daebench,")[2].partition("\n}")[0]
-    assert re.search(r"version = \{(.*?)\}", entry)[1] == project["version"]
     year = re.search(r"Copyright \(c\) (\d{4})", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
-    assert re.search(r"year    = \{(.*?)\}", entry)[1] == year
+    for page in (README, DOCS / "reference" / "citing.md"):
+        entry = page.read_text(encoding="utf-8").partition("@software{daebench,")[2].partition("\n}")[0]
+        assert re.search(r"version = \{(.*?)\}", entry)[1] == project["version"]
+        assert re.search(r"year    = \{(.*?)\}", entry)[1] == year
 
 
-def test_links_of_the_readme_lead_to_files_and_to_its_own_headings():
-    text = README.read_text(encoding="utf-8")
-    headings = {re.sub(r"[^\w -]", "", line.lower()).replace(" ", "-") for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
-    links = re.findall(r"\]\(([^)]+)\)", text)
-    assert {link[1:] for link in links if link.startswith("#")} <= headings
-    assert [link for link in links if not link.startswith("#") and not (ROOT / link).exists()] == []
+def test_links_of_the_readme_lead_to_files():
+    links = re.findall(r"\]\(([^)]+)\)", README.read_text(encoding="utf-8"))
+    assert len(links) > 10
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_readme_has_at_most_150_lines():
+    assert len(README.read_text(encoding="utf-8").splitlines()) <= 150
+
+
+def test_what_is_installed_as_a_page_says_is_what_the_gate_installs():
+    marked = re.findall(r"^<!-- .* -->\n```sh\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    console = [line for text in said.blocks("{code-block} console") for line in text.splitlines()]
+    assert len(marked) == 2
+    assert console
+    assert all(any(command.startswith(line.removeprefix("$ ")) for command in marked) for line in console)

@@ -1,4 +1,4 @@
-"""The README's commands and programs run from what a reader has: its files, and what its earlier commands have written."""
+"""Commands and programs of README and documentation run from what a reader has: their files, and what earlier commands have written."""
 
 import re
 import shlex
@@ -11,6 +11,7 @@ import said
 ELSEWHERE = {
     "daebench report all": "tests of the gallery and of each report",
     "daebench lesson": "tests of lessons in a browser",
+    "python -m sphinx": "tests of the site",
 }
 """Beginnings of commands that are not run here, and where they are; the two below markers are the gate's."""
 
@@ -76,7 +77,7 @@ def reader(tmp_path):
 
 
 @pytest.mark.parametrize("command", [marked(command) for command in HERE])
-def test_a_command_of_the_readme_does_what_it_is_there_for(reader, command):
+def test_a_command_does_what_it_is_there_for(reader, command):
     for each in (*makers(command), command):
         done = said.call(each, reader)
         assert done.returncode == (1 if each.startswith(STOPS) else 0), done.stderr
@@ -87,13 +88,13 @@ def test_a_command_of_the_readme_does_what_it_is_there_for(reader, command):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", [c for c in HERE if c.startswith(LONG[:4])], ids=str)
-def test_a_study_of_the_readme_says_what_it_would_run(reader, command):
+def test_a_study_says_what_it_would_run(reader, command):
     done = said.call(f"{command} --dry-run", reader)
     assert done.returncode == 0, done.stderr
     assert done.stdout
 
 
-def test_no_two_commands_of_the_readme_write_the_same_file():
+def test_no_two_commands_write_the_same_file():
     """A page of an animation has its numbers beside it, under the same name with .csv."""
     written = [out for command in said.commands() if (out := named_after(command, "--out")) and "." in out]
     names = [name for out in written for name in {out, out.rpartition(".")[0] + ".csv"}]
@@ -105,7 +106,7 @@ def test_what_is_compared_with_a_reference_is_no_reference():
     assert [each.split()[1] for each in makers(command)] == ["run"]
 
 
-def test_what_is_not_run_here_is_in_the_readme():
+def test_what_is_not_run_here_is_on_a_page():
     for beginning in (*ELSEWHERE, *QUICK, *LONG, *STOPS):
         assert any(command.startswith(beginning) for command in said.commands()), beginning
 
@@ -125,10 +126,11 @@ TAKES_A_PROBLEM = {
 """Commands that take a problem, and what else they need."""
 
 
-def test_a_problem_file_goes_wherever_the_readme_says_that_it_does(daebench, reader, monkeypatch, uncompiled_schemes):
+def test_a_problem_file_goes_wherever_the_page_says_that_it_does(daebench, reader, monkeypatch, uncompiled_schemes):
     """Commands that it does not except are called with a file; of the sentence on it all excepted ones are named there."""
     monkeypatch.chdir(reader)
-    excepted = re.search(r"Its path goes wherever .*?:\n", said.README.read_text(encoding="utf-8"), re.DOTALL)[0]
+    page = said.DOCS / "how-to" / "own-problem.md"
+    excepted = re.search(r"The path of the file stands wherever .*?\n\n", page.read_text(encoding="utf-8"), re.DOTALL)[0]
     for command, more in TAKES_A_PROBLEM.items():
         if f"`daebench {command}`" not in excepted:
             status, _, err = daebench(command, "./bead.py", *more.split())
@@ -136,21 +138,22 @@ def test_a_problem_file_goes_wherever_the_readme_says_that_it_does(daebench, rea
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("program", said.programs(), ids=lambda text: text.split("\n", 1)[0])
-def test_a_program_of_the_readme_runs(reader, program):
-    if "mycode" in program:
-        pytest.skip("its code is the reader's; tests of the plugin have such a file")
+@pytest.mark.parametrize("program", said.programs(), ids=lambda text: text.replace("import daebench\n", "").strip().split("\n", 1)[0])
+def test_a_program_runs_and_prints_what_the_page_shows(reader, program):
     (reader / "program.py").write_text(program, encoding="utf-8")
     done = said.call("python program.py", reader)
     assert done.returncode == 0, done.stderr
+    assert (printed := said.printed_by(program)) is None or printed == done.stdout
+
+
+def test_the_readme_shows_what_its_program_prints():
+    assert [program for program in said.programs() if program in said.README.read_text(encoding="utf-8") and said.printed_by(program)]
 
 
 @pytest.mark.slow
-def test_the_tests_in_the_readme_pass_with_a_code_that_is_right(reader):
+def test_the_tests_of_the_documentation_pass_with_a_code_that_is_right(reader):
     """The reader's code here is RATTLE for the planar pendulum, written from (1.25), and steps of it that are small enough."""
-    (program,) = (text for text in said.programs() if "mycode" in text)
     (reader / "mycode.py").write_text(MYCODE, encoding="utf-8")
-    (reader / "test_mine.py").write_text(program, encoding="utf-8")
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "test_mine.py"], cwd=reader, capture_output=True, text=True, check=False)
     assert "2 passed" in done.stdout, done.stdout
 

@@ -1,8 +1,5 @@
 """Gradients of functionals of a run."""
 
-import doctest
-import importlib
-
 import numpy as np
 import pytest
 from differentiated import complex_runs
@@ -13,12 +10,6 @@ from daebench.errors import BadInput, RunFailed
 from daebench.runs.directions import STEP
 
 SWING = {"problem": "planar_pendulum", "case": "horizontal", "method": "rattle", "h": 0.05, "steps": 60}
-
-
-@pytest.mark.parametrize(("module", "lines"), [("gradient", 3), ("run", 4)])
-def test_the_example_runs(module, lines):
-    results = doctest.testmod(importlib.import_module(f"daebench.methods.{module}"))
-    assert (results.attempted, results.failed) == (lines, 0)
 
 
 def test_the_gradient_of_an_integral_is_what_differences_of_runs_tend_to():

@@ -1,14 +1,11 @@
 """Initial value problems from a name, a path, a definition or another one, and the old names of their constructor."""
 
-import doctest
-
 import definitions
 import numpy as np
 import pytest
 
 import daebench as package
 from daebench.errors import BadInput, InconsistentStart
-from daebench.methods import initial_value_problem as ivp_constructor
 from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
@@ -117,8 +114,3 @@ def test_old_attributes_and_arguments_work_and_warn():
         projection = package.symplectic_projection(scene=ivp, p=ivp.p0, q=ivp.q0)
     assert np.array_equal(projection, package.symplectic_projection(ivp, ivp.p0, ivp.q0))
     assert warned[0].filename == __file__
-
-
-def test_the_example_of_the_constructor_runs():
-    results = doctest.testmod(ivp_constructor)
-    assert (results.attempted, results.failed) == (3, 0)

@@ -1,8 +1,5 @@
 """Chaos over planes of starts: the starts, the verdicts on problems with known answers, and what is refused."""
 
-import doctest
-import importlib
-
 import numpy as np
 import pytest
 
@@ -155,9 +152,3 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(changed, sentence):
 def test_a_poisson_system_has_no_energy_to_be_moved_to():
     with pytest.raises(BadInput, match="Poisson system"):
         daebench.chaos("free_rigid_body", method="lie", h=0.01, t_end=1, energy=0.3, cells=4)
-
-
-def test_the_example_runs():
-    results = doctest.testmod(importlib.import_module("daebench.studies.chaos.run"))
-    assert results.attempted >= 3
-    assert results.failed == 0

@@ -1,8 +1,5 @@
 """The search for a step size by its statistics: what passes, what does not, and how often it is wrong on a problem of the catalogue."""
 
-import doctest
-import importlib
-
 import numpy as np
 import pytest
 
@@ -114,9 +111,3 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(changed, sentence):
     asked = {"statistic": "energy", "margin": 0.1, "h": 0.02, "t_end": 1, **DOUBLE} | changed
     with pytest.raises(BadInput, match=sentence):
         daebench.step_for("double_pendulum", **asked)
-
-
-def test_the_example_runs():
-    results = doctest.testmod(importlib.import_module("daebench.studies.step_for.run"))
-    assert results.attempted >= 3
-    assert results.failed == 0

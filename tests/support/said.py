@@ -1,4 +1,4 @@
-"""What a reader of the README has and does: its files and commands, and what daebench says when it says no."""
+"""What a reader of the README and of the documentation has and does: their files and commands, and what daebench says when it says no."""
 
 import os
 import re
@@ -8,55 +8,80 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from readme import README
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+DOCS = ROOT / "docs"
 
-FILES = ("bead.py", "body.py", "mine.py", "faulty.py", "my_report.py")
-"""Files that the README shows whole."""
+FENCE = r"^```{code-block} %s\n:(?:caption|name): %s\n\n(.*?)^```"
+"""A block of code with a name: a file, or commands that make files."""
 
 
 @dataclass(frozen=True)
 class Trouble:
-    """A command of the README with the cache directory it names, if any, and what it is said to say."""
+    """A command with the cache directory it names, if any, and what it is said to say."""
 
     words: tuple[str, ...]
     message: str
     cache: str = ""
 
 
-def block(marker, language="python"):
-    """Return the code below a marker of the README."""
-    text = README.read_text(encoding="utf-8")
-    return re.search(rf"<!-- {re.escape(marker)} -->\n```{language}\n(.*?)```", text, re.DOTALL)[1]
+def pages():
+    """Return the README and all pages of the documentation, in the order in which their commands can be called one after another."""
+    listed = [
+        DOCS / "how-to" / f"{name}.md" for name in re.findall(r"^([\w-]+)$", (DOCS / "how-to" / "index.md").read_text(), re.MULTILINE)
+    ]
+    others = sorted(path for path in DOCS.rglob("*.md") if path not in listed)
+    return [README, *(path for path in listed if path.is_file()), *others]
+
+
+def text_of_all():
+    """Return the text of all pages."""
+    return "\n\n".join(page.read_text(encoding="utf-8") for page in pages())
+
+
+def blocks(language):
+    """Return the blocks of code of all pages in a language, but for those below a marker and those that have a name."""
+    text = text_of_all()
+    return list(dict.fromkeys(re.findall(rf"(?<!-->\n)^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)))
+
+
+def block(name, language="python"):
+    """Return the block of code that has a name."""
+    return re.search(FENCE % (language, re.escape(name)), text_of_all(), re.MULTILINE | re.DOTALL)[1]
+
+
+def files():
+    """Return the names of the files that the pages show whole."""
+    return [name for name, _ in re.findall(FENCE % ("python", r"(\w+\.py)"), text_of_all(), re.MULTILINE | re.DOTALL)]
 
 
 def troubles():
-    """Return the rows of the README's table of messages."""
-    text = README.read_text(encoding="utf-8").partition("## When it says no")[2].partition("\n## ")[0]
-    rows = re.findall(r"^\| `(?:DAEBENCH_CACHE=(\S+) )?daebench (.*?)` \| (.*?) \| .*? \|$", text, re.MULTILINE)
-    return [Trouble(tuple(shlex.split(command)), message.replace("\\|", "|"), cache) for cache, command, message in rows]
+    """Return the messages of the page of messages."""
+    text = (DOCS / "how-to" / "messages.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^`(?:DAEBENCH_CACHE=(\S+) )?daebench ([^`\n]*)`\n: `([^`\n]*)`$", text, re.MULTILINE)
+    return [Trouble(tuple(shlex.split(command)), message, cache) for cache, command, message in rows]
 
 
 def commands():
-    """Return the commands of the README's blocks, in their order, but for those below a marker."""
-    blocks = re.findall(r"(?<!-->\n)^```sh\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    return [line for each in blocks for line in each.splitlines()]
+    """Return the commands of all pages, in their order, each once."""
+    lines = [line for text in blocks("sh") for line in text.replace("\\\n", " ").splitlines()]
+    return list(dict.fromkeys(" ".join(line.split()) for line in lines if line.strip()))
 
 
 def printed_by(command):
-    """Return what the README shows that a command prints, None where it shows nothing."""
-    shown = re.search(rf"^{re.escape(command)}\n```\n\n```text\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    """Return what the pages show that a command or program prints, None where they show nothing."""
+    shown = re.search(rf"^{re.escape(command.rstrip())}\n```\n\n```text\n(.*?)^```", text_of_all(), re.MULTILINE | re.DOTALL)
     return shown and shown[1]
 
 
 def programs():
-    """Return the Python programs of the README, but for those below a marker, which are files."""
-    text = README.read_text(encoding="utf-8")
-    return re.findall(r"(?<!-->\n)^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    """Return the Python programs of all pages, but for those that are files."""
+    return blocks("python")
 
 
 def write_files(folder):
-    """Write the files that the README shows, and make the others as it says."""
-    for name in FILES:
+    """Write the files that the pages show, and make the others as they say."""
+    for name in files():
         (folder / name).write_text(block(name), encoding="utf-8")
     call(block("mistakes", "sh"), folder)
 
@@ -69,6 +94,6 @@ def call(command, folder):
         tool = tools / name
         tool.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {what} "$@"\n', encoding="utf-8")
         tool.chmod(0o755)
-    source = str(Path(__file__).parents[2])
+    source = str(ROOT)
     path = {"PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": source}
     return subprocess.run(["sh", "-ec", command], cwd=folder, env=os.environ | path, capture_output=True, text=True, check=False)

@@ -124,7 +124,7 @@ def animation(
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the methods.
     project, anyway, on_singular, algebra
-        As for :func:`daebench.methods.run.prepare`.
+        As for :func:`daebench.run`.
     overwrite : bool
         Whether files may be replaced that no animation wrote.
     progress : callable, optional

@@ -94,7 +94,7 @@ def _pieces(settings: Mapping[str, Any], some: Members, asked: Request) -> Itera
 
 
 def settings_of(problem: Any, case: str, method: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields that name problem and method, of settings of :func:`daebench.methods.run.prepare`.
+    """Return the fields that name problem and method, of settings of :func:`daebench.run`.
 
     Raises
     ------

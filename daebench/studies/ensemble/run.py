@@ -109,7 +109,7 @@ def ensemble(
         :func:`daebench.studies.grid.schedulers.local_processes` and :func:`daebench.studies.grid.schedulers.dask_cluster`; this process if
         left out.
     **settings
-        Of :func:`daebench.methods.run.prepare`: ``case``, ``parameters``, ``options``, ``watch``, ``on_singular``, ``compensated``,
+        Of :func:`daebench.run`: ``case``, ``parameters``, ``options``, ``watch``, ``on_singular``, ``compensated``,
         ``anyway``, ``count``.
 
     Returns

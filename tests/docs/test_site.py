@@ -1,0 +1,114 @@
+"""The site is built without a warning and needs nothing from elsewhere; its search answers in an opened file."""
+
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from urllib.parse import unquote, urlparse
+
+import pytest
+import typer
+from said import DOCS
+
+import daebench
+from daebench.cli.app import app
+from daebench.methods.catalogue import problems, reports, schemes
+
+FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "srcset", "object": "data"}
+
+
+class Page(HTMLParser):
+    """What a page has: anchors, links, and addresses that a browser fetches."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.path, self.anchors, self.links, self.fetched = path, set(), [], []
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.anchors |= {given[name] for name in ("id", "name") if given.get(name)}
+        if tag == "a" and given.get("href"):
+            self.links.append(given["href"])
+        if tag in FETCHED and given.get(FETCHED[tag]):
+            self.fetched.append(given[FETCHED[tag]])
+
+
+def read(out):
+    return {path: Page(path) for path in out.rglob("*.html") if "reports" not in path.relative_to(out).parts}
+
+
+def dangling(pages):
+    """Return the links that lead nowhere, by page."""
+    wrong = []
+    for page in pages.values():
+        for link in page.links:
+            parts = urlparse(link)
+            if parts.scheme or parts.netloc:
+                continue
+            target = (page.path.parent / unquote(parts.path)).resolve() if parts.path else page.path.resolve()
+            there = pages.get(target)
+            if not target.exists() or (parts.fragment and there and unquote(parts.fragment) not in there.anchors):
+                wrong.append((page.path.name, link))
+    return wrong
+
+
+def from_elsewhere(pages, out):
+    """Return addresses of other machines that a browser would fetch."""
+    wrong = [
+        (page.path.name, address) for page in pages.values() for address in page.fetched if urlparse(address).scheme in ("http", "https")
+    ]
+    styles = [path for path in out.rglob("*.css") if re.search(r"(@import|url\()\s*['\"]?(https?:)?//", path.read_text(encoding="utf-8"))]
+    return wrong + styles
+
+
+@pytest.mark.slow
+def test_the_site_is_whole_and_its_search_works_in_an_opened_file(tmp_path, seen):
+    out = tmp_path.resolve() / "site"
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", str(DOCS), str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    pages = read(out)
+    assert len(pages) > 40
+    assert dangling(pages) == []
+    assert from_elsewhere(pages, out) == []
+    search_finds(out, seen)
+    has_everything(out)
+
+
+def search_finds(out, seen):
+    shown = seen(f"{(out / 'search.html').as_uri()}?q=symplectic_projection")
+    shown.page.wait_for_selector("#search-results ul.search li a")
+    assert "symplectic_projection" in shown.page.inner_text("#search-results")
+    assert shown.strangers == []
+
+
+def has_everything(out):
+    """Names of the registry and of the command line are on the pages that are written from them."""
+    methods = (out / "reference" / "methods.html").read_text(encoding="utf-8")
+    assert [name for name in schemes() if f">{name}<" not in methods] == []
+    catalogue = (out / "reference" / "problems.html").read_text(encoding="utf-8")
+    assert [name for name in problems("constrained") if f">{name}<" not in catalogue] == []
+    results = (out / "results" / "index.html").read_text(encoding="utf-8")
+    assert [name for name in reports() if f"reports/{name}/index.html" not in results] == []
+    commands = (out / "reference" / "command-line.html").read_text(encoding="utf-8")
+    assert [name for name in typer.main.get_command(app).commands if f"daebench {name}" not in commands] == []
+    api = "".join(path.read_text(encoding="utf-8") for path in (out / "reference" / "api").glob("*.html"))
+    assert [name for name in daebench.__all__ if f'id="daebench.{name}"' not in api] == []
+
+
+def test_every_chapter_of_the_reference_has_a_page():
+    from daebench_site.contents import TASKS
+
+    listed = re.findall(r"^   ([\w-]+)$", (DOCS / "reference" / "api" / "index.rst").read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(listed) >= {task.key for task in TASKS}
+    for task in TASKS:
+        assert f".. api:: {task.key}" in (DOCS / "reference" / "api" / f"{task.key}.rst").read_text(encoding="utf-8")
+
+
+def test_every_option_of_the_command_line_says_what_it_is_for():
+    from daebench_site.commands import commands
+
+    described = commands(typer.main.get_command(app))
+    assert len(described) > 25
+    assert [(command.name, option.names) for command in described for option in command.options if not option.help] == []
