@@ -16,6 +16,7 @@ from said import README
 
 import daebench as library
 from daebench.compiler import cache
+from daebench.methods.catalogue import problems
 
 ROOT = README.parent
 DOCS = said.DOCS
@@ -112,6 +113,11 @@ def test_se_with_half_the_step_ends_as_said(uncompiled_schemes):
     assert "did not converge" in run.failure
 
 
+def test_there_are_as_many_drawings_as_problems():
+    assert len(problems("constrained")) == 25
+    assert "![Twenty-five small drawings" in (DOCS / "results" / "index.md").read_text(encoding="utf-8")
+
+
 def test_what_is_to_be_cited_is_this_version():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
@@ -134,7 +140,7 @@ def test_the_readme_has_at_most_150_lines():
 
 
 def test_what_is_installed_as_a_page_says_is_what_the_gate_installs():
-    marked = re.findall(r"^<!-- .* -->\n```sh\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    marked = re.findall(r"^<!-- [^>]* -->\n```sh\n(.*?)^```", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     console = [line for text in said.blocks("{code-block} console") for line in text.splitlines()]
     assert len(marked) == 2
     assert console

@@ -11,7 +11,7 @@ import daebench
 from daebench import testing
 
 FILES = sorted(
-    path.relative_to(ROOT).with_suffix("") for path in (ROOT / "daebench").rglob("*.py") if "\n    >>> " in path.read_text(encoding="utf-8")
+    path.relative_to(ROOT).with_suffix("") for path in (ROOT / "daebench").rglob("*.py") if ">>> " in path.read_text(encoding="utf-8")
 )
 
 
@@ -19,7 +19,7 @@ FILES = sorted(
 def test_every_public_function_has_an_example(place):
     functions = {name: getattr(place, name) for name in place.__all__ if inspect.isfunction(getattr(place, name))}
     assert len(functions) > 8
-    assert [name for name, function in functions.items() if "\n>>> " not in inspect.getdoc(function)] == []
+    assert [name for name, function in functions.items() if ">>> " not in inspect.getdoc(function)] == []
 
 
 @pytest.mark.slow
