@@ -101,7 +101,7 @@ def work_precision(
 
 
 def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
-    """Make the runs from the start of the case, write table and picture, and print who is the cheapest."""
+    """Make the runs from the start of the case, write table and picture, and print which method is the cheapest."""
     from daebench.studies.work_precision.study import with_costs
 
     specifications = study.specifications()

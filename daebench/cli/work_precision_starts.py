@@ -1,4 +1,4 @@
-"""``daebench work-precision --ensemble``: what accuracy costs over many starts, and who is the cheapest in how many of them."""
+"""``daebench work-precision --ensemble``: what accuracy costs over many starts, and which method is the cheapest in how many of them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -66,7 +66,7 @@ def without_slow(study: "Study", left_out: dict[str, str]) -> "Study":
 
 
 def from_starts(asked: FromStarts, study: "Study", error: str, command: StudyCommand) -> None:
-    """Make the runs, write the picture and tables, and print who is the cheapest."""
+    """Make the runs, write the picture and tables, and print which method is the cheapest."""
     from daebench.draw.figures import save_table
     from daebench.studies.work_precision.band_figure import bands, draw_bands
     from daebench.studies.work_precision.figure import families
@@ -115,7 +115,7 @@ def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "li
 
 
 def _tell(ranks: "pd.DataFrame", summary: Mapping[str, Any], error: str) -> None:
-    """Print who is the cheapest, the table, and what starts, references and prices are."""
+    """Print which method is the cheapest, the table, and what starts, references and prices are."""
     from daebench.studies.work_precision.winners import sentences
 
     for sentence in sentences(ranks):

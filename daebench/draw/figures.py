@@ -268,6 +268,6 @@ def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
 
 
 def _named(data: "pd.DataFrame | Mapping[str, Any]") -> dict[str, str]:
-    """Return what columns of a table say of what it is of."""
+    """Return the descriptions of the columns of a table."""
     names = {"problem": "Problems", "case": "Cases", "method": "Methods", "t_end": "Ends of runs [s]"}
     return {words: ", ".join(dict.fromkeys(map(str, data[name]))) for name, words in names.items() if name in data}

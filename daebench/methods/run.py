@@ -93,7 +93,7 @@ def run(
     solver_steps : bool
         Whether it is kept what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
     progress : callable, optional
-        Told the fraction done.
+        Called with the fraction done.
 
     Returns
     -------

@@ -71,7 +71,7 @@ class Request:
     raw : bool
         Whether the stage multipliers of every step of a fixed-step scheme are wanted.
     progress : callable, optional
-        Told the fraction done.
+        Called with the fraction done.
     seconds_limit : float, optional
         Wall-clock limit, s.
     work_limit : WorkLimit, optional

@@ -26,7 +26,7 @@ def reference_trajectory(problem: str | Reference, case: str | None = None, *, f
     Parameters
     ----------
     problem : str or Reference
-        Name of a reference, for example "spherical_pendulum-fig1.2", or of a problem. A Reference is handed back.
+        Name of a reference, for example "spherical_pendulum-fig1.2", or of a problem. A Reference is returned as it is.
     case : str, optional
         Name of the case; of a problem, by default its first.
     folder : Path, optional

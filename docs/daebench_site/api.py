@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import re
 from collections.abc import Iterator
 from functools import cache
 from typing import Any
@@ -180,8 +181,14 @@ def _module_link(app: Any, node: Any, content: Any, target: str) -> Any:
     return None
 
 
+def name_defaults(app: Any, what: str, name: str, thing: Any, options: Any, signature: str, annotation: str) -> tuple[str, str] | None:
+    """Name functions that are defaults, without their addresses."""
+    return (re.sub(r"<function (\w+) at 0x\w+>", r"\1", signature), annotation) if signature else None
+
+
 def setup(app: Any) -> None:
     """Add the directive, and what resolves references."""
     app.add_directive("api", Api)
+    app.connect("autodoc-process-signature", name_defaults)
     app.connect("doctree-read", unlink_words)
     app.connect("missing-reference", find_by_identity)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from daebench.systems.poisson import PoissonSystem
 
 Told = Callable[[float, str], None]
-"""Told the fraction done, and what is being done."""
+"""Called with the fraction done and a label of the current task."""
 
 FPS, SECONDS = 25.0, 12.0
 """Frames a second, and how long an animation lasts, where neither is asked for."""
@@ -128,7 +128,7 @@ def animation(
     overwrite : bool
         Whether files may be replaced that no animation wrote.
     progress : callable, optional
-        Told the fraction done and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Raises
     ------

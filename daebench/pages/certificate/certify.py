@@ -65,7 +65,7 @@ def certify(
     seconds_limit : float
         Wall-clock limit on each problem, s.
     progress : callable
-        Told the fraction done, and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Returns
     -------

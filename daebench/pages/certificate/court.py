@@ -114,7 +114,7 @@ def court(
     seconds_limit : float
         Wall-clock limit on each problem of each certificate, s.
     progress : callable
-        Told the fraction done, and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     folder : Path
         Folder of the page; made where it is missing.
     progress : callable, optional
-        Told the fraction done and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Raises
     ------

@@ -38,7 +38,7 @@ def static_experiment(experiment: Experiment, tell: Callable[[float], None]) -> 
     experiment : Experiment
         What is shown.
     tell : callable
-        Told the fraction of the frames that are drawn.
+        Called with the fraction of the frames that are drawn.
     """
     controls = [control for control in experiment.controls if control.offered]
     choices = list(itertools.product(*(range(len(control.offered)) for control in controls)))

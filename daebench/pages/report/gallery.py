@@ -65,7 +65,7 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
     out : Path
         Folder for all reports; made where it is missing.
     progress : callable, optional
-        Told the fraction done and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Raises
     ------
@@ -121,9 +121,9 @@ def build_all(
     reports : sequence of Report
         The pages.
     progress : callable
-        Told the fraction of the time that is over, and what is being done.
+        Called with the fraction of the time that is over and a label of the current task.
     callback : callable
-        Told what became of each page, as soon as it is known.
+        Called with the outcome of each page, as soon as it is known.
     anew : bool
         Whether pages are made that are not stale, too.
 

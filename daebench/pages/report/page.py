@@ -20,7 +20,7 @@ from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 
 Progress = Callable[[float, str], None]
-"""Told the fraction of the report that is done, and what is being done."""
+"""Called with the fraction of the report that is done, and what is being done."""
 
 Numbers = TypeVar("Numbers")
 
@@ -98,7 +98,7 @@ def make_page(
     command : str
         What a reader calls to make it again.
     progress : callable
-        Told the fraction done, and what is being done.
+        Called with the fraction done and a label of the current task.
     measure : callable
         Returns the numbers; it is given what to tell of its own progress.
     check : callable

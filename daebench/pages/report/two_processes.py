@@ -24,7 +24,7 @@ def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Jo
     jobs : sequence of Job
         What is to be done; put the dearest first, so that both processes end at about the same time.
     tell : callable
-        Told the fraction done, and who has just done what.
+        Called with the fraction done, and who has just done what.
     who : str
         What does it.
     """

@@ -1,4 +1,4 @@
-"""Methods that advice chooses from, in the order in which they are tried: who is likely to be cheap comes first."""
+"""Methods that advice chooses from, in the order in which they are tried: the likely cheapest comes first."""
 
 from collections.abc import Sequence
 

@@ -38,8 +38,8 @@ def advise(
 ) -> Advice:
     """Return the cheapest method for an accuracy, with its step size or tolerance, its price, what it keeps, and what breaks first.
 
-    Each method is run with finer and finer step sizes or tolerances until it reaches the accuracy; one that becomes much dearer than the
-    cheapest so far is not followed further. The choice is then run from other starts, over ten times the horizon, with twice the step,
+    Each method is run with finer and finer step sizes or tolerances until it reaches the accuracy. A method that becomes much more
+    expensive than the cheapest so far is not refined further. The choice is then run from other starts, over ten times the horizon, with twice the step,
     and with parameters moved by 20 %. Runs are kept, so that a second question about the same problem takes little time::
 
         >>> import daebench
@@ -75,7 +75,7 @@ def advise(
     store : path, optional
         File in which runs are kept; by default one beside the compiled kernels.
     progress : callable, optional
-        Told the fraction of the work done, and what is being done.
+        Called with the fraction of the work done and a label of the current task.
 
     Returns
     -------

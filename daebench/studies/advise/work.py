@@ -19,7 +19,7 @@ from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store
 
 Progress = Callable[[float, str], None]
-"""Told the fraction of the work done, and what is being done."""
+"""Called with the fraction of the work done and a label of the current task."""
 
 PATIENCE = 75.0
 """Time after which no further method is tried, s; those that are kept in the store take none."""

@@ -239,7 +239,7 @@ def baumgarte(
     rates : sequence of float
         alpha and beta of IDA's maps, 1/s.
     progress : callable, optional
-        Told the fraction of the work done.
+        Called with the fraction of the work done.
 
     Returns
     -------

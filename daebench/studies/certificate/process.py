@@ -36,7 +36,7 @@ PAUSE = 0.05
 """Seconds between two looks at processes."""
 
 Progress = Callable[[float, str], None]
-"""Told the fraction done, and what is being done."""
+"""Called with the fraction done and a label of the current task."""
 
 PROGRAM = "import sys; sys.path.append(sys.argv[1]); from daebench.studies.certificate.process import main; main()"
 """What the process runs: it looks for modules neither where the code is nor where it is asked from, and for daebench where it is here."""
@@ -60,7 +60,7 @@ def measured(
     seconds : float
         Wall-clock limit for each, s.
     progress : callable
-        Told the fraction done, and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Returns
     -------

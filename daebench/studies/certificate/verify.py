@@ -34,7 +34,7 @@ def measured(
     seconds : float
         Wall-clock limit for each, s.
     progress : callable
-        Told the fraction done, and what is being done.
+        Called with the fraction done and a label of the current task.
     """
     with tempfile.TemporaryDirectory(prefix="daebench-", ignore_cleanup_errors=True) as scratch:
         code.put(Path(scratch))
@@ -98,7 +98,7 @@ def verify_certificate(
     seconds_limit : float
         Wall-clock limit on each problem, s.
     progress : callable
-        Told the fraction done, and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Returns
     -------

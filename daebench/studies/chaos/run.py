@@ -98,7 +98,7 @@ def chaos(
     threads : int, optional
         Number of cores; all that there are if left out.
     progress : callable, optional
-        Told the fraction done.
+        Called with the fraction done.
 
     Returns
     -------

@@ -100,7 +100,7 @@ def ensemble(
     threads : int, optional
         Number of cores; all that there are if left out.
     progress : callable, optional
-        Told the fraction done.
+        Called with the fraction done.
     store : Store, optional
         Where pieces of up to 256 members are kept, see :func:`daebench.studies.grid.store.opened`: those that are there are not made again,
         and an ensemble that was interrupted goes on to the same bits.

@@ -36,7 +36,7 @@ LONG, LONGEST = 256, 2.0**10
 """The default end time is at most so many steps of DOP853 at 1e-13, and at most so long, s: what is at rest has no time of its own."""
 
 Began = Callable[[float, str], None]
-"""Told the fraction done and what is being done."""
+"""Called with the fraction done and a label of the current task."""
 
 
 def order(
@@ -117,7 +117,7 @@ def study(
     counts : sequence of int, optional
         Steps between common times, coarsest first, in place of ``h`` and ``halvings``: those of a study that is made again.
     began : callable, optional
-        Told the fraction done and what is being done.
+        Called with the fraction done and a label of the current task.
 
     Raises
     ------

@@ -113,7 +113,7 @@ def step_for(
     threads : int, optional
         Number of cores; all that there are if left out.
     progress : callable, optional
-        Told the fraction of the tests done.
+        Called with the fraction of the tests done.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The picture of a work-precision study over many starts: bands of errors against time, and in words who is the cheapest."""
+"""The picture of a work-precision study over many starts: bands of errors against time, and in words which method is the cheapest."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

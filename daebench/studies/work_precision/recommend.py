@@ -90,8 +90,8 @@ def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[f
 
     The table is that of :func:`with_conserved`; columns are level, conserve, method, knob, value, cost, error, price, next, ratio; one row
     each of level and conserve. Cost and error are those of the run with this value; price is the cost of the accuracy itself, between
-    runs, and ratio by how much the next method is dearer there, see :func:`daebench.studies.work_precision.study.cheapest`. Where no run
-    does both, method is "" and numbers are NaN.
+    runs, and ratio the factor by which the next method is more expensive there, see
+    :func:`daebench.studies.work_precision.study.cheapest`. Where no run does both, method is "" and numbers are NaN.
     """
     import pandas as pd
 

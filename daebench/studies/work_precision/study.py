@@ -161,7 +161,7 @@ def costs_at(table: "pd.DataFrame", error: str, cost: str, level: float) -> dict
 
 
 def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
-    """Return which method is cheapest for each accuracy, what it costs, and by how much the next one is dearer.
+    """Return which method is cheapest for each accuracy, what it costs, and by what factor the next one is more expensive.
 
     Between two runs of a method, one above an accuracy and one below it, log cost is taken as linear in log error. Errors below their
     bound are unknown, and count as their bound. Columns are level, method, value, cost, next, ratio; a level that no method reaches has no

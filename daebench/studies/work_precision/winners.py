@@ -116,7 +116,7 @@ def winners(curves: Sequence[Curves], levels: Sequence[float] = LEVELS) -> "pd.D
 
 
 def sentences(table: "pd.DataFrame") -> list[str]:
-    """Return who is the cheapest for each accuracy, in how many starts, and by how much, as sentences.
+    """Return which method is the cheapest for each accuracy, in how many starts, and by how much, as sentences.
 
     Where this compares fewer starts than others do, the first of these is said too. A factor that the times scatter by decides nothing,
     which is said.
