@@ -288,6 +288,13 @@ def list_problems() -> "pd.DataFrame":
     -------
     DataFrame
         Columns problem, kind ("constrained" or "poisson"), summary, parameters (a mapping of names to defaults), cases (a list).
+
+    Examples
+    --------
+    >>> import daebench
+    >>> problems = daebench.list_problems().set_index("problem")
+    >>> problems.loc["spherical_pendulum", "cases"]
+    ['fig1.1', 'fig1.2', 'fig1.2b']
     """
     import pandas as pd
 
@@ -319,6 +326,14 @@ def list_methods() -> "pd.DataFrame":
     DataFrame
         Columns kind, method, knob, system, options, and the fields of :class:`daebench.schemes.kernels.claims.Claims` and
         :class:`daebench.schemes.kernels.claims.PoissonClaims`, missing where a method makes no such claim.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> methods = daebench.list_methods()
+    >>> rattle = methods[(methods["method"] == "rattle") & (methods["kind"] == "constrained")].iloc[0]
+    >>> int(rattle["order"]), bool(rattle["symplectic"]), rattle["source"]
+    (2, True, 'HLW (1.25), (1.26)')
     """
     from dataclasses import asdict
 

@@ -265,5 +265,12 @@ class ConstrainedHamiltonian:
 
 
 def coordinates(d: int) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Symbol, ...]]:
-    """Return symbols (q1, ..., qd) and (p1, ..., pd)."""
+    """Return symbols (q1, ..., qd) and (p1, ..., pd).
+
+    Examples
+    --------
+    >>> import daebench
+    >>> daebench.coordinates(2)
+    ((q1, q2), (p1, p2))
+    """
     return sp.symbols(f"q1:{d + 1}", real=True), sp.symbols(f"p1:{d + 1}", real=True)

@@ -39,8 +39,9 @@ def advise(
     """Return the cheapest method for an accuracy, with its step size or tolerance, its price, what it keeps, and what breaks first.
 
     Each method is run with finer and finer step sizes or tolerances until it reaches the accuracy. A method that becomes much more
-    expensive than the cheapest so far is not refined further. The choice is then run from other starts, over ten times the horizon, with twice the step,
-    and with parameters moved by 20 %. Runs are kept, so that a second question about the same problem takes little time::
+    expensive than the cheapest so far is not refined further. The choice is then run from other starts, over ten times the horizon, with
+    twice the step, and with parameters moved by 20 %. Runs are stored, so that a second question about the same problem takes little
+    time::
 
         >>> import daebench
         >>> advice = daebench.advise("planar_pendulum", accuracy=1e-3, t_end=2.0, methods=["rattle", "lobatto3"], starts=4)
