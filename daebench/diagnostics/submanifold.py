@@ -47,6 +47,18 @@ def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
         If the problem declares no chart, or none that is invertible.
     InvalidProblem
         If what follows from the chart is no Poisson system, or a declared integral is none.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> from daebench.methods.catalogue import find_problem
+    >>> system = daebench.as_poisson(find_problem("planar_pendulum").define())
+    >>> system.y
+    (omega, theta)
+    >>> system.B
+    Matrix([
+    [                 0, -1/(length**2*mass)],
+    [1/(length**2*mass),                   0]])
     """
     from daebench.compiler.constrained.derivation import Derivation
     from daebench.compiler.constrained.local import LocalDerivation
@@ -166,6 +178,14 @@ def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Ar
     BadInput
         If p or q is not what it must be, or the two-form degenerates on the tangent space there, as where G loses rank and the system
         does not rest.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> ivp = daebench.initial_value_problem("planar_pendulum", case="horizontal")
+    >>> P = daebench.symplectic_projection(ivp, ivp.p0, ivp.q0)
+    >>> bool(abs(P @ P - P).max() < 1e-15), round(float(P.trace()), 12)
+    (True, 2.0)
     """
     p, q = (initial_values(name, values, ivp.facts) for name, values in (("p", p), ("q", q)))
     X = tangent_basis(ivp, p, q)

@@ -41,6 +41,11 @@ def assert_symplectic(
         If the defect is larger than rounding explains.
     BadInput
         If a name or number is not what it must be, or ``step`` returns no such state.
+
+    Examples
+    --------
+    >>> from daebench.testing import assert_symplectic
+    >>> assert_symplectic("rattle", "planar_pendulum")
     """
     __tracebackhide__ = True
     _assert((step, problem, case, parameters), lambda properties, ivp, method: properties.defect("symplectic", ivp, method, h, steps))
@@ -58,6 +63,11 @@ def assert_reversible(
     """Assert that steps are undone by turning momenta round and stepping again; on a Poisson system, by steps of -h.
 
     Parameters and errors are those of :func:`assert_symplectic`.
+
+    Examples
+    --------
+    >>> from daebench.testing import assert_reversible
+    >>> assert_reversible("rattle", "planar_pendulum")
     """
     __tracebackhide__ = True
     _assert((step, problem, case, parameters), lambda properties, ivp, method: properties.defect("symmetric", ivp, method, h, steps))
@@ -92,6 +102,11 @@ def assert_keeps(
         If one is off by more; with all that are.
     BadInput
         As :func:`assert_symplectic`, or if a name is none of the problem's.
+
+    Examples
+    --------
+    >>> from daebench.testing import assert_keeps
+    >>> assert_keeps("rattle", "planar_pendulum", "g", "Gv")
     """
     __tracebackhide__ = True
     _assert((step, problem, case, parameters), lambda properties, ivp, method: properties.conserved(names, ivp, method, h, steps, within))
@@ -121,6 +136,11 @@ def assert_no_drift(
         If the energy drifts, with the law of the drift; or if it cannot be told, with the reason.
     BadInput
         As :func:`assert_symplectic`.
+
+    Examples
+    --------
+    >>> from daebench.testing import assert_no_drift
+    >>> assert_no_drift("rattle", "planar_pendulum")
     """
     __tracebackhide__ = True
     _assert((step, problem, case, parameters), lambda properties, ivp, method: properties.drift(ivp, method, h, t_end))

@@ -38,6 +38,13 @@ def reference_trajectory(problem: str | Reference, case: str | None = None, *, f
         If there is none of this name; the message has the nearest names, or says how to build it.
     Damaged
         If its files are not what was written.
+
+    Examples
+    --------
+    >>> from daebench.testing import reference_trajectory
+    >>> reference = reference_trajectory("planar_pendulum-horizontal")
+    >>> reference.t[:3].tolist(), reference.q.shape
+    ([0.0, 0.125, 0.25], (801, 2))
     """
     __tracebackhide__ = True
     if isinstance(problem, Reference):
@@ -90,6 +97,20 @@ def assert_converges(
         If the order is lower, or the errors show none; with a table of step sizes, errors and slopes, and what to change.
     BadInput
         If a name or number is not what it must be, t_end is beyond a horizon, or ``step`` returns no such state.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from daebench.testing import assert_converges
+    >>> def step(p, q, h):
+    ...     "RATTLE for the planar pendulum with unit mass and length."
+    ...     down = np.array([0.0, 1.0])
+    ...     free = q + h * (p - h / 2 * down)
+    ...     inner = q @ free
+    ...     q1 = free - (inner - np.sqrt(inner**2 - free @ free + 1)) * q
+    ...     p1 = (q1 - q) / h - h / 2 * down
+    ...     return p1 - (p1 @ q1) * q1, q1
+    >>> assert_converges(step, "planar_pendulum-horizontal", 2)
     """
     __tracebackhide__ = True
     reference = reference_trajectory(problem, case)
@@ -121,6 +142,16 @@ def assert_solver_converges(
     ------
     AssertionError, BadInput
         As :func:`assert_converges`.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> from daebench.testing import assert_solver_converges
+    >>> def solve(p, q, h, t):
+    ...     run = daebench.run("planar_pendulum", p0=p, q0=q, method="rattle", h=h, t_end=t[-1])
+    ...     rows = np.rint(np.asarray(t) / h).astype(int)
+    ...     return run.p[rows], run.q[rows]
+    >>> assert_solver_converges(solve, "planar_pendulum-horizontal", 2)
     """
     __tracebackhide__ = True
     try:
@@ -184,6 +215,13 @@ def assert_agrees(
         If there are fewer; with the first time and the component, and the worst.
     BadInput
         If a name is unknown, a time is not stored, states are those of the other kind of problem, or the shapes do not fit.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> from daebench.testing import assert_agrees
+    >>> run = daebench.run("planar_pendulum", case="horizontal", method="rattle", h=1 / 1024, t_end=1, every=128)
+    >>> assert_agrees("planar_pendulum-horizontal", t=run.t, q=run.q, p=run.p, digits=4)
     """
     __tracebackhide__ = True
     try:
