@@ -172,6 +172,11 @@ def assert_order(
         If it is lower, or the errors show none.
     BadInput
         As :func:`assert_symplectic`.
+
+    Examples
+    --------
+    >>> from daebench.testing import assert_order
+    >>> assert_order("rattle", "planar_pendulum", 2)
     """
     __tracebackhide__ = True
     _assert(

@@ -134,6 +134,17 @@ def animation(
     ------
     BadInput
         If the request cannot be met; nothing was run then.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import daebench
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     animation = daebench.animation(
+    ...         "planar_pendulum", case="horizontal", methods=["rattle"], h=0.01, t_end=2, seconds=2, out=f"{folder}/swing.svg"
+    ...     )
+    ...     sorted(path.name for path in animation.paths)
+    ['swing.frames.csv', 'swing.svg']
     """
     path = Path(out)
     form, length = _form(path, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)

@@ -86,6 +86,15 @@ def check(
         If a name or number cannot be used, or the method takes no steps of fixed size.
     RunFailed
         If the run stops early at this step size.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> findings = daebench.check("planar_pendulum", method="rattle")
+    >>> findings["property"].tolist()
+    ['order', 'symmetric', 'symplectic', 'Poisson in the chart', 'keeps g', 'keeps G H_p', 'keeps H']
+    >>> sorted(set(findings["verdict"]))
+    ['not claimed', 'ok']
     """
     import pandas as pd
 

@@ -128,6 +128,21 @@ def diagnose(
         If a name or number cannot be used, or the problem has no constraints.
     RunFailed
         If the code takes none of the steps that it is asked for.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> import numpy as np
+    >>> def step(p, q, h):
+    ...     "RATTLE for the planar pendulum, without the projection of the momentum at its end."
+    ...     down = np.array([0.0, 1.0])
+    ...     free = q + h * (p - h / 2 * down)
+    ...     inner = q @ free
+    ...     q1 = free - (inner - np.sqrt(inner**2 - free @ free + 1)) * q
+    ...     return (q1 - q) / h - h / 2 * down, q1
+    >>> diagnosis = daebench.diagnose(step, problem="planar_pendulum", measure=False)
+    >>> diagnosis.verdict, diagnosis.faults, diagnosis.resembles
+    ('fault', ('velocity_not_projected',), '')
     """
     ivp = initial_value_problem(problem, case, parameters)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays:

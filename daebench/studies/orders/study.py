@@ -85,6 +85,13 @@ def order(
         If a name, time or step size cannot be used.
     RunFailed
         If there is no reference to hold the runs against.
+
+    Examples
+    --------
+    >>> import daebench
+    >>> table = daebench.order("planar_pendulum", methods=["rattle"])
+    >>> table[["component", "claimed", "order"]].round(1).head(3).values.tolist()
+    [['q', 2, 2.0], ['p', 2, 2.0], ['lam', 2, 2.0]]
     """
     ivp = initial_value_problem(problem, case, parameters)
     return study(ivp, methods_of(ivp, methods, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
