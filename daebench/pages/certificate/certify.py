@@ -77,6 +77,15 @@ def certify(
         If the code, a problem or a number cannot be used, or the folder has something else in it.
     RunFailed
         If the code runs on none of the problems.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import daebench
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     certificate = daebench.certify("rattle", problems=["planar_pendulum:horizontal"], out=folder)
+    >>> certificate.falls_short
+    []
     """
     out = Path(out)
     _require_free(out)

@@ -110,6 +110,16 @@ def verify_certificate(
         If there is none.
     daebench.studies.certificate.read.Unverified
         If it is damaged or of another version, or its code or a problem file is missing or another one; nothing is run then.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import daebench
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     certificate = daebench.certify("rattle", problems=["planar_pendulum:horizontal"], out=folder)
+    ...     verification = daebench.verify_certificate(folder)
+    >>> verification.agrees
+    True
     """
     certificate = read(Path(path))
     code = code_in(certificate)
