@@ -10,6 +10,7 @@ import said
 
 ELSEWHERE = {
     "daebench report all": "tests of the gallery and of each report",
+    "daebench report index-reduction": "the main job of the gate",
     "daebench lesson": "tests of lessons in a browser",
     "python -m sphinx": "tests of the site",
 }
