@@ -46,6 +46,7 @@ add_module_names = False
 toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
+pygments_style, pygments_dark_style = "tango", "github-dark"
 html_title = f"daebench {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
