@@ -71,11 +71,11 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
 
 /* orders */
 {
-  const element = $("#order"), plot = new Plot($("[data-orders]", element), { x: { lo: 5e-4, hi: 0.2, log: true, label: "step h [s]" }, y: { lo: 1e-15, hi: 1e1, log: true, label: "error after 1 s" }, rows: true });
+  const element = $("#order"), plot = new Plot($("[data-orders]", element), { x: { lo: 5e-4, hi: 0.3, log: true, label: "step h [s]" }, y: { lo: 1e-18, hi: 1e1, log: true, label: "error after 1 s" }, rows: true });
   const fine = new Run(methods[DATA.finest]).begin([...DATA.p0, ...DATA.q0], 1 / 400);
   fine.advance(400);
   const exact = fine.state(), points = Object.fromEntries(DATA.schemes.map((name) => [name, []]));
-  const todo = Array.from({ length: 8 }, (_, k) => 8 * 2 ** k).flatMap((n) => DATA.schemes.map((name) => [name, n]));
+  const todo = [4, 6, 8, 11, 16, 32, 64, 128, 256, 512, 1024].flatMap((n) => DATA.schemes.map((name) => [name, n]));
   const of = control(element, "of", () => show());
   function tick() {
     if (!todo.length) return screen.play(false);
@@ -83,9 +83,9 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
     if (run.advance(n) === n) points[name].push({ h: 1 / n, error: [0, 3].map((from) => Math.hypot(...[0, 1, 2].map((i) => run.value(from + i) - exact[from + i]))) });
     show();
   }
-  /** Slopes by least squares over the points between the coarse ones and rounding. */
+  /** Slopes by least squares over the four finest points above rounding. */
   function slope(name) {
-    const used = points[name].map((point) => [Math.log(point.h), Math.log(point.error[of() / 3])]).filter(([x, y]) => x < Math.log(0.05) && y > Math.log(2e-12));
+    const used = points[name].map((point) => [Math.log(point.h), Math.log(point.error[of() / 3])]).filter(([, y]) => y > Math.log(5e-13)).slice(-4);
     if (used.length < 2) return NaN;
     const [a, b] = [0, 1].map((i) => used.reduce((sum, point) => sum + point[i], 0) / used.length);
     return used.reduce((sum, [x, y]) => sum + (x - a) * (y - b), 0) / used.reduce((sum, [x]) => sum + (x - a) ** 2, 0);

@@ -78,7 +78,8 @@ def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
 def test_dragging_the_bob_begins_another_run(pages, seen):
     page = seen(pages("why-symplectic").as_uri()).page
     box = page.locator("[data-globe=rattle]").bounding_box()
-    before = page.evaluate("hero.time > 0 && start.q.join()")
+    page.evaluate("Frames.screens[0].play(false)")  # or the bob would be elsewhere by the time that the mouse is there
+    before = page.evaluate("start.q.join()")
     bob = "(() => { const g = hero.runs.rattle.globe, [a, b] = g.view.seen(...g.unit()), r = g.radius(); "
     at = page.evaluate(bob + "return [g.width / 2 + r * a, g.height / 2 - r * b] })()")
     page.mouse.move(box["x"] + at[0], box["y"] + at[1])
@@ -97,3 +98,27 @@ def test_a_frame_has_room_for_ten_thousand_steps_of_rattle(pages, seen):
         "(() => { const run = hero.runs.rattle.run; hero.again(); run.advance(10000); return [run.steps, run.status] })()"
     )
     assert steps == [10_000, 0]
+
+
+def test_what_the_lesson_on_lobatto_says_holds_in_the_page(pages, seen):
+    shown = seen(pages("shake-to-lobatto").as_uri())
+    facts, slopes = shown.page.evaluate("[facts, orders.finish()]")
+    assert facts["positions"] < 1e-12 < 1e-5 < facts["across"]
+    assert facts["momenta"] < 1e-12
+    for name, order in {"se": 1, "shake": 2, "rattle": 2, "lobatto3": 4, "lobatto4": 6}.items():
+        assert slopes[name] == pytest.approx(order, abs=0.3)
+    shown.clean()
+
+
+def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
+    shown = seen(pages("poisson-maps").as_uri())
+    facts = shown.page.evaluate("facts")
+    assert max(facts["strang"], facts["symplectic_euler_adjoint"]) < 1e-12
+    assert 1e-4 < facts["rk4"] < facts["midpoint"] < 1
+    lengths = shown.page.evaluate(
+        "(() => { for (let k = 0; k < 50; k++) for (const b of Object.values(body)) b.run.advance(20); "
+        "return Object.fromEntries(Object.entries(body).map(([n, b]) => [n, Math.hypot(...b.run.state())])) })()"
+    )
+    assert abs(lengths["strang@123"] - 1) < 1e-12 > abs(lengths["midpoint"] - 1)
+    assert abs(lengths["rk4"] - 1) > 1e-4
+    shown.clean()
