@@ -1,5 +1,6 @@
 """``daebench advise``: which method to take for an accuracy, and what it will cost."""
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +14,7 @@ from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     from daebench.studies.advise.advice import Advice, Choice
+    from daebench.studies.advise.work import Progress
 
 TABLE = "advise.csv"
 """Table that is written, a row a run."""
@@ -50,7 +52,7 @@ def advise(
     folder = Folder(out, "daebench advise", (TABLE,))
     folder.check(overwrite=overwrite)
     with bar(f"advice on {problem}") as progress:
-        advice = made(problem, **asked, parameters=pairs("param", param or []), progress=progress)
+        advice = made(problem, **asked, parameters=pairs("param", param or []), progress=_planned(progress))
     written = _write(folder, advice)
     if as_json:
         print_json(advice.summary() | {"written": written})
@@ -58,6 +60,19 @@ def advise(
         _print(advice)
         print_written(written)
     raise typer.Exit(1 if advice.choice is None else 0)
+
+
+def _planned(progress: "Progress") -> "Progress":
+    """Return what tells the progress, and prints the plan, which comes first, beside the answer."""
+    told: list[str] = []
+
+    def tell(fraction: float, what: str) -> None:
+        if not told:
+            print(f"daebench: plan: {what}", file=sys.stderr)
+        told.append(what)
+        progress(fraction, what if len(told) > 1 else "")
+
+    return tell
 
 
 def _seconds(text: str | None) -> float | None:
@@ -100,6 +115,8 @@ def _print(advice: "Advice") -> None:
     )
     print(advice.command)
     print(advice.python)
+    for name, became in advice.outside.items():
+        print(f"{name}: {became}")
     if advice.left_out:
         print(f"not tried, or passed over: {', '.join(advice.left_out)}; --json says why")
 

@@ -1,7 +1,9 @@
 """Advice: the search finds the cheapest value of methods with known errors, and what it says holds where it is measured apart."""
 
 import itertools
+import json
 import math
+import shlex
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from daebench.errors import BadInput
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import error_of, search
+from daebench.studies.grid.measure import row_of
 
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
 
@@ -88,11 +91,26 @@ def test_numbers_of_resolutions_go_from_coarse_to_fine():
     numbers = [steps.first(1e-6)]
     while numbers[-1] < 100:
         numbers.append(steps.finer(numbers[-1], 1.1e-6, 1e-6))
-    assert numbers[:6] == [8, 12, 16, 24, 32, 40]
+    assert numbers[:6] == [4, 6, 8, 12, 16, 20]
+    assert all(math.gcd(number, 48) >= (8 if number > 64 else 4) or number == 6 for number in numbers)
     assert all(steps.number(steps.value(number)) == number for number in numbers)
     assert steps.between(8, 12) is None
-    assert steps.between(16, 48) == 32
+    assert steps.between(16, 48) == 28
     assert [Tolerances().value(k) for k in (4, 5, 24)] == [0.1, 0.056, 1e-6]
+
+
+def test_the_time_that_a_run_takes_before_its_first_step_is_no_price_of_steps():
+    steps = StepSizes(10.0, 48, 2**22, 4)
+    assert steps.cost(32, 1.3e-5, 1024) == pytest.approx(1.3e-5)
+    assert steps.cost(32, 1e-2, 1024) == pytest.approx(32 * 1e-2, rel=0.01)
+
+
+def test_a_start_moves_onto_the_manifold_that_other_parameters_make():
+    question = Question(**{**QUESTION, "t_end": 1.0})
+    row = row_of(question.from_starts("rattle", 1 / 64, starts=2, parameters={"length": 1.2}))
+    assert row["failure"] == ["", ""]
+    assert max(row["error_q"]) < 1e-2
+    assert row["bound_q"][0] < 1e-9
 
 
 @pytest.fixture(scope="module")
@@ -116,6 +134,22 @@ def test_what_is_advised_reaches_the_accuracy_from_the_closed_form_and_is_the_ch
         fewer = int(some.row["steps"] / 1.5)  # no step half as large again would have done
         coarse = daebench.run("planar_pendulum", case="rotating", method=name, h=2.0 / fewer, steps=fewer)
         assert fewer < 8 or np.max(np.abs(coarse.q[-1] - fine.q[-1])) > 1e-5
+
+
+def test_the_command_and_the_python_line_make_the_run(asked, daebench):
+    import daebench as package
+
+    told = []
+    settings = {**asked, "methods": ["rattle"], "parameters": {"gravity": 1.234567890123}}
+    advice = package.advise("planar_pendulum", accuracy=1e-2, progress=lambda fraction, what: told.append((fraction, what)), **settings)
+    status, out, _ = daebench(*shlex.split(advice.command)[1:], "--json")
+    assert status == 0
+    run = eval(advice.python, {"daebench": package})  # it is for a script
+    assert run.q[-1].tolist() == json.loads(out)["q"]
+    assert run.method == advice.choice.method
+    assert run.work["H_q"] > 0
+    assert told[0][0] == 0
+    assert told[0][1].startswith("1 methods, 1 of them new")
 
 
 def test_what_has_to_be_kept_is_claimed_and_measured(asked):
@@ -155,6 +189,8 @@ def test_an_integrator_of_ones_own_is_among_the_candidates(asked, tmp_path):
     advice = daebench.advise("planar_pendulum", accuracy=1e-3, also=[f"{mine}:step"], **{**asked, "methods": ["rattle"]})
     assert advice.choice.method == "rattle"
     assert any(some.method.endswith("mine.py:step") and some.row is None for some in advice.found)
+    assert [name.endswith("mine.py:step") for name in advice.outside] == [True]
+    assert all(advice.outside.values())
 
 
 def test_errors_count_as_infinite_where_a_run_failed_and_never_below_the_bound():

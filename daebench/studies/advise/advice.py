@@ -1,9 +1,11 @@
 """An answer: the method to take with its step size or tolerance, what it costs, what else there is, what is kept, and what breaks."""
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from daebench.methods.outside.read import is_outside
 from daebench.runs.shown import Shown
 from daebench.studies.advise.breaking import Change, OverStarts
 from daebench.studies.advise.keeps import Kept
@@ -15,6 +17,11 @@ if TYPE_CHECKING:
 
 RUNNERS_UP = 2
 """Other methods that are named."""
+
+
+def _number(x: float) -> str:
+    """Return all digits of a number."""
+    return repr(float(x)).removesuffix(".0")
 
 
 @dataclass(frozen=True)
@@ -99,18 +106,29 @@ class Advice(Shown):
         return pd.DataFrame([row for found in self.found for row in found.rows])
 
     @property
+    def outside(self) -> dict[str, str]:
+        """What became of integrators from outside that are not chosen, as sentences, by name."""
+        named = {choice.method for choice in (self.choice, *self.runners_up) if choice}
+        return {some.method: self._became(some) for some in self.found if is_outside(some.method) and some.method not in named}
+
+    def _became(self, some: Found) -> str:
+        if some.row is None:
+            return some.why
+        value, seconds = float(some.row["value"]), float(some.row["seconds"])
+        longer = f", {seconds / self.choice.seconds:.2g} times as long" if self.choice else ""
+        return f"with {some.knob} = {value:.4g} it reaches {error_of(some.row, self.question.part):.1e} in {1e3 * seconds:.3g} ms{longer}"
+
+    @property
     def command(self) -> str:
         """The command that makes the run of the choice; "" without one."""
         if self.choice is None:
             return ""
-        asked = self.question
-        parameters = "".join(f" --param {name}={value:g}" for name, value in asked.parameters.items())
-        steered = f"--{self.choice.knob} {self.choice.value!r}"
-        anyway = " --anyway" if asked.poisson and not self._poisson_integrator else ""
-        return (
-            f"daebench run {asked.problem} --case {asked.case}{parameters} --method {self.choice.method} {steered} "
-            f"--t-end {asked.t_end:g}{anyway}"
-        )
+        asked, choice = self.question, self.choice
+        words = ["daebench", "run", asked.problem, "--case", asked.case]
+        words += [word for name, value in asked.parameters.items() for word in ("--param", f"{name}={_number(value)}")]
+        words += ["--method", choice.method, f"--{choice.knob}", _number(choice.value), "--t-end", _number(asked.t_end)]
+        words += ["--anyway"] if asked.poisson and not self._poisson_integrator else []
+        return shlex.join(words)
 
     @property
     def python(self) -> str:
@@ -118,12 +136,12 @@ class Advice(Shown):
         if self.choice is None:
             return ""
         asked = self.question
-        parameters = f", parameters={dict(asked.parameters)!r}" if asked.parameters else ""
+        parameters = f", parameters={dict(asked.parameters)}" if asked.parameters else ""
         anyway = ", anyway=True" if asked.poisson and not self._poisson_integrator else ""
         steered = f"{self.choice.knob}={self.choice.value!r}"
         return (
-            f'daebench.run("{asked.problem}", case="{asked.case}"{parameters}, method="{self.choice.method}", {steered}, '
-            f"t_end={asked.t_end:g}{anyway})"
+            f"daebench.run({asked.problem!r}, case={asked.case!r}{parameters}, method={self.choice.method!r}, {steered}, "
+            f"t_end={_number(asked.t_end)}{anyway})"
         )
 
     @property
@@ -152,4 +170,4 @@ class Advice(Shown):
             "breaks": [{"change": change.what, "factor": change.factor(accuracy), "why": change.found.failure} for change in self.changes]
         }
         answer |= {"reference": self.reference, "bound": self.bound, "command": self.command, "python": self.python}
-        return about | answer | {"left_out": dict(self.left_out)}
+        return about | answer | {"left_out": dict(self.left_out), "outside": self.outside}

@@ -1,12 +1,13 @@
 """What advice is asked for, and the runs that an answer is made of."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from daebench.errors import BadInput, positive, unknown, whole
+from daebench.errors import BadInput, InconsistentStart, positive, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
@@ -20,6 +21,9 @@ OUTPUTS = 48
 
 MOST_OUTPUTS = 96
 """Stored times of a certified reference that are used, at most."""
+
+TIMED = 3
+"""Runs of the search that are timed, of which the best counts; one that is long is timed once."""
 
 CALLS = 400_000
 """Calls of the right side or residual after which a tolerance-driven run is given up."""
@@ -123,7 +127,7 @@ class Question:
         """Return a method."""
         return methods_of(self.ivp, [method], anyway=self.poisson)[0]
 
-    def run(self, method: str, value: float, *, repeat: int = 1, times: float = 1.0, metrics: Sequence[str] = ()) -> GridRun:
+    def run(self, method: str, value: float, *, repeat: int = TIMED, times: float = 1.0, metrics: Sequence[str] = ()) -> GridRun:
         """Return one run: of a method, with a step size or tolerance, to a multiple of the horizon; timed ``repeat`` times."""
         by_steps = self.solver(method).knob == "h"
         outputs = math.gcd(round(self.t_end / value), self.outputs) if by_steps else self.outputs
@@ -137,15 +141,28 @@ class Question:
     def from_starts(
         self, method: str, value: float, *, starts: int, times: float = 1.0, parameters: Mapping[str, float] | None = None
     ) -> StartRuns:
-        """Return the runs from starts beside that of the case, to a multiple of the horizon, with other values of some parameters."""
+        """Return the runs from starts beside that of the case, to a multiple of the horizon, with other values of some parameters.
+
+        A start that is off the manifold with these parameters is moved onto it.
+        """
         fields = self._fields(method, value, times)
-        fields["parameters"] = tuple({**dict(self.parameters), **(parameters or {})}.items())
+        if parameters and self._starts_on_manifold(parameters):
+            fields["parameters"] = tuple({**dict(self.parameters), **parameters}.items())
+        elif parameters:
+            fields["settings"] = json.dumps({"parameters": {name: [at] * starts for name, at in parameters.items()}})
         fields |= {"metrics": (self.part,), "repeat": 1, "members": starts, "seed": self.seed}
         if self.solver(method).knob != "h":
             return StartRuns(**fields, outputs=self.outputs, finest=self.apart / FINEST)
         steps = _whole(times * self.t_end / value)
         h = times * self.t_end / steps
         return StartRuns(**{**fields, "value": h}, outputs=_outputs(steps), finest=h)
+
+    def _starts_on_manifold(self, parameters: Mapping[str, float]) -> bool:
+        try:
+            initial_value_problem(self.problem, self.case, {**dict(self.parameters), **parameters})
+        except InconsistentStart:
+            return False
+        return True
 
     @property
     def metrics(self) -> tuple[str, ...]:

@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-LEAST = 8
-"""Times at which errors are taken at least; of the choice there are more."""
+LEAST, LEAST_OF_FEW, FEW = 8, 4, 64
+"""Times at which errors are taken at least, in the search, and where there are no more steps than that; of the choice there are more."""
 
 TOLERANCES = 4
 """Tolerances a decade."""
@@ -21,6 +21,9 @@ ASYMPTOTIC = 0.1
 
 BELOW = 0.85
 """Part of the accuracy that a prediction aims at."""
+
+START = 2e-5
+"""Time that a run takes before its first step, s, about: what is shorter says nothing of the price of a step."""
 
 FARTHEST = 16
 """By how much a prediction may refine at once."""
@@ -97,12 +100,15 @@ class StepSizes:
         return middle if high > 1.15 * low and middle < high else None
 
     def cost(self, number: int, seconds: float, other: int) -> float:
-        """Return a cost in proportion to steps."""
-        return seconds * other / number
+        """Return a cost that grows in proportion to steps where it is more than that of a start."""
+        return seconds + max(seconds - START, 0.0) * (other / number - 1)
 
     def _from(self, number: int) -> int:
         """Return the least number from this one on that comes to enough of the times."""
-        return next(k for k in range(number, number + 2 * self.outputs) if math.gcd(k, self.outputs) >= min(LEAST, self.outputs))
+        return next(k for k in range(number, number + 2 * self.outputs) if math.gcd(k, self.outputs) >= self._least(k))
+
+    def _least(self, number: int) -> int:
+        return min(LEAST if number > FEW else LEAST_OF_FEW, self.outputs)
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ def advise(
     store : path, optional
         File in which runs are kept; by default one beside the compiled kernels.
     progress : callable, optional
-        Called with the fraction of the work done and a label of the current task.
+        Called with the fraction of the work done and a label of the current task; first of all, with the fraction 0, with the plan.
 
     Returns
     -------

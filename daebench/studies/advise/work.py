@@ -10,7 +10,7 @@ import numpy as np
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.advise.advice import RUNNERS_UP, Choice
 from daebench.studies.advise.keeps import Kept, keeps
-from daebench.studies.advise.question import Question
+from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Found, Row, error_of, resolutions_of, search
 from daebench.studies.grid.against import certified_of, own_of
 from daebench.studies.grid.run_specification import GridRun
@@ -22,7 +22,10 @@ Progress = Callable[[float, str], None]
 """Called with the fraction of the work done and a label of the current task."""
 
 PATIENCE = 75.0
-"""Time after which no further method is tried, s; those that are kept in the store take none."""
+"""CPU time after which no further method is tried, s; those that are kept in the store take none."""
+
+EACH, AFTERWARDS = 6.0, 15.0
+"""CPU time that a method takes that is new, compilation included, and what comes after the search, s, about."""
 
 GOOD = 1 / 3
 """Part of the accuracy that the error of a reference may be."""
@@ -30,8 +33,8 @@ GOOD = 1 / 3
 FINER = 4
 """Values of a method that are looked at closely, at most."""
 
-AGAIN = 5
-"""Runs that are timed of those methods that come into question, of which the best counts."""
+AGAIN, SPENT = (3, 40), 0.05
+"""Fewest and most runs that are timed of those methods that come into question, of which the best counts, and the time they take, s."""
 
 
 @dataclass
@@ -51,7 +54,7 @@ class Work:
     question: Question
     store: Store
     progress: Progress | None
-    began: float = field(default_factory=time.monotonic)
+    began: float = field(default_factory=time.process_time)
 
     def make(self, specification: GridRun) -> Row:
         """Return the row of a run."""
@@ -66,7 +69,7 @@ class Work:
     @property
     def out_of_time(self) -> bool:
         """Whether no further method is begun."""
-        return time.monotonic() - self.began > PATIENCE
+        return time.process_time() - self.began > PATIENCE
 
 
 def reference_of(question: Question, method: str) -> tuple[str, float]:
@@ -89,12 +92,28 @@ def reference_of(question: Question, method: str) -> tuple[str, float]:
     return words, bound
 
 
+def tried(work: Work, name: str) -> bool:
+    """Return whether the search of a method has begun before, so that the store has its first run."""
+    resolutions = resolutions_of(work.question, name)
+    return key_of(work.question.run(name, resolutions.value(resolutions.first(work.question.accuracy)))) in work.store
+
+
+def plan(work: Work, names: Sequence[str]) -> str:
+    """Return what is going to be run, and how long it takes, as a sentence."""
+    new, asked = sum(not tried(work, name) for name in names), work.question
+    moved = f"{asked.starts} other starts, {LONGER:g} times the horizon, a coarser step, and parameters moved"
+    most = AFTERWARDS + min(PATIENCE, EACH * new)
+    return (
+        f"{len(names)} methods, {new} of them new, at finer and finer steps or tolerances; then {moved}: {most:.0f} s of CPU time or less"
+    )
+
+
 def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list[Found]:
     """Return what is found of each method that there is time for."""
     found: list[Found] = []
+    work.tell(0.0, plan(work, names))
     for k, name in enumerate(names):
-        first = work.question.run(name, 1.0)
-        if work.out_of_time and key_of(first) not in work.store:
+        if work.out_of_time and not tried(work, name):
             left_out[name] = f"{name} was not tried, for time; ask again, and it is"
             continue
         work.tell(0.75 * k / len(names), name)
@@ -129,8 +148,9 @@ def _timed_again(work: Work, found: Found) -> Choice | None:
     assert found.row is not None
     question, value = work.question, float(found.row["value"])
     resolutions, part = resolutions_of(question, found.method), question.part
+    repeat = min(max(math.ceil(SPENT / float(found.row["seconds"])), AGAIN[0]), AGAIN[1])
     for _ in range(FINER):
-        row = work.make(question.closely(found.method, value, repeat=AGAIN))
+        row = work.make(question.closely(found.method, value, repeat=repeat))
         if (error := error_of(row, part)) <= question.accuracy:
             return Choice.of(found.knob, row, part)
         value = resolutions.value(resolutions.finer(resolutions.number(value), error, question.accuracy))

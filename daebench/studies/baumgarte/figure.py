@@ -9,7 +9,7 @@ import numpy as np
 from daebench.draw.figures import BLACK, QUIET, curve, drawing, grid_of_axes, legend_below, save
 from daebench.draw.tiles import edges
 from daebench.studies.baumgarte.cells import IMPEDANCE, Cell, grid
-from daebench.studies.baumgarte.limits import Array, contraction, growth
+from daebench.studies.baumgarte.limits import SLOWEST, Array, contraction, growth
 from daebench.studies.baumgarte.run import BaumgarteMap
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _maps(figure: Any, axes: list[Any], found: BaumgarteMap, name: str, cells: S
     for axis, (key, words) in zip(axes, SHOWN.items(), strict=True):
         numbers = grid(cells, key)
         _tiles(figure, axis, values, np.where(np.isfinite(numbers), np.minimum(numbers, LARGEST), np.nan))
-        for limit, dashes in ((growth(scheme, a, b), "-"), (contraction(scheme, a, b), "--")):
+        for limit, dashes in ((growth(scheme, a, b), "-"), (contraction(scheme, a, b) / SLOWEST, "--")):
             if limit.min() < 1 < limit.max():
                 axis.contour(a, b, np.log(limit), levels=[1e-6], colors=[BLACK], linewidths=1.2, linestyles=dashes)
         axis.set(xlabel="alpha h", title=words)
@@ -88,6 +88,7 @@ def _place(one: Cell, form: str, h: float) -> float:
 def _tiles(figure: Any, axis: Any, values: Array, numbers: Array) -> None:
     """Draw numbers over two equal logarithmic axes, the first across; those that are not finite stay grey."""
     from matplotlib.colors import LogNorm
+    from matplotlib.ticker import NullFormatter
 
     positive = numbers[np.isfinite(numbers) & (numbers > 0)]
     high = float(positive.max()) if positive.size else 1.0
@@ -96,7 +97,9 @@ def _tiles(figure: Any, axis: Any, values: Array, numbers: Array) -> None:
     sides = edges(values)
     norm = LogNorm(low, high if high > low else 10 * low)
     drawn = axis.pcolormesh(sides, sides, np.clip(numbers, low, None).T, norm=norm, cmap="viridis_r", rasterized=True)
-    figure.colorbar(drawn, ax=axis, fraction=0.05, pad=0.02)
+    bar = figure.colorbar(drawn, ax=axis, fraction=0.05, pad=0.02)
+    if high > 10 * low:
+        bar.ax.yaxis.set_minor_formatter(NullFormatter())
     axis.set(xscale="log", yscale="log")
     axis.grid(visible=False)
 

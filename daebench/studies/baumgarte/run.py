@@ -16,7 +16,7 @@ from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Progress
 from daebench.runs.shown import Shown
 from daebench.studies.baumgarte.cells import Cell, cell, frame, measured_limit, over_step, over_tolerance, penalised, run_of
-from daebench.studies.baumgarte.limits import contraction, growth, limit, usable
+from daebench.studies.baumgarte.limits import SLOWEST, contraction, limit, usable
 from daebench.studies.claims.check import default_step
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Limit:
     predicted, measured : float
         alpha h there, by the roots of s^2 + 2 alpha s + beta^2, and by runs; infinite where there is none.
     by : str
-        "growth": g grows, or "iteration": the stages are no longer found, and ``predicted`` is the most that they may be up to.
+        "growth": g grows, or "iteration": the stages are no longer found in the iterations that there are.
     """
 
     scheme: str
@@ -319,5 +319,5 @@ def _effect_of(ivp: ConstrainedIvp, scheme: str, h: float, t_end: float, cells: 
 def _limit(ivp: ConstrainedIvp, scheme: str, h: float, ratio: float) -> Limit:
     predicted = limit(scheme, ratio)
     here = np.array(predicted * 1.01), np.array(ratio * predicted * 1.01)
-    by = "" if predicted == float("inf") else "growth" if growth(scheme, *here) > 1 > contraction(scheme, *here) else "iteration"
+    by = "" if predicted == float("inf") else "growth" if contraction(scheme, *here) < SLOWEST else "iteration"
     return Limit(scheme, ratio, predicted, measured_limit(ivp, scheme, h, ratio), by)

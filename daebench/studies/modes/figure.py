@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.draw.figures import QUIET, VERMILION, curve, drawing, grid_of_axes, save
+from daebench.draw.orthographic import projected
 from daebench.draw.scene import layout_of
 from daebench.studies.modes.run import Modes
 from daebench.studies.modes.spectrum import ZERO, zeros
@@ -23,6 +24,9 @@ SHAPES = 4
 SWING = 0.25
 """Amplitude of a shape, in parts of the extent of the system."""
 
+LIGHTER = {0.0: 0.6, 1.0: 1.0, -1.0: 0.4}
+"""Opacity of the system at rest, and moved to either side: what is moved together has the same."""
+
 
 def draw(out: Path, found: Modes) -> Path:
     """Write ``modes.svg``, PNG and CSV of the eigenvalues into a folder; return the path of the SVG."""
@@ -32,14 +36,13 @@ def draw(out: Path, found: Modes) -> Path:
 def figure(found: Modes) -> "Figure":
     """Return the picture of the modes."""
     layout = layout_of(found.ivp)
-    planar = layout is not None and layout.dimension == 2
-    rows = 2 if planar else 1
+    rows = 1 if layout is None else 2
     with drawing():
         drawn, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.6 * rows)
         for axis, name in zip(axes[0], SHOWN, strict=True):
             _spectrum(axis, found, name)
         axes[0, 0].set_ylabel("imaginary part [1/s]")
-        if planar:
+        if layout is not None:
             _shapes(list(axes[1]), found, layout)
         drawn.suptitle(title(found), fontsize="medium", x=0.02, ha="left")
     return drawn
@@ -69,12 +72,12 @@ def _spectrum(axis: Any, found: Modes, name: str) -> None:
         axis.annotate(f"{int(still.sum())} zeros", (0, 0), xytext=(8, 4), textcoords="offset points", color=VERMILION)
     axis.axvline(0, color=QUIET, linewidth=0.6)
     reach = 1.15 * max(float(np.max(np.abs(some.real), initial=0.0)), 0.3 * float(np.max(np.abs(some.imag), initial=0.0)), 1e-12)
-    axis.set(title=name if name != "baumgarte" else f"baumgarte, alpha {found.alpha:g}, beta {found.beta:g}", xlabel="real part [1/s]")
+    axis.set(title=name if name != "baumgarte" else f"baumgarte {found.alpha:g}, {found.beta:g} /s", xlabel="real part [1/s]")
     axis.set_xlim(-reach, reach)
 
 
 def _shapes(axes: list[Any], found: Modes, layout: Any) -> None:
-    """Draw the slowest modes, each as the system at rest, in grey, and moved to either side."""
+    """Draw the slowest modes, each as the system at rest, in grey, and moved to either side; one in space as seen from outside."""
     at_rest = layout.at(found.rest.q[None])[0]
     extent = float(np.max(np.ptp(at_rest, axis=0))) or 1.0
     for k, axis in enumerate(axes):
@@ -82,10 +85,10 @@ def _shapes(axes: list[Any], found: Modes, layout: Any) -> None:
             axis.set_visible(False)
             continue
         for side, style in ((0.0, {"color": QUIET, "linewidth": 2.0}), (1.0, curve(0)), (-1.0, curve(0))):
-            moved = layout.at((found.rest.q + side * SWING * extent * found.shapes[k])[None])[0]
+            moved = projected(layout.at((found.rest.q + side * SWING * extent * found.shapes[k])[None])[0])
             for rod in layout.rods:
-                axis.plot(*moved[rod].T, color=style["color"], linewidth=1.6 if side else 2.4, alpha=1.0 if side else 0.6)
-            axis.plot(*moved[layout.masses].T, "o", color=style["color"], markersize=4)
+                axis.plot(*moved[rod].T, color=style["color"], linewidth=1.6 if side else 2.4, alpha=LIGHTER[side])
+            axis.plot(*moved[layout.masses].T, "o", color=style["color"], markersize=4, alpha=LIGHTER[side])
         axis.set_aspect("equal", adjustable="datalim")
         axis.set_axis_off()
         square = found.squares[k]

@@ -1,0 +1,309 @@
+"""An exhaustive search for the cheapest run of an accuracy, made apart from ``daebench advise``, and how near its choices come to it.
+
+    python tests/support/exhaustive_search.py results.jsonl planar_pendulum torus:through_hole --ends 10 100
+
+Every method that takes a problem is run with every step size or tolerance of a fine ladder. Nothing is predicted, and no ladder is cut
+short before a run costs twice as much as the cheapest one of the highest accuracy. Errors are against heyoka's Taylor series at 2.2e-16, or
+SciPy's DOP853 where it does not take the problem, once the certified reference, or a second run by DOP853, agrees with it. The price of a
+run is the sum of its exact work counts times what each costs, which is fitted to times of all runs of that method on that problem.
+
+Results are kept, a line each, so that a search goes on where it was ended. ``--report`` says how often the choices of advice are within 1.5
+times the cheapest, with the exact interval of that share, and lists the others.
+"""
+
+import argparse
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.stats import beta
+
+import daebench
+from daebench.errors import DaebenchError
+from daebench.methods.names import method_of
+from daebench.reference.motion import certified_for
+from daebench.runs.ivp import PoissonIvp
+from daebench.runs.request import Request, WorkLimit
+
+METHODS = (
+    *("rattle/kahan_li8", "heyoka:taylor", "rattle/suzuki4", "rattle", "strang/kahan_li8", "strang/suzuki4", "strang", "symplectic_euler"),
+    *("rattle/kahan_li6", "rattle/suzuki_umeno8", "rattle/triple_jump4", "lobatto3", "lobatto4", "lobatto5", "lobatto6", "lobatto2"),
+    *("rk4", "rk4+proj", "gauss2", "gauss3", "gauss4", "local:rk4", "local:gauss2", "local:gauss3", "local:gauss4"),
+    *("midpoint/kahan_li8", "midpoint/suzuki4", "midpoint", "verlet", "cvode:adams", "cvode:bdf", "radau2_ggl", "radau3_ggl"),
+    *("generalized_alpha", "energy_momentum", "rattle_conformal", "ida:index2", "ida:index1", "ida:ggl", "ida:ode"),
+    *("scipy:DOP853", "scipy:RK45", "solve_dae:Radau"),
+)
+"""All families, on every form of the equations: those come first that are likely to be cheap, so that others need not be followed far."""
+
+GRID = 5040
+"""Times at which the motion is known."""
+
+LEAST_IN_COMMON = 24
+"""Times that a run of many steps has in common with them, at least; one of fewer steps has all of its own."""
+
+ACCURACIES = (1e-3, 1e-6, 1e-9)
+
+STEPS = 2**20
+"""Most steps of a run."""
+
+CALLS = 200_000
+"""Most calls of a run by tolerance."""
+
+TIMED = 8, 0.05
+"""A run is timed so many times, and no longer than so long altogether, s; the best of its times counts."""
+
+WITHIN = 1.5
+"""Price over the cheapest up to which a choice is as good."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A problem, its motion at equidistant times, shape(GRID + 1, d), and what that may be wrong by."""
+
+    ivp: Any
+    t_end: float
+    states: Any
+    bound: float
+
+    def error(self, run: Any, count: int) -> float:
+        """Return the largest error of a run that has stored ``count`` equidistant states and its start."""
+        states = run.y if isinstance(self.ivp, PoissonIvp) else run.q
+        if run.failure is not None or len(states) != count + 1:
+            return math.inf
+        off = np.abs(states - self.states[:: GRID // count])
+        return float(np.max(off)) if np.all(np.isfinite(off)) else math.inf
+
+
+def part(ivp: Any, run: Any) -> Any:
+    """Return the states that accuracy is of."""
+    return run.y if isinstance(ivp, PoissonIvp) else run.q
+
+
+def motion(ivp: Any, t_end: float) -> Motion:
+    """Return the motion of a problem, computed twice."""
+    exact, names = {}, ("heyoka:taylor", "scipy:DOP853")
+    for name, tol, points in ((names[0], 2.2e-16, GRID + 1), (names[1], 2.5e-14, 61)):
+        try:
+            run = solver(ivp, name).solve(
+                ivp, Request(value=tol, t_end=t_end, points=points, watch=(), work_limit=WorkLimit(10**6, 10**6, 1))
+            )
+        except DaebenchError:
+            continue
+        if run.failure is None:
+            exact[name] = part(ivp, run)
+    if names[0] not in exact:
+        run = solver(ivp, names[1]).solve(ivp, Request(value=2.5e-14, t_end=t_end, points=GRID + 1, watch=()))
+        exact = {names[1]: exact.get(names[1]), names[0]: part(ivp, run)} if run.failure is None else {}
+        exact[names[1]] = part(ivp, solver(ivp, names[1]).solve(ivp, Request(value=3e-13, t_end=t_end, points=61, watch=())))
+    bounds = []
+    if names[1] in exact and len(exact[names[1]]) == 61:
+        bounds.append(10 * float(np.max(np.abs(exact[names[1]] - exact[names[0]][:: GRID // 60]))))
+    reference = certified_for(ivp, t_end)
+    if reference is not None:
+        t = reference.t[reference.t <= t_end]
+        number = t / t_end * GRID
+        on_grid = np.abs(number - np.rint(number)) < 1e-6
+        stored = reference.values["y" if isinstance(ivp, PoissonIvp) else "q"][: len(t)][on_grid]
+        bounds.append(float(np.max(np.abs(stored - exact[names[0]][np.rint(number[on_grid]).astype(int)]))))
+    if not bounds:
+        raise DaebenchError("its motion is known once only")
+    return Motion(ivp, t_end, exact[names[0]], min(bounds))
+
+
+def solver(ivp: Any, name: str) -> Any:
+    """Return a method that may run."""
+    method = method_of(ivp, name, anyway=True) if isinstance(ivp, PoissonIvp) else method_of(ivp, name)
+    if why := method.refusal(ivp):
+        raise DaebenchError(why)
+    return method
+
+
+def step_counts() -> list[tuple[int, int]]:
+    """Return numbers of steps, coarse to fine and about a tenth apart, each with the number of its times that are compared."""
+    few = [(n, n) for n in range(6, 72) if GRID % n == 0]
+    numbers, n = few, 72
+    while n < STEPS:
+        numbers.append((n, max(k for k in range(LEAST_IN_COMMON, 73) if n % k == 0 and GRID % k == 0)))
+        n = 24 * math.ceil(1.12 * n / 24 + 1e-9)
+    return numbers
+
+
+def timed(method: Any, ivp: Any, asked: Request) -> tuple[float, dict[str, int]]:
+    """Return the least time of a run that keeps nothing, s, and its work."""
+    began, best, work = time.process_time(), math.inf, {}
+    for k in range(TIMED[0]):
+        run = method.solve(ivp, replace(asked, watch=(), count=k == 0, **({"every": 0} if method.knob == "h" else {"points": 2})))
+        work = work or dict(run.work) | {"steps": run.steps}
+        spent = time.process_time() - began
+        if k or run.seconds > TIMED[1]:  # the first of short runs warms up
+            best = min(best, run.seconds)
+        if run.seconds > TIMED[1] or (k > 1 and spent > TIMED[1]):
+            break
+    return best, work
+
+
+def ladder(where: Motion, name: str, cheapest: float) -> list[dict[str, Any]]:
+    """Return the runs of a method, until one has the highest accuracy or costs more than the cheapest that has it."""
+    method, rows, sought = solver(where.ivp, name), [], ACCURACIES[-1]
+    if method.knob == "h":
+        runs = [(where.t_end / n, {"steps": n, "every": n // k}, k) for n, k in step_counts()]
+    else:
+        runs = [(float(f"{10 ** (-k / 5):.3g}"), {"t_end": where.t_end, "points": 61}, 60) for k in range(5, 70)]
+    for value, asked, count in runs:
+        request = Request(value=value, watch=(), work_limit=None if method.knob == "h" else WorkLimit(CALLS, CALLS + 1, 1), **asked)
+        try:
+            with np.errstate(all="ignore"):
+                run = method.solve(where.ivp, request)
+        except DaebenchError:
+            continue
+        error = max(where.error(run, count), where.bound)
+        if not math.isfinite(error):
+            continue
+        seconds, work = timed(method, where.ivp, request)
+        rows.append({"value": value, "error": error, "seconds": seconds, "work": work})
+        if error <= sought or seconds > 2.0 * cheapest:
+            break
+    return rows
+
+
+def prices(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """Return what each kind of work costs, s, and a start, "": the non-negative costs whose sums are nearest to times of runs in ratio."""
+    kinds = sorted({kind for row in rows for kind in row["work"]})
+    counts = np.array([[1.0, *(row["work"].get(kind, 0) for kind in kinds)] for row in rows])
+    seconds = np.array([row["seconds"] for row in rows])
+    costs, _ = nnls(counts / seconds[:, None], np.ones(len(rows)))
+    return dict(zip(["", *kinds], costs.tolist(), strict=True))
+
+
+def price(row: dict[str, Any], costs: dict[str, float]) -> float:
+    """Return what a run costs, s."""
+    return costs[""] + sum(costs.get(kind, 0.0) * count for kind, count in row["work"].items())
+
+
+def searched(ivp: Any, t_end: float, known: dict[str, Any], keep: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+    """Return the ladders of all methods; those that are not ``known`` are made and kept, one by one."""
+    about = {"problem": ivp.problem, "case": ivp.case, "t_end": t_end}
+    if "" in known and set(METHODS) <= set(known):
+        return about | known.pop("") | {"ladders": known}
+    try:
+        where = motion(ivp, t_end)
+    except DaebenchError as error:
+        return about | {"bound": None, "why": str(error)}
+    if "" not in known:
+        known[""] = {"bound": where.bound}
+        keep(about | {"method": "", **known[""]})
+    cheapest = math.inf
+    for name in METHODS:
+        if name not in known:
+            try:
+                rows = ladder(where, name, cheapest)
+            except DaebenchError:
+                rows = []
+            known[name] = {"rows": rows, "costs": prices(rows) if rows else {}}
+            keep(about | {"method": name, **known[name]})
+        rows = known[name]["rows"]
+        if rows and rows[-1]["error"] <= ACCURACIES[-1]:
+            cheapest = min(cheapest, rows[-1]["seconds"])
+    return about | known.pop("") | {"ladders": known}
+
+
+def answered(search: dict[str, Any], accuracy: float) -> dict[str, Any]:
+    """Return what advice says to a question, and its price over the cheapest of the search."""
+    about = {key: search[key] for key in ("problem", "case", "t_end")} | {"accuracy": accuracy}
+    known = search["bound"] is not None and search["bound"] <= accuracy / 3
+    candidates = [
+        (price(row, found["costs"]), name, row)
+        for name, found in search.get("ladders", {}).items()
+        for row in found["rows"]
+        if row["error"] <= accuracy
+    ]
+    best = min(candidates, default=None, key=lambda one: one[0])
+    about |= {"known": known, "best": None if best is None else {"method": best[1], "price": best[0], **best[2]}}
+    try:
+        advice = daebench.advise(search["problem"], case=search["case"], accuracy=accuracy, t_end=search["t_end"], starts=4)
+    except DaebenchError as error:
+        return about | {"choice": None, "why": str(error)}
+    if advice.choice is None:
+        return about | {"choice": None, "why": advice.why}
+    choice, ivp = advice.choice, daebench.initial_value_problem(search["problem"], search["case"])
+    method = solver(ivp, choice.method)
+    seconds, work = timed(method, ivp, Request(value=choice.value, t_end=search["t_end"]))
+    row = {"value": choice.value, "error": choice.error, "seconds": seconds, "work": work}
+    found = search.get("ladders", {}).get(choice.method)
+    paid = price(row, prices([*found["rows"], row])) if found else seconds
+    ratio = None if best is None else paid / best[0]
+    kept = {name: kept.value for name, kept in advice.kept.items() if kept.kept}
+    return about | {"choice": {"method": choice.method, "price": paid, **row}, "ratio": ratio, "kept": kept, "others": advice.left_out}
+
+
+def report(answers: list[dict[str, Any]]) -> str:
+    """Return how often choices are within :data:`WITHIN` times the cheapest, and which are not."""
+    known = [one for one in answers if one["known"] and one["best"] is not None]
+    told = [one for one in known if one["choice"]]
+    hits = [one for one in told if one["ratio"] <= WITHIN]
+    lines = [f"{len(answers)} questions, {len(known)} with a reference that is good enough and a run that reaches the accuracy"]
+    lines.append(f"answered: {len(told)} of {len(known)}, {_share(len(told), len(known))}")
+    lines.append(f"within {WITHIN:g} of the cheapest: {len(hits)} of {len(told)}, {_share(len(hits), len(told))}")
+    for one in known:
+        if one not in hits:
+            asked = f"{one['problem']}-{one['case']} {one['accuracy']:g} to {one['t_end']:g} s"
+            best = f"{one['best']['method']} {one['best']['value']:.3g}: {1e6 * one['best']['price']:.3g} us"
+            said = f"{one['choice']['method']} {one['choice']['value']:.3g}, {one['ratio']:.2f} times" if one["choice"] else one["why"]
+            lines.append(f"  {asked}: {said}; cheapest {best}")
+    return "\n".join(lines)
+
+
+def _share(k: int, n: int) -> str:
+    """Return a share with its exact interval of 95 %."""
+    if not n:
+        return "no share"
+    low = 0.0 if k == 0 else beta.ppf(0.025, k, n - k + 1)
+    high = 1.0 if k == n else beta.ppf(0.975, k + 1, n - k)
+    return f"{100 * k / n:.0f} % [{100 * low:.0f}, {100 * high:.0f}]"
+
+
+def question(one: dict[str, Any]) -> tuple[Any, ...]:
+    """Return what a kept line is about."""
+    return one["problem"], one["case"], one["t_end"]
+
+
+def main() -> None:
+    """Search, ask, and report."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("problems", nargs="*", help="PROBLEM or PROBLEM:CASE")
+    parser.add_argument("--ends", nargs="*", type=float, default=[10.0, 100.0])
+    parser.add_argument("--again", action="store_true", help="ask advice again where it has answered")
+    parser.add_argument("--search", action="store_true", help="search alone, without asking")
+    parser.add_argument("--report", action="store_true", help="report alone")
+    options = parser.parse_args()
+    kept = [json.loads(line) for line in options.results.read_text().splitlines()] if options.results.exists() else []
+    answers = {(*question(one), one["accuracy"]): one for one in kept if "accuracy" in one}
+    ladders: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for one in kept:
+        if "accuracy" not in one:
+            ladders.setdefault(question(one), {})[one["method"]] = one
+    with options.results.open("a") as file:
+        for t_end, name in [] if options.report else product(options.ends, options.problems):
+            problem, _, case = name.partition(":")
+            ivp = daebench.initial_value_problem(problem, case or None)
+            search = searched(
+                ivp, t_end, ladders.get((problem, ivp.case, t_end), {}), lambda one: print(json.dumps(one), file=file, flush=True)
+            )
+            for accuracy in () if options.search else ACCURACIES:
+                if options.again or (*question(search), accuracy) not in answers:
+                    answers[*question(search), accuracy] = one = answered(search, accuracy)
+                    print(json.dumps(one), file=file, flush=True)
+                    print(report([one]), flush=True)
+    print(report(list(answers.values())))
+
+
+if __name__ == "__main__":
+    main()
