@@ -1,5 +1,6 @@
 """``daebench compare``: several methods on one initial value problem."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -65,7 +66,6 @@ def compare(
     from daebench.methods.names import methods_of
     from daebench.methods.run import singular_as
     from daebench.runs.files import make_folder
-    from daebench.studies.comparison.table import table_of, trajectories
 
     wanted = method_names(methods)
     picture = PictureFile.of(out, len(wanted), size=size, labels=labels, colors=colors)
@@ -75,13 +75,7 @@ def compare(
         make_folder(out)
     ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)
     chosen = methods_of(ivp, wanted, pairs("option", option or []), anyway=anyway)
-    with bar(f"compare on {problem}") as progress:
-        names = [method.name for method in chosen]
-        runs = trajectories(
-            ivp, chosen, h=h, tol=tol, t_end=t_end, began=lambda name: progress(names.index(name) / len(names), f"{name} on {problem}")
-        )
-        progress(1.0, "errors of the positions")
-        table = table_of(ivp, chosen, runs, t_end)
+    runs, table = _compared(ivp, chosen, h=h, tol=tol, t_end=t_end)
     written = []
     if out is not None:
         from daebench.studies.comparison.figure import write
@@ -92,6 +86,21 @@ def compare(
     else:
         _print(table, written)
     raise typer.Exit(1 if any(run.failure for run in runs) else 0)
+
+
+def _compared(ivp: Any, chosen: Sequence[Any], *, h: float | None, tol: float, t_end: float) -> tuple[list[Any], "pd.DataFrame"]:
+    """Return the runs of all methods, and their table."""
+    from daebench.studies.comparison.table import table_of, trajectories
+
+    with bar(f"compare on {ivp.problem}") as progress:
+        names = [method.name for method in chosen]
+
+        def began(name: str) -> None:
+            progress(names.index(name) / len(names), f"{name} on {ivp.problem}")
+
+        runs = trajectories(ivp, chosen, h=h, tol=tol, t_end=t_end, began=began)
+        progress(1.0, "errors of the positions")
+        return runs, table_of(ivp, chosen, runs, t_end)
 
 
 def _plain(ivp: Any, table: "pd.DataFrame") -> dict[str, Any]:

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from daebench.diagnostics.energy import LAWS
 from daebench.draw.figures import BLACK, QUIET, grid_of_axes, save
 from daebench.draw.methods import name_of
 from daebench.pages.report import NONE, TIMES
-from daebench.reports.problems.claims import LAWS, NO_DRIFT
+from daebench.reports.problems.claims import NO_DRIFT
 
 SIZES = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
 """Energy errors between which colours change, in parts of the largest kinetic energy."""
