@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from daebench.studies.shadow.run import Shadow, shadow
     from daebench.studies.step_for.result import StepFor
     from daebench.studies.step_for.run import step_for
+    from daebench.studies.tolerance_for import ToleranceFor, tolerance_for
     from daebench.systems.chain import ConstrainedChain
     from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, KineticFlow, Picture, coordinates
     from daebench.systems.lattice import PoissonLattice
@@ -73,6 +74,7 @@ __all__ = [
     "Shadow",
     "StepFor",
     "Study",
+    "ToleranceFor",
     "Trajectory",
     "advise",
     "animation",
@@ -96,6 +98,7 @@ __all__ = [
     "shadow",
     "step_for",
     "symplectic_projection",
+    "tolerance_for",
     "verify_certificate",
 ]
 
@@ -130,6 +133,7 @@ _HOME = {
     **dict.fromkeys(("Shadow", "shadow"), "studies.shadow.run"),
     "order": "studies.orders.study",
     "step_for": "studies.step_for.run",
+    **dict.fromkeys(("ToleranceFor", "tolerance_for"), "studies.tolerance_for"),
     "verify_certificate": "studies.certificate.verify",
 }
 

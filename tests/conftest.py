@@ -39,9 +39,10 @@ OF_EACH_KIND = ("symplectic_euler", "rattle", "lobatto3", "gauss2", "radau2_ggl"
 """One scheme of each algebra: projections, stages with multipliers, stages of the reduced equation, both, and a mean gradient."""
 
 
-NEWER = ("ggl_vi", "ggl_vi_mod", "livens")
+NEWER = ("ggl_vi", "ggl_vi_mod", "livens", "rattle_ilves", "rattle_lincs", "rattle_settle")
 NEWER_ON = ("spherical-fast", "stretched-M", "double_pendulum")
-"""Schemes on trial, and the problems that the gate sweeps them over: one constraint, a mass matrix of q, two constraints."""
+"""Schemes on trial and solvers of constraints, and the problems that the gate sweeps them over: one constraint, a mass matrix of q, two
+constraints."""
 
 
 def pytest_collection_modifyitems(items):

@@ -34,6 +34,7 @@ from daebench.cli.shadow import shadow
 from daebench.cli.show import show
 from daebench.cli.stability import stability
 from daebench.cli.step_for import step_for
+from daebench.cli.tolerance_for import tolerance_for
 from daebench.cli.work_precision import work_precision
 
 app = typer.Typer(
@@ -83,6 +84,7 @@ for command in (
 ):
     app.command()(command)
 app.command("step-for")(step_for)
+app.command("tolerance-for")(tolerance_for)
 app.command("work-precision")(work_precision)
 app.add_typer(reference, name="reference")
 app.add_typer(certificate, name="certificate")

@@ -33,7 +33,8 @@ _WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
-_PLAIN = ("worst", "total", "no_work", "plus_work")
+_OF_NUMBERS = ("sqrt",)  # functions of numbers of any type, which each module imports
+_PLAIN = ("worst", "total", "no_work", "plus_work", *_OF_NUMBERS)
 FEW = 16
 """Positions, the time among them, up to which that is done in problems in time: of many it takes long to compile, and gains little."""
 HEADER = """\"\"\"{title}\"\"\"
@@ -183,7 +184,7 @@ class Linker:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
             shared = within or bool(self.tracer and not self.scheme)
-            public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time
+            public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time or self._inlined
             body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded)
             if shared and not within:
                 body += "".join(self._called_from_python(name, cached) for name in names)
@@ -194,6 +195,11 @@ class Linker:
     def _of_few_in_time(self) -> bool:
         """Whether functions become part of what calls them, so that g, G and H_q at one place share what depends on the time alone."""
         return bool(self.constants["EXTENDED"]) and self.derivation.d <= FEW
+
+    @property
+    def _inlined(self) -> bool:
+        """Whether the scheme's file says that all its functions become part of its step, as suits one that iterates nothing."""
+        return bool(self.scheme) and "INLINED" in self.file(str(self.scheme)).literals
 
     def _called_from_python(self, name: str, cached: bool) -> str:
         """Return the source of a function that calls one which modules share, and takes its name: loops over nodes take long to compile."""
@@ -261,7 +267,7 @@ class Linker:
             return name
         if module != LANGUAGE:
             return self.function(module, name, {})
-        if name in self.number.functions:
+        if name in self.number.functions or name in _OF_NUMBERS:
             return name
         if filling := self.filled(name):
             return self.function(*filling, {})

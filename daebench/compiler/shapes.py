@@ -56,6 +56,7 @@ WIDER = {JACOBIAN: ROWS, INVERSE_MASS: MATRIX}
 """Kinds with a pattern of zeros, and the dense kinds that stand for them in sums, multiples and wherever the zeros do not matter."""
 
 ENTRY = {VECTOR: NUMBER, MULTIPLIER: NUMBER, HALF: NUMBER, ROWS: VECTOR, JACOBIAN: VECTOR, GRAM: MULTIPLIER, DATA: DATA}
+ENTRY |= {MATRIX: VECTOR, INVERSE_MASS: VECTOR}
 """Kinds of ``x[i]``."""
 
 ADD = {VECTOR: "axpy", MULTIPLIER: "axpy_m", HALF: "axpy_m", MATRIX: "axpy_dd"}

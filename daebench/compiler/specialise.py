@@ -111,13 +111,14 @@ class Specialise(Unroller):
             assert isinstance(node.args[0], ast.Name)
             return call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
         if name in self.bound:
+            if not self.branches:  # an iteration counts what it does in a loop itself
+                self._count(self.bound[name], self.linker.work_of(self.bound[name], self.bound[name]))
             return call(self.bound[name], [*map(self.visit, node.args), *self._given(self.bound[name])])
         if name not in self.file.imports and name not in self.file.functions:
             return call(name, [self.visit(a) for a in node.args])
         bound, handed = self._split(module, target, node.args)
         emitted = self.linker.function(module, target, bound) if bound else self.linker.resolve(module, target)
-        if not bound:
-            self._count(target, self.linker.work_of(emitted, target))
+        self._count(target, self.linker.work_of(emitted, target))
         if self.linker.takes_par(module, target):
             handed += self._given(emitted)
         return call(emitted, handed)

@@ -9,7 +9,10 @@ SOLID, DASHED, DOTTED, MIXED, LONG = "-", (0, (6, 1.5)), (0, (1, 1)), (0, (4, 1.
 
 STROKES_OF = {
     "rattle": Stroke(BLUE, SOLID, "^"),
-    "rattle_iterative": Stroke(BLUE, DOTTED, "1"),
+    "rattle_gauss_seidel": Stroke(BLUE, DOTTED, "1"),
+    "rattle_ilves": Stroke(BLUE, LONG, "3"),
+    "rattle_lincs": Stroke(SKY, MIXED, "4"),
+    "rattle_settle": Stroke(SKY, SOLID, "X"),
     "rattle_conformal": Stroke(BLUE, MIXED, "2"),
     "shake": Stroke(OLIVE, DASHED, "P"),
     "symplectic_euler": Stroke(SKY, DOTTED, "v"),
@@ -66,7 +69,10 @@ OTHER = Stroke(BROWN, MIXED, "h")
 
 NAMES = {
     "rattle": "RATTLE",
-    "rattle_iterative": "RATTLE, iterative",
+    "rattle_gauss_seidel": "RATTLE, Gauss-Seidel",
+    "rattle_ilves": "RATTLE, ILVES",
+    "rattle_lincs": "RATTLE, LINCS",
+    "rattle_settle": "RATTLE, SETTLE",
     "rattle_conformal": "RATTLE, conformal",
     "shake": "SHAKE",
     "symplectic_euler": "symplectic Euler",

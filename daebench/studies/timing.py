@@ -18,8 +18,9 @@ from daebench.methods.outside.read import is_outside
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.request import Request
 
-BY_HAND = ("rattle", "rk4", "strang")
-"""Methods that there is a C program of, beside this file."""
+PENDULUM, WATER = "spherical_pendulum", "rigid_water"
+BY_HAND = {"rattle": PENDULUM, "rk4": PENDULUM, "strang": PENDULUM, "rattle_settle": WATER}
+"""Methods that there is a C program of, beside this file, and the problem that it is written for."""
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "ns_per_step": {"watch": (), "count": False},
@@ -58,10 +59,10 @@ def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: b
 def hand_written(ivp: Ivp, rows: Sequence[dict[str, Any]], *, h: float, steps: int, repeat: int) -> list[dict[str, Any]]:
     """Return a row for each method of ``rows`` that there is in C, timed at -O3 in turns with the linked kernel.
 
-    They are written for the spherical pendulum; there are none elsewhere. The linked kernel's row gets the ratio as its note.
+    Each is written for one problem; there are none elsewhere. The linked kernel's row gets the ratio as its note.
     """
-    measured = {row["method"]: row for row in rows if row["method"] in BY_HAND and not row.get("note")}
-    if not isinstance(ivp, ConstrainedIvp) or ivp.problem != "spherical_pendulum" or not measured:
+    measured = {row["method"]: row for row in rows if BY_HAND.get(row["method"]) == ivp.problem and not row.get("note")}
+    if not isinstance(ivp, ConstrainedIvp) or not measured:
         return []
     if compiler() is None:
         return [{"method": "C", "note": "no C compiler found"}]
@@ -109,7 +110,7 @@ def _in_turns(folder: Path, ivp: ConstrainedIvp, row: dict[str, Any], *, h: floa
 
 def by_hand(folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float] | None:
     """Return a call that runs a C program and returns nanoseconds per step; None where there is no program, or no compiler."""
-    if name not in BY_HAND or ivp.problem != "spherical_pendulum" or compiler() is None:
+    if BY_HAND.get(name) != ivp.problem or compiler() is None:
         return None
     return _compiled(folder, name, ivp, h, steps)
 
@@ -118,7 +119,7 @@ def _compiled(folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int
     """Return a call that runs a C program and returns nanoseconds per step."""
     function = getattr(built(name, folder), name)
     function.restype = ctypes.c_long
-    function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * 4, ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
+    function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * (len(ivp.par) + 1), ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
 
     def call() -> float:
         state = np.concatenate([ivp.p0, ivp.q0])

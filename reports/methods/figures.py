@@ -27,7 +27,8 @@ PANELS = (
 )
 """Panels of the figure of orders, and the families in each."""
 
-SAME = {"lie_adjoint", "symplectic_euler_adjoint", "lobatto2", "shake", "rattle_iterative", "midpoint+proj", "rk4+symproj", "radau2_index2"}
+SAME = {"lie_adjoint", "symplectic_euler_adjoint", "lobatto2", "shake", "rattle_gauss_seidel", "rattle_ilves", "midpoint+proj"}
+SAME |= {"rk4+symproj", "radau2_index2"}
 """Methods whose errors lie on the curve of another one."""
 
 

@@ -26,7 +26,7 @@ from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinat
 EPS = 2.0**-52
 UP = np.array([0.0, 0.0, 1.0])
 ALPHA = {"rho_inf": 0.6}
-NEW = ("generalized_alpha", "energy_momentum", "rattle_iterative")
+NEW = ("generalized_alpha", "energy_momentum", "rattle_gauss_seidel")
 TIED = ("spherical-fast", "planar", "double-pendulum", "coupled-rods")
 
 
@@ -266,7 +266,7 @@ def test_energy_momentum_reverses_and_is_not_symplectic_where_its_derivatives_ar
 # ---- RATTLE one constraint at a time -------------------------------------------------------------------------------------
 
 
-RATTLES = (("rattle_iterative", {"tolerance": 1e-15}), ("rattle", {}))
+RATTLES = (("rattle_gauss_seidel", {"tolerance": 1e-15}), ("rattle", {}))
 
 
 @pytest.mark.parametrize("place", TIED)
@@ -280,18 +280,18 @@ def test_with_the_smallest_tolerance_one_at_a_time_agrees_with_rattle(place):
 
 @pytest.mark.parametrize("place", swept([name for name in IVPS if not name.startswith(("stretched", "relativistic"))]))
 def test_what_the_tolerance_adds_to_the_error_of_rattle_is_of_its_size(place):
-    if why := FixedStep("rattle_iterative").refusal(ivp(place)):
+    if why := FixedStep("rattle_gauss_seidel").refusal(ivp(place)):
         pytest.skip(why)
     rattle = run("rattle", ivp(place), 0.002, 250)
     for tolerance in (1e-6, 1e-8, 1e-12):
-        found = run("rattle_iterative", ivp(place), 0.002, 250, options={"tolerance": tolerance})
+        found = run("rattle_gauss_seidel", ivp(place), 0.002, 250, options={"tolerance": tolerance})
         assert max(np.abs(found.q[-1] - rattle.q[-1]).max(), np.abs(found.p[-1] - rattle.p[-1]).max()) < 40 * tolerance
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9], ids=str)
 def test_the_tolerance_is_met_and_not_more_than_that(tolerance):
     where = ivp("double-pendulum")
-    found = run("rattle_iterative", where, 0.01, 100, options={"tolerance": tolerance})
+    found = run("rattle_gauss_seidel", where, 0.01, 100, options={"tolerance": tolerance})
     q, v = found.q, found.p / np.array([1, 1, 2, 2])
     r, w = q[:, 2:] - q[:, :2], v[:, 2:] - v[:, :2]
     g = np.abs([np.sum(q[:, :2] ** 2, axis=1) - 1, np.sum(r**2, axis=1) - 1])
@@ -303,13 +303,13 @@ def test_the_tolerance_is_met_and_not_more_than_that(tolerance):
 
 def test_a_loose_tolerance_breaks_what_rattle_keeps():
     where = ivp("spherical-fast")
-    flow = FixedStep("rattle_iterative", options={"tolerance": 1e-2}, compiled=False).flow(where, 0.01, 10)
+    flow = FixedStep("rattle_gauss_seidel", options={"tolerance": 1e-2}, compiled=False).flow(where, 0.01, 10)
     assert symplecticity_defect(flow, where.p0, where.q0, tangent_basis(where, where.p0, where.q0)) > 1e-6
     assert reversibility_defect(flow, where.p0, where.q0) > 1e-2
 
 
 def test_rounds_are_counted_and_grow_with_the_coupling():
-    work = [run("rattle_iterative", ivp(place), 0.01, 50).work for place in ("spherical-fast", "double-pendulum")]
+    work = [run("rattle_gauss_seidel", ivp(place), 0.01, 50).work for place in ("spherical-fast", "double-pendulum")]
     assert [each["solve"] for each in work] == [0, 0]
     assert work[1]["newton"] > 1.5 * work[0]["newton"]
     rounds = work[0]["newton"] - 50 * 2  # two rounds a step for the velocity, whose equation is linear
@@ -319,19 +319,19 @@ def test_rounds_are_counted_and_grow_with_the_coupling():
 
 def test_bodies_that_fall_side_by_side_are_held_together_without_a_failure():
     chain = initial_value_problem("pendulum_chain", "horizontal5")
-    found = run("rattle_iterative", chain, 0.005, 20).complete()
+    found = run("rattle_gauss_seidel", chain, 0.005, 20).complete()
     newton = run("rattle", chain, 0.005, 20).complete()
     assert np.abs(found.q[-1] - newton.q[-1]).max() < 1e-6
 
 
-FAILURES = {"no solution": (1.0, "one at a time within the tolerance in 1000 rounds"), "overflow": (1e200, "no longer finite")}
+FAILURES = {"no solution": (1.0, "could not be met within the tolerance in 1000 rounds"), "overflow": (1e200, "no longer finite")}
 
 
 @pytest.mark.parametrize(("h", "why"), FAILURES.values(), ids=FAILURES)
 def test_constraints_that_cannot_be_met_are_said(h, why):
-    found = FixedStep("rattle_iterative", compiled=False).solve(ivp("double-pendulum"), Request(value=h, steps=3))
+    found = FixedStep("rattle_gauss_seidel", compiled=False).solve(ivp("double-pendulum"), Request(value=h, steps=3))
     assert why in found.failure
-    assert "rattle_iterative on double-pendulum, case bent" in found.failure
+    assert "rattle_gauss_seidel on double-pendulum, case bent" in found.failure
     assert np.all(np.isfinite(found.q))
 
 
@@ -340,7 +340,7 @@ def test_a_loose_tolerance_makes_the_energy_drift_and_newton_does_not():
     where, request = ivp("double-pendulum"), Request(value=0.0014, t_end=2000, every=97)
     drifts = {}
     for tolerance in (None, 1e-6, 1e-8):
-        method = FixedStep("rattle_iterative", options={"tolerance": tolerance}) if tolerance else FixedStep("rattle")
+        method = FixedStep("rattle_gauss_seidel", options={"tolerance": tolerance}) if tolerance else FixedStep("rattle")
         found = method.solve(where, request).complete()
         drifts[tolerance] = energy_drift(found.t, energy_error(where, found))
     assert abs(drifts[None].slope) < 2 * drifts[None].slope_error
@@ -353,8 +353,8 @@ def test_a_loose_tolerance_makes_the_energy_drift_and_newton_does_not():
 BAD = {
     "rho above": ("generalized_alpha", {"rho_inf": 1.01}, r"rho_inf = 1.01 must be in \[0, 1\]"),
     "rho below": ("generalized_alpha", {"rho_inf": -0.1}, r"rho_inf = -0.1 must be in \[0, 1\]"),
-    "tolerance": ("rattle_iterative", {"tolerance": 0.0}, "tolerance = 0 must be greater than 0"),
-    "unknown": ("rattle_iterative", {"tol": 1e-8}, "did you mean tolerance"),
+    "tolerance": ("rattle_gauss_seidel", {"tolerance": 0.0}, "tolerance = 0 must be greater than 0"),
+    "unknown": ("rattle_gauss_seidel", {"tol": 1e-8}, "did you mean tolerance"),
     "none": ("energy_momentum", {"rho_inf": 0.5}, "unknown option of energy_momentum"),
 }
 
@@ -365,7 +365,7 @@ def test_a_bad_option_is_answered_with_a_sentence(name, options, sentence):
         parse(name, options)
 
 
-REFUSALS = {"generalized_alpha": "relativistic", "energy_momentum": "relativistic", "rattle_iterative": "stretched-M"}
+REFUSALS = {"generalized_alpha": "relativistic", "energy_momentum": "relativistic", "rattle_gauss_seidel": "stretched-M"}
 
 
 @pytest.mark.parametrize(("name", "place"), REFUSALS.items(), ids=REFUSALS)
@@ -383,7 +383,8 @@ def test_machine_code_gives_the_same_and_keeps_float32(name, place):
     assert fast.work == plain.work
     assert np.abs(fast.q - plain.q).max() < 1e-13
     assert np.abs(fast.p - plain.p).max() < 1e-12
-    single = run(name, where, 0.002, 40, compiled=True, precision="float32")
+    loose = {"options": {"tolerance": 1e-6}} if name == "rattle_gauss_seidel" else {}  # its own is below the rounding of float32
+    single = run(name, where, 0.002, 40, compiled=True, precision="float32", **loose)
     kernel = FixedStep(name).kernel(where, "float32", ("energy", "manifold"), count=True)
     assert "float64" not in str(kernel.integrate.nopython_signatures[0].return_type)
     assert single.maxima["g"] < 1e-5

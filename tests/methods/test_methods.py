@@ -215,8 +215,8 @@ def test_an_option_goes_to_the_methods_that_have_it_and_one_that_none_has_is_ref
     ("name", "option", "words"),
     [
         ("generalized_alpha", {"rho_inf": 1.5}, "rho_inf = 1.5"),
-        ("rattle_iterative", {"tolerance": 1.0}, "less than 1"),
-        ("rattle_iterative", {"tolerance": 0.0}, "greater than 0"),
+        ("rattle_gauss_seidel", {"tolerance": 1.0}, "less than 1"),
+        ("rattle_gauss_seidel", {"tolerance": 0.0}, "greater than 0"),
         ("baumgarte:rk4", {"alpha": -1.0}, "greater than 0"),
     ],
     ids=lambda x: x if isinstance(x, str) else "",

@@ -167,7 +167,7 @@ SCHEMES = [
     "lie",
     "lie_adjoint",
     "strang",
-    "rattle_iterative",
+    "rattle_gauss_seidel",
     "radau2_index2",
     "radau2_ggl",
     "rattle/suzuki4",

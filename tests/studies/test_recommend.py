@@ -186,7 +186,7 @@ SYMPLECTIC = {
 
 AT_REST, MOVING = ("double_pendulum", "horizontal"), ("spherical_pendulum", "fig1.2")
 SYMMETRIC = {"midpoint+symproj", "local:midpoint", "local:gauss2", "local:gauss3"}
-NEVER = {"rk4", "rk4+proj", "se", "seproj", "implicit_euler", "radau3_ggl", "radau2_index2", "generalized_alpha", "rattle_iterative"}
+NEVER = {"rk4", "rk4+proj", "se", "seproj", "implicit_euler", "radau3_ggl", "radau2_index2", "generalized_alpha", "rattle_gauss_seidel"}
 NEVER |= {
     "midpoint",
     "gauss3",

@@ -71,7 +71,7 @@ class ChainDerivation(Derived):
         """
         picture = self.chain.picture if self.chain.nodes <= MOST_NAMED else None
         return {
-            **dict.fromkeys(("CLOSED_FORM", "KINETIC_FLOW", "CHART", "EXTENDED", "FORCED", "DAMPED"), False),
+            **dict.fromkeys(("CLOSED_FORM", "KINETIC_FLOW", "CHART", "EXTENDED", "FORCED", "DAMPED", "DISTANCES", "WATER"), False),
             **dict.fromkeys(("SEPARABLE", "QUADRATIC"), True),
             "D": self.d,
             "M": self.m,

@@ -7,6 +7,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler import codegen
+from daebench.compiler.constrained.distances import distances, is_water
 from daebench.compiler.derivatives import jacobian
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.facts import Derived
@@ -200,7 +201,7 @@ class Derivation(Derived):
         """Return sizes D and M, names of INTEGRALS and POINTS, properties of H, and whether there are CLOSED_FORM, KINETIC_FLOW and CHART.
 
         EXTENDED, FORCED and DAMPED: whether the last position is the time, whether there are forces without potential, and whether
-        those that depend on the velocity are -c p.
+        those that depend on the velocity are -c p. DISTANCES and WATER: see :mod:`daebench.compiler.constrained.distances`.
         """
         return {
             "D": self.d,
@@ -216,6 +217,8 @@ class Derivation(Derived):
             "EXTENDED": False,
             "FORCED": False,
             "DAMPED": False,
+            "DISTANCES": distances(self.problem) is not None,
+            "WATER": is_water(self.problem),
         }
 
     def initial(self, name: str, case: Case) -> str:
@@ -262,6 +265,7 @@ class Derivation(Derived):
         rules: dict[str, Callable[[], Rule]] = {
             "g": lambda: (q, self.g, (m,)),
             "G": lambda: (q, self.G, (m, d)),
+            "squares": lambda: (q, [-x.subs(dict.fromkeys(self.q, 0)) for x in self.g], (m,)),
             "curvature": lambda: ({**q, "lam": list(self.lam)}, self.curvature, (d, d)),
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
         }

@@ -32,7 +32,7 @@ REASONS = {
         "use a smaller h, and see whether the motion has left the domain of H or the range of double precision",
     ),
     5: (
-        "the constraints could not be met one at a time within the tolerance in {relaxations} rounds, residual {residual:.2e}",
+        "the constraints could not be met within the tolerance in {relaxations} rounds, residual {residual:.2e}",
         "use a smaller h or a larger tolerance",
     ),
     8: (

@@ -4,6 +4,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+EXPANDABLE, WATER = "expandable distances", "water"
+STRUCTURES = {
+    EXPANDABLE: "distances between point masses, coupled so weakly that the inverse of G M^-1 G^T has an expansion",
+    WATER: "the three distances of a rigid water molecule",
+}
+"""What constraints may have to be for a scheme, and what that is."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Claims:
@@ -40,6 +47,8 @@ class Claims:
         Whether it is symplectic for a canonical Hamiltonian ODE, so on the penalised system, which is one.
     conformal : bool
         Whether the two-form contracts as exp(-c t) under a damping F = -c p, to round-off; it needs such a damping.
+    constraints : str
+        What its constraints have to be: "" for any, or one of :data:`STRUCTURES`.
     """
 
     order: int
@@ -57,6 +66,7 @@ class Claims:
     autonomous_only: bool = False
     canonical: bool = False
     conformal: bool = False
+    constraints: str = ""
 
     @property
     def on_manifold(self) -> bool:

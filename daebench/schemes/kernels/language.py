@@ -194,6 +194,10 @@ def G(q: Vector) -> Jacobian:
     """Constraint Jacobian dg/dq, shape(m, d)."""
 
 
+def squares(q: Vector) -> Multiplier:
+    """Squares of the distances that the constraints keep, -g(0), shape(m,); of a problem all of whose constraints are distances."""
+
+
 def rows(X: Rows, p: Vector, q: Vector) -> Rows:
     """X H_pp for a Jacobian X of constraints: M^-1 applied to each of its rows, shape(m, d)."""
 
@@ -263,6 +267,10 @@ def dot(x: Vector, y: Vector) -> Number:
 
 def dot_moduli(x: Vector, y: Vector) -> Number:
     """Sum of the moduli |x_i y_i|: what a relative change of one in y makes of x^T y at most."""
+
+
+def sqrt(x: Number) -> Number:
+    """Square root; NaN of what is negative."""
 
 
 def identity_d(q: Vector) -> Matrix:

@@ -93,6 +93,8 @@ class Columns(Linear["Columns"]):
 class Matrix(Linear["Matrix"]):
     """A matrix of shape(d, d)."""
 
+    def __getitem__(self, i: int) -> Vector: ...
+
     @property
     def T(self) -> "Matrix":
         """The transpose."""

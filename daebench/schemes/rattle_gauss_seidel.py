@@ -1,22 +1,13 @@
 """RATTLE with the iteration of SHAKE, one constraint at a time until a tolerance is met, as molecular dynamics runs it."""
 
-from daebench.errors import BadInput, positive
 from daebench.schemes.kernels.claims import Claims, Member
-from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, G, H_p, H_q, dot, dot_moduli, g, multiplier, norm, rows, zero
-from daebench.schemes.kernels.newton import both
-from daebench.schemes.kernels.relax import relax
-from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Rows, Step, Vector
+from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, G, H_p, dot, dot_moduli, g, multiplier, rows, zero
+from daebench.schemes.kernels.rattle_step import CHOICES, choices, rattle_step
+from daebench.schemes.kernels.relax import bounds, relax, require_tolerance
+from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
 Iterate = tuple[Vector, Multiplier]
 Round = tuple[Iterate, Number, Number, Number]
-
-
-def numbers(tolerance: float) -> tuple[float, ...]:
-    """Return the tolerance; raise :class:`BadInput` where it is not between 0 and 1."""
-    if positive("tolerance", tolerance) >= 1:
-        raise BadInput(f"tolerance = {tolerance:g} must be less than 1: it is what constraints may be off by, relative to their terms.")
-    return (float(tolerance),)
-
 
 CLAIMS = Claims(
     order=2,
@@ -29,18 +20,13 @@ CLAIMS = Claims(
     separable_only=True,
 )
 MEMBERS = {
-    "rattle_iterative": Member(
-        claims=CLAIMS, numbers=numbers, options={"tolerance": 1e-8}, multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0}
+    "rattle_gauss_seidel": Member(
+        claims=CLAIMS,
+        numbers=lambda tolerance, **chosen: (*choices(**chosen), require_tolerance(tolerance)),
+        options={"tolerance": 1e-8, **CHOICES},
+        multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0},
     ),
 }
-
-
-def bounds(X: Rows, x: Vector) -> Multiplier:
-    """Return the tolerance times sum_i |X_ki x_i|: what a relative change of x by it makes of constraint k; never below rounding.
-
-    The rounding of a constraint between what is zero, as between two axes of a body at rest, is that of what is not.
-    """
-    return multiplier(max(DATA[0] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
 
 
 def update_positions(x: Iterate, data: tuple[Vector, Rows, Multiplier]) -> Round:
@@ -67,7 +53,7 @@ def update_velocities(x: Iterate, data: tuple[Jacobian, Rows, Multiplier]) -> Ro
     unmet, residual, pivot = 0.0, 0.0, INF
     for k in range(CONSTRAINTS):
         value = dot(G1[k], v)
-        late = 1.0 if abs(value) > max(bound[k], max(DATA[0], 4.0 * EPS) * dot_moduli(G1[k], v)) else 0.0
+        late = 1.0 if abs(value) > max(bound[k], max(DATA[2], 4.0 * EPS) * dot_moduli(G1[k], v)) else 0.0
         steep = dot(G1[k], V[k])
         change = late * value / steep
         v = v - change * V[k]
@@ -76,25 +62,30 @@ def update_velocities(x: Iterate, data: tuple[Jacobian, Rows, Multiplier]) -> Ro
     return (v, mu), unmet, residual, pivot
 
 
+def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
+    """Return dq - V^T nu on g = 0 within the tolerance, nu and a report."""
+    (dq, nu), report = relax(update_positions, (dq, zero(q0)), (q0, V, bounds(G0, q0 + dq)))
+    return dq, nu, report
+
+
+def solve_momenta(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
+    """Return n = G(q)^T mu such that G M^-1 (p - n) = 0 within the tolerance, mu and a report."""
+    G1, v = G(q), H_p(p, q)
+    (_, mu), report = relax(update_velocities, (v, zero(q)), (G1, rows(G1, p, q), bounds(G1, v)))
+    return G1.T @ mu, mu, report
+
+
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, lam and mu, and a report.
 
-    The equations are those of RATTLE, HLW (1.25). Both sets of constraints are visited one after another, k = 1, ..., m, and corrected
-    one by one, until all are met at once::
+    The step is :func:`daebench.schemes.kernels.rattle_step.rattle_step`. Both sets of constraints are visited one after another, k = 1,
+    ..., m, and corrected one by one, until all are met at once::
 
         q -> q - V_k^T g_k(q) / (G_k(q) V_k^T),                V = G(q0) M^-1,     |g_k(q)|    <= tolerance sum_i |G_ki(q0) q_i|
         v -> v - V_k^T (G_k(q1) v) / (G_k(q1) V_k^T),          V = G(q1) M^-1,     |G_k(q1) v| <= tolerance sum_i |G_ki(q1) v_i|
 
     with q and v on the right as they are before any correction; v also as it has become, where that allows more, for bodies that fall
     side by side have no terms to compare with before. For a distance from the origin that is | |q|^2 - l^2 | <= 2 l^2 tolerance,
-    as in molecular dynamics. The tolerance is taken as 4 eps where it is less.
+    as in molecular dynamics. Tolerances below 4 eps are refused.
     """
-    G0 = G(q0)
-    kick = -h / 2 * H_q(p0, q0)
-    dq_free = h * H_p(p0 + kick, q0)
-    (dq, nu), position_report = relax(update_positions, (dq_free, zero(q0)), (q0, rows(G0, p0, q0), bounds(G0, q0 + dq_free)))
-    q1 = q0 + dq
-    dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
-    G1, v_free = G(q1), H_p(p0 + dp, q1)
-    (_, mu), settled = relax(update_velocities, (v_free, zero(q0)), (G1, rows(G1, p0, q1), bounds(G1, v_free)))
-    return dp - G1.T @ mu, dq, (2 / h**2 * nu, 2 / h * mu), both(position_report, settled)
+    return rattle_step(solve_positions, solve_momenta, p0, q0, h)

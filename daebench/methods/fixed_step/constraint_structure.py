@@ -1,0 +1,52 @@
+"""Whether the constraints of a problem are what a solver of molecular dynamics needs, and the spectral radius that decides on LINCS."""
+
+import numpy as np
+
+from daebench.runs.ivp import ConstrainedIvp
+from daebench.schemes.kernels.claims import STRUCTURES, WATER
+
+RADIUS = 1.0 - 1e-9
+"""Spectral radius from which on the expansion of LINCS is taken to have no sum; 1 up to the rounding of eigenvalues."""
+
+
+def spectral_radius(ivp: ConstrainedIvp) -> float:
+    """Return the spectral radius of A = I - S K S at the start of a problem, S = diag(K)^-1/2, K = G M^-1 G^T, shape(m, m).
+
+    The inverse of K that LINCS expands is S (I + A + A^2 + ...) S, Hess, Bekker, Berendsen and Fraaije, *J. Comput. Chem.* 18 (1997)
+    1463-1472. A is symmetric, with the cosines of the angles between neighbouring bonds in it, weighted by masses::
+
+        >>> import daebench
+        >>> from daebench.methods.fixed_step.constraint_structure import spectral_radius
+        >>> round(spectral_radius(daebench.initial_value_problem("butane", "gauche")), 3)
+        0.874
+    """
+    G = np.asarray(ivp.value("G", ivp.q0))
+    K = G @ np.asarray(ivp.value("H_pp", ivp.p0, ivp.q0)) @ G.T
+    s = 1 / np.sqrt(np.diag(K))
+    return float(np.max(np.abs(np.linalg.eigvalsh(np.eye(len(K)) - s[:, None] * K * s)), initial=0.0))
+
+
+def misfit(structure: str, ivp: ConstrainedIvp) -> str:
+    """Return why the constraints of a problem are not of a structure, what follows the name of a method, or "".
+
+    Parameters
+    ----------
+    structure : str
+        A name in :data:`daebench.schemes.kernels.claims.STRUCTURES`, or "" for any constraints.
+    ivp : ConstrainedIvp
+        The problem.
+    """
+    if not structure:
+        return ""
+    if structure == WATER:
+        order = "written oxygen first, as |r_2 - r_1|^2 - d^2, |r_3 - r_1|^2 - d^2 and |r_3 - r_2|^2 - d_H^2"
+        return "" if ivp.facts.WATER else f"needs {STRUCTURES[WATER]}, {order}, which those of {ivp.problem} are not; use rattle."
+    if not ivp.facts.DISTANCES:
+        return f"needs distances between point masses, which the constraints of {ivp.problem} are not all; use rattle."
+    radius = spectral_radius(ivp)
+    if radius < RADIUS:
+        return ""
+    return (
+        f"expands an inverse in powers of a matrix, which has no sum on {ivp.problem}, case {ivp.case}: the spectral radius is "
+        f"{radius:.4g} at the start, and must be less than 1, as it is where angles are not held; use rattle or rattle_ilves."
+    )

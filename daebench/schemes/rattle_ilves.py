@@ -1,0 +1,61 @@
+"""RATTLE with ILVES: Newton's iteration on all constraints at once, ended by a tolerance as molecular dynamics ends it."""
+
+from daebench.schemes.kernels.claims import Claims, Member
+from daebench.schemes.kernels.constrain import momentum_correction
+from daebench.schemes.kernels.language import CONSTRAINTS, G, g, norm, solve, zero
+from daebench.schemes.kernels.rattle_step import CHOICES, choices, rattle_step
+from daebench.schemes.kernels.relax import bounds, relax, require_tolerance
+from daebench.schemes.kernels.spaces import Jacobian, Multiplier, Number, Report, Rows, Step, Vector
+
+CLAIMS = Claims(
+    order=2,
+    symmetric=False,
+    symplectic=False,
+    keeps_g=False,
+    keeps_Gv=False,
+    system="constrained",
+    source="López-Villellas, Mikkelsen and others, arXiv 2503.13075 (2025); HLW (1.25)",
+    separable_only=True,
+)
+MEMBERS = {
+    "rattle_ilves": Member(
+        claims=CLAIMS,
+        numbers=lambda tolerance, **chosen: (*choices(**chosen), require_tolerance(tolerance)),
+        options={"tolerance": 1e-8, **CHOICES},
+        multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0},
+    ),
+}
+
+
+def update_positions(
+    x: tuple[Vector, Multiplier], data: tuple[Vector, Rows, Multiplier]
+) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
+    """One Newton update for g(q0 + dq - V^T nu) = 0, or none where all constraints are met."""
+    dq, nu = x
+    q0, V, bound = data
+    q = q0 + dq
+    value = g(q)
+    unmet = sum(1.0 if abs(value[k]) > bound[k] else 0.0 for k in range(CONSTRAINTS))
+    change, pivot = solve(G(q) @ V.T, (1.0 if unmet > 0.5 else 0.0) * value)
+    return (dq - V.T @ change, nu + change), unmet, norm(value), pivot
+
+
+def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
+    """Return dq - V^T nu on g = 0 within the tolerance, nu and a report."""
+    (dq, nu), report = relax(update_positions, (dq, zero(q0)), (q0, V, bounds(G0, q0 + dq)))
+    return dq, nu, report
+
+
+def increment(p0: Vector, q0: Vector, h: Number) -> Step:
+    """Return p1 - p0, q1 - q0, lam and mu, and a report.
+
+    The step is :func:`daebench.schemes.kernels.rattle_step.rattle_step`. Positions are those of Newton's iteration on the whole system,
+    the first that are within the tolerance; momenta are projected by one linear solve::
+
+        nu -> nu + (G(q) V^T)^-1 g(q),      q = q0 + dq - V^T nu,      V = G(q0) M^-1,      |g_k(q)| <= tolerance sum_i |G_ki(q0) q_i|
+
+    It is the iteration of ``rattle`` but for its end: there the increment of q is at round-off, here the residual is within the
+    tolerance of ``rattle_gauss_seidel``. Each round squares the error, so that what is left is mostly far less than the tolerance. For
+    molecules of any size ILVES eliminates along the bonds, where the matrix is a band; of few constraints, as here, it is eliminated whole.
+    """
+    return rattle_step(solve_positions, momentum_correction, p0, q0, h)

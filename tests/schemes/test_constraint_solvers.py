@@ -1,0 +1,153 @@
+"""Solvers of constraints of molecular dynamics: against Newton's RATTLE, LINCS's radius against bonds by hand, and refusals."""
+
+import numpy as np
+import pytest
+
+from daebench.compiler.constrained.distances import distances, is_water
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.constraint_structure import spectral_radius
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.problems import butane, double_pendulum, rigid_body_rotation, rigid_water
+from daebench.runs.request import Request
+
+WATER, BUTANE, RING = ("rigid_water", "tumbling"), ("butane", "gauche"), ("cyclohexane_ring", "chair")
+TIGHT = {"tolerance": 1e-15}
+SOLVERS = {
+    "gauss_seidel": ("rattle_gauss_seidel", TIGHT, 1e-12),
+    "ilves": ("rattle_ilves", TIGHT, 1e-13),
+    "lincs": ("rattle_lincs", {"order": 32, "iterations": 8}, 1e-12),
+    "settle": ("rattle_settle", {}, 1e-13),
+    "differences": ("rattle_settle", {"differences": 1}, 1e-12),
+}
+"""Each solver where it has converged, and by what its momenta may be off."""
+
+
+def run(name, where, h=0.01, steps=30, **options):
+    ivp = initial_value_problem(*where)
+    return FixedStep(name, options=options, compiled=False).solve(ivp, Request(value=h, steps=steps, every=1)).complete()
+
+
+@pytest.mark.parametrize(("name", "options", "close"), SOLVERS.values(), ids=SOLVERS)
+@pytest.mark.parametrize("where", [WATER, BUTANE, RING], ids=lambda where: where[0])
+def test_what_has_converged_is_rattle(where, name, options, close):
+    if FixedStep(name).refusal(initial_value_problem(*where)):
+        pytest.skip("refused, see below")
+    newton, other = run("rattle", where), run(name, where, **options)
+    assert np.abs(other.q - newton.q).max() < 1e-12
+    assert np.abs(other.p - newton.p).max() < close * max(1, np.abs(newton.p).max())
+
+
+@pytest.mark.parametrize(("name", "options"), [("rattle_lincs", {"order": 2, "iterations": 1}), ("rattle_ilves", {"tolerance": 1e-3})])
+def test_what_has_not_converged_is_another_motion(name, options):
+    assert np.abs(run(name, BUTANE, **options).q - run("rattle", BUTANE).q).max() > 1e-6
+
+
+def turned(random):
+    """Return a rotation matrix."""
+    Q, _ = np.linalg.qr(random.normal(size=(3, 3)))
+    return Q * np.sign(np.linalg.det(Q))
+
+
+def test_settle_is_newton_from_a_thousand_states(random):
+    ivp = initial_value_problem(*WATER)
+    steps = []
+    for name in ("rattle", "rattle_settle"):
+        method = FixedStep(name, compiled=False)
+        linked = method.linked(ivp, method.kernel(ivp, "float64", (), count=False, singular=""), 0.01)
+        steps.append((linked.kernel.integrate, linked.par))
+    worst = 0.0
+    for _ in range(1000):
+        q = (ivp.q0.reshape(3, 3) @ turned(random).T + random.normal(size=3)).ravel()
+        p = random.normal(size=9) * np.repeat([4.0, 1.0, 1.0], 3)
+        h = random.uniform(0.002, 0.05)
+        newton, settle = (one_step(*step, p, q, h) for step in steps)
+        worst = max(worst, np.abs(newton[1] - settle[1]).max(), h * np.abs(newton[0] - settle[0]).max())
+    assert 0 < worst < 4e-13
+
+
+def one_step(integrate, par, p, q, h):
+    """Return the state after one step."""
+    x, none = (tuple(p), tuple(q)), np.empty((0, 0))
+    result = integrate(x, (), (), (), np.inf, h, np.array([]), 1, -1, 0, none, none, par)
+    assert result[-1][0] == 0
+    return np.array(result[0])
+
+
+def by_hand(where, bonds):
+    """Return the spectral radius of Hess's matrix from unit vectors along bonds (i, j) and masses, entry by entry."""
+    ivp = initial_value_problem(*where)
+    r = ivp.q0.reshape(-1, 3)
+    masses = 1 / np.diag(ivp.value("H_pp", ivp.p0, ivp.q0))[::3]
+    B = [(r[j] - r[i]) / np.linalg.norm(r[j] - r[i]) for i, j in bonds]
+    S = [1 / np.sqrt(1 / masses[i] + 1 / masses[j]) for i, j in bonds]
+    A = np.zeros((len(bonds), len(bonds)))
+    for k, (i, j) in enumerate(bonds):
+        for n, other in enumerate(bonds):
+            shared = {i, j} & set(other)
+            if n != k and shared:
+                (atom,) = shared
+                sign = (1 if atom == j else -1) * (1 if atom == other[1] else -1)
+                A[k, n] = -sign * S[k] * S[n] / masses[atom] * (B[k] @ B[n])
+    return np.abs(np.linalg.eigvalsh(A)).max()
+
+
+BONDS = [(0, 1), (1, 2), (2, 3), (0, 2), (1, 3)]
+
+
+@pytest.mark.parametrize("case", ["trans", "gauche", "crossing", "tumbling"])
+def test_the_spectral_radius_is_that_of_the_bonds(case):
+    where = "butane", case
+    assert spectral_radius(initial_value_problem(*where)) == pytest.approx(by_hand(where, BONDS), abs=1e-12)
+    assert 0.7 < by_hand(where, BONDS) < 0.95
+
+
+def test_the_error_of_the_expansion_falls_by_the_spectral_radius():
+    newton = run("rattle", BUTANE, steps=1)
+    errors = [np.abs(run("rattle_lincs", BUTANE, steps=1, order=n, iterations=1).p - newton.p).max() for n in (20, 30)]
+    assert (errors[1] / errors[0]) ** (1 / 20) == pytest.approx(spectral_radius(initial_value_problem(*BUTANE)), abs=0.01)
+
+
+def test_unprojected_momenta_leave_the_positions_of_shake():
+    shake, half = run("shake", BUTANE), run("rattle_ilves", BUTANE, tolerance=1e-14, projected=0)
+    assert np.abs(half.q - shake.q).max() < 1e-11
+    assert np.abs(half.p - shake.p).max() > 1e-2
+
+
+def test_distances_and_water_are_told_from_their_expressions():
+    assert is_water(rigid_water.problem())
+    assert not is_water(butane.problem())
+    assert len(distances(butane.problem())) == 5
+    assert distances(double_pendulum.problem()) is not None
+    assert distances(rigid_body_rotation.problem()) is None
+
+
+REFUSED = {
+    "ring": ("rattle_lincs", RING, "the spectral radius is 1 at the start, and must be less than 1"),
+    "boat": ("rattle_lincs", ("cyclohexane_ring", "boat"), "the spectral radius is 1.085 at the start"),
+    "no distances": ("rattle_lincs", ("torus", None), "needs distances between point masses"),
+    "no water": ("rattle_settle", BUTANE, "needs the three distances of a rigid water molecule, written oxygen first"),
+}
+
+
+@pytest.mark.parametrize(("name", "where", "why"), REFUSED.values(), ids=REFUSED)
+def test_a_problem_without_the_structure_is_refused_in_one_sentence(name, where, why):
+    refusal = FixedStep(name).refusal(initial_value_problem(*where))
+    assert why in refusal
+    assert refusal.startswith(name)
+    assert refusal.endswith(".")
+
+
+BAD = {
+    "tolerance in single": ("rattle_ilves", {}, "float32", "tolerance = 1e-08 in float32, whose rounding leaves 4.8e-07"),
+    "tolerance in double": ("rattle_gauss_seidel", {"tolerance": 1e-17}, "float64", "tolerance = 1e-17 in float64"),
+    "order": ("rattle_lincs", {"order": 2.5}, "float64", "order = 2.5 must be a whole number from 1 to 64"),
+    "iterations": ("rattle_lincs", {"iterations": 0}, "float64", "iterations = 0 must be a whole number from 1 to 64"),
+    "differences": ("rattle_settle", {"differences": 2}, "float64", "differences = 2 must be 0 for no or 1 for yes"),
+}
+
+
+@pytest.mark.parametrize(("name", "options", "precision", "why"), BAD.values(), ids=BAD)
+def test_a_bad_number_is_refused_in_one_sentence(name, options, precision, why):
+    with pytest.raises(BadInput, match=why):
+        FixedStep(name, options=options).solve(initial_value_problem(*WATER), Request(value=0.01, steps=1, precision=precision))
