@@ -89,7 +89,7 @@ def test_out_holds_the_states_with_all_their_digits(daebench, tmp_path, ending):
     _, out, _ = daebench(*BODY, "--every", 20, "--out", path, "--json")
     if ending == "npz":
         with np.load(path) as stored:
-            assert set(stored) == {"t", "y"}
+            assert set(stored) == {"t", "y", "about"}
             t, y = stored["t"], stored["y"]
     else:
         table = np.genfromtxt(path, delimiter=",", names=True)

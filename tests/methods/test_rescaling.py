@@ -29,7 +29,7 @@ PLACES = {
 }
 FORMS = [(name, form) for name in ("midpoint", "gauss2", "rk4") for form in ("local", "baumgarte", "stiff")]
 METHODS = [(name, "") for name in registry() if name != "seproj"] + FORMS
-ROUNDED = ("radau2_ggl", "radau3_ggl")
+ROUNDED = ("radau2_ggl", "radau3_ggl", "ggl_vi", "ggl_vi_mod")
 """Their two multipliers have different units, so that another order of pivots is chosen: the same to round-off, and not to the bit."""
 
 

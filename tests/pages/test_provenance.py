@@ -83,7 +83,7 @@ def test_readers_of_the_files_read_numbers_alone(made):
         assert pd.read_csv(made / name).map(np.isreal).all(axis=None)
         assert np.isfinite(np.genfromtxt(made / name, delimiter=",", skip_header=1)).all()
     with np.load(made / "run.npz") as stored:
-        assert {"t", "q", "p"} == set(stored)
+        assert {"t", "q", "p", "about"} == set(stored)
     assert "columns" in json.loads((made / "digits.json").read_text())
 
 
