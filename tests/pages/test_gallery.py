@@ -127,7 +127,7 @@ def test_a_report_of_ones_own_depends_on_its_file_and_on_what_that_imports(tmp_p
 def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, monkeypatch, capsys, daebench, stop):
     (first, stopped, last), out = gallery_of("one", "two", "three"), tmp_path / "out"
     interrupted = quick("two", tmp_path, fails=stop)
-    monkeypatch.setattr(pages, "pages", lambda command_line: [report for report, _, _ in (first, interrupted, last)])
+    monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in (first, interrupted, last)])
     status, said, told = daebench("report", "all", "--out", out)
     assert (status, said.count("made in"), counts([first, last])) == (130, 1, [1, 0])
     assert told == f"daebench: interrupted; what was made is in {out}: run again to go on.\n"
@@ -356,7 +356,7 @@ def test_a_report_of_ones_own_does_not_take_the_name_of_another(own, tmp_path):
 
 def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, monkeypatch, capsys):
     parts = gallery_of("one", "two")
-    monkeypatch.setattr(pages, "pages", lambda command_line: [report for report, _, _ in parts])
+    monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in parts])
     command = ["report", "all", "--out", str(tmp_path / "out")]
     app([*command, "--archive", str(tmp_path / "all.zip")], standalone_mode=False)
     assert re.findall(r"(?m)^(one|two): made in", capsys.readouterr().out) == ["one", "two"]
@@ -391,7 +391,7 @@ def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(
     assert sum(each.kind == "lesson" for each in pages.pages()) == len(pages.lessons()) > 0
     monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)
     assert not [each for each in pages.pages() if each.kind == "lesson"]
-    monkeypatch.setattr(pages, "pages", lambda command_line: [])
+    monkeypatch.setattr(pages, "pages", lambda: [])
     app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
     assert "pip install 'daebench[lessons]'" in capsys.readouterr().err
 
