@@ -14,7 +14,7 @@ HIGHEST = 24
 
 @cache
 def central_weights(order: int) -> tuple[float, ...]:
-    """Return w_1, ..., w_k of the central difference of an even order 2k: x' = sum_j w_j (x_j - x_-j) / h + O(h^order).
+    """Return w_1, ..., w_k of the central difference of an even order 2k: x' = sum_j w_j (x(jh) - x(-jh)) / h, up to h^order.
 
     ::
 

@@ -391,7 +391,7 @@ def test_without_what_lessons_need_the_gallery_is_made_without_them_and_says_so(
     assert sum(each.kind == "lesson" for each in pages.pages()) == len(pages.lessons()) > 0
     monkeypatch.setattr("daebench.pages.lesson.installed.find_spec", lambda name: None)
     assert not [each for each in pages.pages() if each.kind == "lesson"]
-    monkeypatch.setattr(pages, "pages", lambda: [])
+    monkeypatch.setattr(pages, "pages", list)
     app(["report", "all", "--out", str(tmp_path / "out")], standalone_mode=False)
     assert "pip install 'daebench[lessons]'" in capsys.readouterr().err
 
