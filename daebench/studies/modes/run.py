@@ -109,7 +109,7 @@ def modes(
 
         >>> import daebench
         >>> found = daebench.modes("planar_pendulum", parameters={"gravity": 4.0}, methods=["rattle"])
-        >>> [float(round(x, 9)) for x in found.frequencies], round(found.steps["rattle"], 3)
+        >>> [float(round(x, 9)) for x in found.frequencies], round(float(found.steps["rattle"]), 3)
         ([2.0], 1.0)
 
     Parameters
