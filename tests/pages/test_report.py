@@ -36,9 +36,11 @@ from daebench.runs.machine import machine
 
 FIGURES = {
     "energy": ["t", "energy_error", "distance", "method", "h"],
+    "rods": ["method", "h", "t", "energy_error"],
     "drift": ["t", "energy_error_se", "distance_se"],
     "swing": ["t", "q3_symplectic_euler", "q3_implicit_euler", "energy_implicit_euler"],
     "symplecticity": ["n", "se", "seproj", "rattle"],
+    "two_form": ["run", "t", "dg", "change", "predicted"],
     "ida": ["case", "formulation", "tol", "error", "g", "failure"],
 }
 SIGNS = str.maketrans("\N{NARROW NO-BREAK SPACE}\N{NO-BREAK SPACE}\N{MINUS SIGN}\N{MULTIPLICATION SIGN}", "  -x")
