@@ -33,7 +33,7 @@ def shadow(
 ) -> None:
     """Compute the shadow Hamiltonian along a scheme's orbit: the energy that it really keeps, to ever higher order.
 
-    Its range falls with the order, down to rounding, for schemes that keep the two-form. For others it does not.
+    Where the scheme keeps the two-form, its range falls with the order, down to rounding, as long as the step resolves the motion.
     """
     from daebench.errors import BadInput
     from daebench.studies.shadow.run import shadow as computed
@@ -70,4 +70,4 @@ def _print(energies: "Sequence[Shadow]") -> None:
     print_table(["order", *(run.method for run in energies)], rows)
     for run in energies:
         if not run.derived:
-            print(f"{run.method} is not symplectic on the manifold: it has no shadow Hamiltonian, and its numbers do not fall to rounding.")
+            print(f"{run.method} does not claim to be symplectic on the manifold, and has no shadow Hamiltonian: it is for comparison.")

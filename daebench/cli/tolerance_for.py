@@ -44,5 +44,5 @@ def tolerance_for(
         print_table(["tolerance", "energy", "drift / std(T), at most", "per s and degree of freedom", "rounds a step"], rows)
         print("no tolerance tried is small enough" if found.tolerance is None else f"tolerance = {found.tolerance:g}")
         if found.fortuitous:
-            print(f"by cancellation alone: {', '.join(f'{x:g}' for x in found.fortuitous)}")
+            print(f"small enough too, but not with every tighter tolerance: {', '.join(f'{x:g}' for x in found.fortuitous)}")
     raise typer.Exit(1 if found.tolerance is None else 0)

@@ -104,7 +104,8 @@ def run(
     Warns
     -----
     LostMotion
-        If the run came to its end with an energy error above the mean kinetic energy, or with a constraint that is broken.
+        If the run came to its end with an energy error above the mean kinetic energy, or with a constraint that is broken; or if a damping
+        is negative, which is allowed.
 
     Raises
     ------

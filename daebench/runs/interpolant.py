@@ -18,8 +18,9 @@ DEGREE = 5
 class Interpolant:
     """Splines through the states at the outputs of a run, of degree 5, or 3 or 1 where there are fewer than six or four outputs.
 
-    The error is of order dt^(degree + 1) in the interval dt of outputs, of motions that are smooth; :attr:`error` estimates it. States
-    between outputs are off the constraint manifold by as much.
+    The error of interpolation is of order dt^(degree + 1) in the interval dt of outputs, of motions that are smooth; :attr:`error`
+    estimates it. States between outputs are off the constraint manifold by as much. The error of the run itself is not in it: states
+    between outputs are no more accurate than those at outputs.
 
     Parameters
     ----------
@@ -56,9 +57,10 @@ class Interpolant:
 
     @cached_property
     def error(self) -> float:
-        """Largest error of a state, estimated: what splines through every second output miss at the others, over 2^(degree + 1).
+        """Largest error that interpolation adds to a state, estimated.
 
-        It is NaN where there are fewer than three outputs.
+        It is what splines through every second output miss at the others, over 2^(degree + 1), and NaN where there are fewer than three
+        outputs.
         """
         if len(self._t) < 3:
             return float("nan")

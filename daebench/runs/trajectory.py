@@ -158,7 +158,9 @@ class Outcome(Shown):
 
     @cached_property
     def sol(self) -> Interpolant:
-        """States between the outputs: ``sol(t)["q"]``, shape(d,), or shape(k, d) for k times, with ``sol.error`` an estimate of its error.
+        """States between the outputs: ``sol(t)["q"]``, shape(d,), or shape(k, d) for k times.
+
+        ``sol.error`` estimates what interpolation adds to the error of the run.
 
         Raises
         ------

@@ -91,7 +91,7 @@ class ToleranceFor:
 
     @property
     def fortuitous(self) -> tuple[float, ...]:
-        """Looser tolerances whose drift is small enough all the same, and that of a tighter one is not: errors of theirs cancel."""
+        """Looser tolerances whose drift is small enough all the same, where that of a tighter one is not."""
         return tuple(row.tolerance for row in self.tried if row.keeps(self.most) and row.tolerance > (self.tolerance or 0.0))
 
     def summary(self) -> dict[str, Any]:
@@ -120,8 +120,8 @@ def tolerance_for(
     """Return the loosest tolerance of a solver of constraints with which, and with all tighter ones, the energy drifts little enough.
 
     The drift is an upper bound on the change of the mean of H over the run, see :class:`daebench.diagnostics.energy.Drift`, in standard
-    deviations of the kinetic energy along the run, so that it has no unit. One tolerance by itself may do by chance, where errors cancel:
-    such are named apart, and not chosen::
+    deviations of the kinetic energy along the run, so that it has no unit. A tolerance whose drift is small
+    while that of a tighter one is not is named apart, and not chosen::
 
         >>> import daebench
         >>> found = daebench.tolerance_for("rigid_water", case="tumbling", drift=1e-3, h=0.01, t_end=40, tolerances=[1e-3, 1e-9])

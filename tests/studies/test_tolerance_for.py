@@ -1,4 +1,4 @@
-"""The tolerance of a solver of constraints that a drift asks for: what is chosen, what cancels, what is refused."""
+"""The tolerance of a solver of constraints that a drift asks for: what is chosen, what is named apart, what is refused."""
 
 import pytest
 
@@ -18,7 +18,7 @@ def test_the_loosest_tolerance_is_chosen_from_which_on_all_do():
     assert found(("drifts", 0.1), ("bounded", 2e-3)).tolerance is None
 
 
-def test_a_tolerance_that_does_by_cancellation_is_named_and_not_chosen():
+def test_a_tolerance_that_does_where_a_tighter_one_does_not_is_named_and_not_chosen():
     some = found(("drifts", 5e-4), ("drifts", 5e-3), ("bounded", 1e-5))
     assert (some.tolerance, some.fortuitous) == (1e-5, (1e-3,))
 

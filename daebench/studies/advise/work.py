@@ -103,9 +103,7 @@ def plan(work: Work, names: Sequence[str]) -> str:
     new, asked = sum(not tried(work, name) for name in names), work.question
     moved = f"{asked.starts} other starts, {LONGER:g} times the horizon, a coarser step, and parameters moved"
     most = AFTERWARDS + min(PATIENCE, EACH * new)
-    return (
-        f"{len(names)} methods, {new} of them new, at finer and finer steps or tolerances; then {moved}: {most:.0f} s of CPU time or less"
-    )
+    return f"{len(names)} methods, {new} of them new, at finer and finer steps or tolerances; then {moved}: about {most:.0f} s of CPU time"
 
 
 def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list[Found]:

@@ -72,7 +72,7 @@ def actions_of(method: str, *, compare: bool) -> Actions:
     if method in COMPARED:
         if compare:
             return COMPARED[method]
-        reason = "it is not symplectic on the constraint manifold; with --compare the same quantity is computed of it, and does not settle"
+        reason = "it is not symplectic on the constraint manifold; with --compare the same quantity is computed of it, to compare with"
     elif "/" in method:
         reason = "a composition has states within its step that an orbit does not have"
     else:

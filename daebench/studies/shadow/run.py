@@ -80,7 +80,8 @@ def shadow(
 ) -> Shadow:
     """Return the shadow Hamiltonian along the orbit of a scheme: the energy of the system whose exact solution the orbit is.
 
-    Its range falls by orders of magnitude with the order, down to rounding, where a scheme keeps the two-form::
+    Its range falls by orders of magnitude with the order, down to rounding, where a scheme keeps the two-form and its step
+    resolves the motion::
 
         >>> import daebench
         >>> energies = daebench.shadow("spherical_pendulum", method="rattle", h=0.05, t_end=5, orders=[8])
@@ -102,7 +103,7 @@ def shadow(
     orders : sequence of int
         Even orders from 2 to 24.
     compare : bool
-        Whether se, seproj and midpoint on the index-reduced equation may be asked for: they have none, and their ranges do not fall.
+        Whether se, seproj and midpoint on the index-reduced equation may be asked for: they have none, and are there to compare with.
 
     Returns
     -------
