@@ -14,9 +14,6 @@ if TYPE_CHECKING:
 COMMAND = "daebench compare"
 """Who made a file, as the text beside it says."""
 
-PICTURES = (".pdf", ".svg", ".png")
-"""Endings of the file."""
-
 LEAST, MOST = 2.0, 60.0
 """Widths and heights, inches."""
 
@@ -37,6 +34,8 @@ class PictureFile:
         BadInput
             If the options do not fit, or are of a folder.
         """
+        from daebench.draw.figures import PICTURES
+
         if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
             if size or labels or colors:
                 raise BadInput("--size, --labels and --colors are of one picture; add --out FILE.pdf, .svg or .png.")

@@ -1,5 +1,6 @@
 """Errors along a run: of the energy, and of what the structure of its problem keeps."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,16 @@ LABELS = {
     "integral_error": "|integral error|",
 }
 """What can be seen along a run, of what its problem has."""
+
+
+MOST_POINTS = 2000
+"""Points of a curve, about; more cannot be seen."""
+
+
+def thinned(t: Array, errors: Mapping[str, Array]) -> tuple[Array, dict[str, Array]]:
+    """Return times and errors at :data:`MOST_POINTS` outputs at most, each the largest error of a group of neighbours."""
+    starts = np.unique(np.linspace(0, len(t) - 1, MOST_POINTS).astype(int))
+    return t[starts], {name: np.maximum.reduceat(values, starts) for name, values in errors.items()}
 
 
 def errors_along(ivp: Ivp, trajectory: Any) -> dict[str, Array]:

@@ -141,16 +141,10 @@ _STYLE: Any = {
 }
 
 
-SCALED: tuple[str, ...] = (
-    "font.size",
-    "axes.titlesize",
-    "axes.labelsize",
-    "xtick.labelsize",
-    "ytick.labelsize",
-    "legend.fontsize",
-    "axes.linewidth",
+SCALED = (
+    *("font.size", "axes.titlesize", "axes.labelsize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize", "axes.linewidth"),
+    *("lines.linewidth", "lines.markersize", "grid.linewidth", "xtick.major.width", "ytick.major.width"),
 )
-SCALED += ("lines.linewidth", "lines.markersize", "grid.linewidth", "xtick.major.width", "ytick.major.width")
 """Settings that grow with a figure."""
 
 
@@ -231,12 +225,10 @@ def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Pa
 
 def save_picture(figure: "Figure", path: Path) -> None:
     """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`; a drawing of lines has no date in it."""
-    dated: Any = {
-        ".svg": {"metadata": {"Date": None, "Creator": None, "Source": _drawn_by()}},
-        ".pdf": {"metadata": {"CreationDate": None}},
-    }
+    undated: Any = {".svg": {"Date": None, "Creator": None, "Source": _drawn_by()}, ".pdf": {"CreationDate": None}}
+    ending = path.suffix.lower()
     with drawing(), atomic(path) as scratch:
-        figure.savefig(scratch, format=path.suffix[1:].lower(), **dated.get(path.suffix.lower(), {"dpi": DPI}))
+        figure.savefig(scratch, format=ending[1:], dpi=DPI, metadata=undated.get(ending))
 
 
 PICTURES = (".pdf", ".svg", ".png")

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from daebench.diagnostics.along import LABELS, errors_along
+from daebench.diagnostics.along import LABELS, MOST_POINTS, errors_along, thinned
 from daebench.draw.figures import BLACK, QUIET, STROKES, VERMILION, drawing, grid_of_axes
 from daebench.draw.orthographic import projected
 from daebench.draw.scene import Layout, layout_of, moving
@@ -13,9 +13,6 @@ from daebench.runs.trajectory import Outcome
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-MOST_POINTS = 2000
-"""Points of a curve, about; more cannot be seen."""
 
 
 def figure(run: Outcome) -> "Figure":
@@ -27,15 +24,14 @@ def figure(run: Outcome) -> "Figure":
         If the trajectory has no functions of its problem with it.
     """
     ivp = run.solved
-    errors = {name: values for name, values in errors_along(ivp, run).items() if np.any(values > 0)}
-    starts = np.unique(np.linspace(0, len(run.t) - 1, MOST_POINTS).astype(int))
+    t, errors = thinned(run.t, {name: values for name, values in errors_along(ivp, run).items() if np.any(values > 0)})
     layout = layout_of(ivp)
     with drawing():
         drawn, axes = grid_of_axes(1, 2, 3.2)
         motion, axis = axes[0]
-        _motion(motion, layout, _positions(run)) if layout else _states(motion, run, starts)
+        _motion(motion, layout, _seen(next(iter(run.states.values())))) if layout else _states(motion, run)
         for stroke, (name, values) in zip(STROKES, errors.items(), strict=False):
-            axis.plot(run.t[starts], np.maximum.reduceat(values, starts), label=LABELS[name], **stroke.line())
+            axis.plot(t, values, label=LABELS[name], **stroke.line())
         if errors:
             axis.set_yscale("log")
             drawn.legend(*axis.get_legend_handles_labels(), loc="outside lower right", ncols=len(LABELS))
@@ -50,9 +46,8 @@ def _title(run: Outcome) -> str:
     return f"{run.method} on {run.problem}, case {run.case}, {run.knob} = {run.value:g}, {end}"
 
 
-def _positions(run: Outcome) -> Array:
-    """Return positions, or states of a Poisson system, at so many outputs that a curve through them is smooth to the eye."""
-    rows = next(iter(run.states.values()))
+def _seen(rows: Array) -> Array:
+    """Return as many rows as make a curve through them smooth to the eye."""
     return rows[:: max(1, len(rows) // MOST_POINTS)]
 
 
@@ -74,10 +69,11 @@ def _motion(axis: Any, layout: Layout, states: Array) -> None:
         axis.axis("off")
 
 
-def _states(axis: Any, run: Outcome, starts: Any) -> None:
+def _states(axis: Any, run: Outcome) -> None:
     """Draw the first states over time, of a problem that declares no picture."""
     name, rows = next(iter(run.states.items()))
+    rows, t = _seen(rows), _seen(run.t)
     for k, stroke in zip(range(rows.shape[1]), STROKES, strict=False):
-        axis.plot(run.t[starts], rows[starts, k], label=f"{name}{k + 1}", **stroke.line())
+        axis.plot(t, rows[:, k], label=f"{name}{k + 1}", **stroke.line())
     axis.legend(loc="lower right")
     axis.set(title="states over time", xlabel="time t [s]")

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 STATES = {"constrained": ("q", "p"), "poisson": ("y",)}
 """Arrays that a file has, by the kind of its problem."""
 
-NEEDED = ("problem", "case", "parameters", "method", "knob", "value", "steps", "work", "maxima", "seconds", "compile_seconds", "callbacks")
-"""What a file says of a run."""
-
 
 def load(
     path: "str | Path", problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem | None" = None
@@ -60,7 +57,7 @@ def load(
     try:
         about = strict(str(arrays.pop(ABOUT)))
         kind = "poisson" if "y" in arrays else "constrained"
-        given = {name: about[name] for name in (*NEEDED, *IN_FILES)}
+        given = {name: about[name] for name in IN_FILES}
         states: dict[str, Any] = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *STATES[kind])}
     except (KeyError, ValueError, TypeError) as error:
         raise BadInput(f"{path}: it is no trajectory of daebench, or is damaged ({error}); run it again with --out.") from error

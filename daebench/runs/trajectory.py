@@ -30,8 +30,11 @@ DOUBTED = "use a smaller h or tol, and see whether the motion has left the domai
 """What to do where a run has come to its end with a number that is not finite."""
 
 
-IN_FILES = ("failure", "interrupted", "maxima_over", "pivot", "callback_seconds")
-"""Fields of a run beside those of its summary that a file has, so that :func:`daebench.load` returns them."""
+IN_FILES = (
+    *("problem", "case", "parameters", "method", "knob", "value", "steps", "work", "maxima", "maxima_over", "pivot", "seconds"),
+    *("compile_seconds", "callback_seconds", "callbacks", "failure", "interrupted"),
+)
+"""Fields of a run that a file has beside its arrays, so that :func:`daebench.load` returns them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,22 +194,8 @@ class Outcome(Shown):
     def about(self) -> dict[str, Any]:
         """Return what a file says of the run beside its arrays."""
         passages = [asdict(passage) for passage in getattr(self, "passages", ())]
-        names = (
-            "problem",
-            "case",
-            "parameters",
-            "method",
-            "knob",
-            "value",
-            "steps",
-            "work",
-            "maxima",
-            "seconds",
-            "compile_seconds",
-            "callbacks",
-        )
         definition = {} if self.ivp is None else {"definition": self.ivp.facts.FINGERPRINT}
-        return {name: getattr(self, name) for name in (*names, *IN_FILES)} | definition | {"passages": passages}
+        return {name: getattr(self, name) for name in IN_FILES} | definition | {"passages": passages}
 
     def to_frame(self) -> "pd.DataFrame":
         """Return the outputs as a table, a row a time: t, then q1, ..., p1, ..., or y1, ..., and what else was asked for."""

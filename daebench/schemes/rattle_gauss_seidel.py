@@ -1,24 +1,17 @@
 """RATTLE with the iteration of SHAKE, one constraint at a time until a tolerance is met, as molecular dynamics runs it."""
 
-from daebench.schemes.kernels.claims import Claims, Member
+from dataclasses import replace
+
+from daebench.schemes.kernels.claims import Member
 from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, G, H_p, dot, dot_moduli, g, multiplier, rows, zero
-from daebench.schemes.kernels.rattle_step import CHOICES, choices, rattle_step
+from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
 from daebench.schemes.kernels.relax import bounds, relax, require_tolerance
 from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
 Iterate = tuple[Vector, Multiplier]
 Round = tuple[Iterate, Number, Number, Number]
 
-CLAIMS = Claims(
-    order=2,
-    symmetric=False,
-    symplectic=False,
-    keeps_g=False,
-    keeps_Gv=False,
-    system="constrained",
-    source="Ryckaert, Ciccotti and Berendsen, J. Comput. Phys. 23 (1977); Andersen, J. Comput. Phys. 52 (1983)",
-    separable_only=True,
-)
+CLAIMS = replace(APPROXIMATE, source="Ryckaert, Ciccotti and Berendsen, J. Comput. Phys. 23 (1977); Andersen, J. Comput. Phys. 52 (1983)")
 MEMBERS = {
     "rattle_gauss_seidel": Member(
         claims=CLAIMS,

@@ -1,22 +1,15 @@
 """RATTLE with ILVES: Newton's iteration on all constraints at once, ended by a tolerance as molecular dynamics ends it."""
 
-from daebench.schemes.kernels.claims import Claims, Member
+from dataclasses import replace
+
+from daebench.schemes.kernels.claims import Member
 from daebench.schemes.kernels.constrain import momentum_correction
 from daebench.schemes.kernels.language import CONSTRAINTS, G, g, norm, solve, zero
-from daebench.schemes.kernels.rattle_step import CHOICES, choices, rattle_step
+from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
 from daebench.schemes.kernels.relax import bounds, relax, require_tolerance
 from daebench.schemes.kernels.spaces import Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
-CLAIMS = Claims(
-    order=2,
-    symmetric=False,
-    symplectic=False,
-    keeps_g=False,
-    keeps_Gv=False,
-    system="constrained",
-    source="López-Villellas, Mikkelsen and others, arXiv 2503.13075 (2025); HLW (1.25)",
-    separable_only=True,
-)
+CLAIMS = replace(APPROXIMATE, source="López-Villellas, Mikkelsen and others, arXiv 2503.13075 (2025); HLW (1.25)")
 MEMBERS = {
     "rattle_ilves": Member(
         claims=CLAIMS,

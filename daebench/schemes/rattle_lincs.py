@@ -1,9 +1,11 @@
 """RATTLE with LINCS: a projection whose inverse is a truncated series, and corrections for the turning of bonds."""
 
+from dataclasses import replace
+
 from daebench.errors import BadInput
-from daebench.schemes.kernels.claims import EXPANDABLE, Claims, Member
+from daebench.schemes.kernels.claims import EXPANDABLE, Member
 from daebench.schemes.kernels.language import CONSTRAINTS, G, H_p, dot, g, multiplier, norm, rows, sqrt, squares, zero
-from daebench.schemes.kernels.rattle_step import CHOICES, choices, rattle_step
+from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
 from daebench.schemes.kernels.relax import relax
 from daebench.schemes.kernels.spaces import DATA, Gram, Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
@@ -21,17 +23,7 @@ def numbers(order: float, iterations: float, differences: float, projected: floa
     return (*choices(differences, projected), float(order), float(iterations))
 
 
-CLAIMS = Claims(
-    order=2,
-    symmetric=False,
-    symplectic=False,
-    keeps_g=False,
-    keeps_Gv=False,
-    system="constrained",
-    source="Hess, Bekker, Berendsen and Fraaije, J. Comput. Chem. 18 (1997) 1463-1472",
-    separable_only=True,
-    constraints=EXPANDABLE,
-)
+CLAIMS = replace(APPROXIMATE, source="Hess, Bekker, Berendsen and Fraaije, J. Comput. Chem. 18 (1997) 1463-1472", constraints=EXPANDABLE)
 MEMBERS = {
     "rattle_lincs": Member(
         claims=CLAIMS,

@@ -11,6 +11,7 @@ from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.freedom import freedom
 from daebench.errors import BadInput, positive
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.constraint_structure import finest
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
 from daebench.runs.ivp import ConstrainedIvp
@@ -159,10 +160,11 @@ def tolerance_for(
     if not isinstance(ivp, ConstrainedIvp):
         raise BadInput(f"tolerances are those of constraints, and {ivp.problem} is a Poisson system, without any.")
     positive("drift", drift)
-    finest = 4 * float(np.finfo(precision).eps)
-    wanted = sorted((tolerance for tolerance in tolerances if tolerance >= finest), reverse=True)
+    wanted = sorted((tolerance for tolerance in tolerances if tolerance >= finest(precision)), reverse=True)
     if not wanted:
-        raise BadInput(f"none of these tolerances is reached in {precision}, whose rounding leaves {finest:.2g}; give larger ones.")
+        raise BadInput(
+            f"none of these tolerances is reached in {precision}, whose rounding leaves {finest(precision):.2g}; give larger ones."
+        )
     tried = []
     for k, tolerance in enumerate(wanted):
         tried.append(_tried(ivp, method, tolerance, float(h), float(t_end), precision))

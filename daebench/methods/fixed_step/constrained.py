@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from daebench.compiler.constrained.held import in_loops
 from daebench.compiler.work import WORK
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
+from daebench.methods.fixed_step.constraint_structure import require_reached
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
 from daebench.methods.fixed_step.stage_multipliers import stage_multipliers
@@ -22,7 +21,6 @@ from daebench.runs.request import Method, Request
 from daebench.runs.scales import constrained_scales, in_coordinates
 from daebench.runs.trajectory import CONSTRAINED, Trajectory
 from daebench.schemes.kernels.language import ROUNDINGS
-from daebench.schemes.kernels.relax import FINEST
 
 
 @dataclass(frozen=True)
@@ -148,14 +146,8 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def _require(self, ivp: ConstrainedIvp, request: Request) -> None:
         self.on_singular(ivp, request)
-        tolerance = self.options.get("tolerance", self.member.options.get("tolerance", 1.0))
-        finest = FINEST * float(np.finfo("float32" if request.precision == "float32" else "float64").eps)
-        if tolerance < finest:
-            wider = "" if request.precision == "float64" else ", or float64"
-            raise BadInput(
-                f"{self.name} cannot meet constraints within tolerance = {tolerance:g} in {request.precision}, whose rounding "
-                f"leaves {finest:.2g}; take a larger tolerance{wider}."
-            )
+        if "tolerance" in self.member.options:
+            require_reached(self.name, {**self.member.options, **self.options}["tolerance"], request.precision)
 
     def grid(self, ivp: ConstrainedIvp, request: Request) -> Grid:
         """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""

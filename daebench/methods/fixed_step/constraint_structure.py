@@ -1,9 +1,11 @@
-"""Whether the constraints of a problem are what a solver of molecular dynamics needs, and the spectral radius that decides on LINCS."""
+"""What a solver of molecular dynamics needs of constraints and tolerances, and the spectral radius that decides on LINCS."""
 
 import numpy as np
 
+from daebench.errors import BadInput
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.schemes.kernels.claims import STRUCTURES, WATER
+from daebench.schemes.kernels.relax import FINEST
 
 RADIUS = 1.0 - 1e-9
 """Spectral radius from which on the expansion of LINCS is taken to have no sum; 1 up to the rounding of eigenvalues."""
@@ -49,4 +51,20 @@ def misfit(structure: str, ivp: ConstrainedIvp) -> str:
     return (
         f"expands an inverse in powers of a matrix, which has no sum on {ivp.problem}, case {ivp.case}: the spectral radius is "
         f"{radius:.4g} at the start, and must be less than 1, as it is where angles are not held; use rattle or rattle_ilves."
+    )
+
+
+def finest(precision: str) -> float:
+    """Return the least tolerance within which constraints can be met in "float64" or "float32"."""
+    return FINEST * float(np.finfo(precision).eps)
+
+
+def require_reached(name: str, tolerance: float, precision: str) -> None:
+    """Refuse a tolerance that rounding does not let a scheme reach; ``name`` is the scheme's."""
+    if tolerance >= finest(precision):
+        return
+    wider = "" if precision == "float64" else ", or float64"
+    raise BadInput(
+        f"{name} cannot meet constraints within tolerance = {tolerance:g} in {precision}, whose rounding leaves {finest(precision):.2g}; "
+        f"take a larger tolerance{wider}."
     )

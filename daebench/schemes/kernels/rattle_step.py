@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from daebench.errors import BadInput
+from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.language import G, H_p, H_q, mass, rows
 from daebench.schemes.kernels.newton import both
 from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Report, Rows, Step, Vector
@@ -12,6 +13,18 @@ Positions = Callable[[Vector, Vector, Vector, Jacobian, Rows], tuple[Vector, Mul
 
 Momenta = Callable[[Vector, Vector], tuple[Vector, Multiplier, Report]]
 """From p and q to n = G(q)^T mu with G M^-1 (p - n) = 0, mu and a report."""
+
+APPROXIMATE = Claims(
+    order=2,
+    symmetric=False,
+    symplectic=False,
+    keeps_g=False,
+    keeps_Gv=False,
+    system="constrained",
+    source="HLW (1.25)",
+    separable_only=True,
+)
+"""Claims of the step around a solver that leaves something of the constraints."""
 
 CHOICES = {"differences": 0.0, "projected": 1.0}
 """Options of every scheme whose step this is, with their defaults."""

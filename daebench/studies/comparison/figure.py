@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.along import LABELS, errors_along
+from daebench.diagnostics.along import LABELS, errors_along, thinned
 from daebench.draw.figures import WIDTH, drawing, grid_of_axes, save, save_picture, save_table
 from daebench.draw.methods import name_of, stroke_of
 from daebench.runs.ivp import Ivp
@@ -16,9 +15,6 @@ from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-MOST_POINTS = 2000
-"""Points of a curve, about; more cannot be seen."""
 
 FEW = 7
 """Curves that are told apart by colours and dashes; more have markers too."""
@@ -91,10 +87,8 @@ def _all_curves(ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory]) -> pd.
 
 def _curves(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
     """Return what is drawn of one run, thinned by keeping the largest error of each group of neighbours."""
-    errors = errors_along(ivp, run)
-    starts = np.unique(np.linspace(0, len(run.t) - 1, MOST_POINTS).astype(int))
-    thinned = {name: np.maximum.reduceat(values, starts) for name, values in errors.items()}
-    return pd.DataFrame({"method": run.method, "t": run.t[starts], **thinned})
+    t, errors = thinned(run.t, errors_along(ivp, run))
+    return pd.DataFrame({"method": run.method, "t": t, **errors})
 
 
 def _panel(axis: Any, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.DataFrame, column: str, look: Look) -> None:
