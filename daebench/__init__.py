@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from daebench.errors import BadInput, DaebenchError, InconsistentStart, InvalidProblem, RunFailed
     from daebench.methods.gradient import Gradient, gradient
     from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.methods.listing import list_methods, list_problems
     from daebench.methods.load import load
-    from daebench.methods.run import list_methods, list_problems, run
+    from daebench.methods.run import run
     from daebench.pages.animation.animation import animation
     from daebench.pages.certificate.certify import certify
     from daebench.runs.ivp import InitialValueProblem
@@ -103,7 +104,8 @@ __all__ = [
 ]
 
 _HOME = {
-    **dict.fromkeys(("list_methods", "list_problems", "run"), "methods.run"),
+    **dict.fromkeys(("list_methods", "list_problems"), "methods.listing"),
+    "run": "methods.run",
     **dict.fromkeys(("BadInput", "DaebenchError", "InconsistentStart", "InvalidProblem", "RunFailed"), "errors"),
     **dict.fromkeys(("Case", "Chart", "ConstrainedHamiltonian", "KineticFlow", "Picture", "coordinates"), "systems.constrained"),
     **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "systems.poisson"),
