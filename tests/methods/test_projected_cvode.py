@@ -11,8 +11,8 @@ from planted import plant
 
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import method_of, parse
 from daebench.methods.listing import list_methods
+from daebench.methods.names import method_of, parse
 from daebench.methods.run import run
 from daebench.methods.solvers.native import libraries, memory
 from daebench.methods.solvers.native import projection as called_back
