@@ -146,7 +146,7 @@ def tolerance_for(
     tolerances : sequence of float
         What is tried.
     progress : callable, optional
-        Told the fraction of the runs done.
+        Called with the fraction of the runs done.
 
     Raises
     ------
