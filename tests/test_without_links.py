@@ -33,11 +33,11 @@ import daebench
 from daebench.methods import catalogue
 from daebench.systems.files import package as package_files
 from daebench.reference.keep import places, store
-from daebench.pages.report import write_page
+from daebench.pages.report.index import write_index
 
 assert Path(daebench.__file__).is_relative_to(ROOT)
 light = "daebench.problems" not in sys.modules and "daebench.reports" not in sys.modules
-written = write_page("index.html", ROOT / "out" / "index.html", "daebench report all", groups={})
+written = write_index(ROOT / "out", [], {})
 print(json.dumps({
     "problems": sorted(catalogue.problems()),
     "defined": catalogue.find_problem("torus").define().fingerprint != "",

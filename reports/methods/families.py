@@ -10,6 +10,7 @@ from daebench.methods.fixed_step.forms import FORMS
 from daebench.methods.fixed_step.parts import PROJECTIONS
 from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.names import parse
+from daebench.schemes.kernels.claims import WATER
 
 COMPOSED, SPLIT = "rattle", "strang/suzuki4"
 """What is composed in every way that there is, and a composition of a splitting."""
@@ -33,9 +34,16 @@ SYSTEMS = {"constrained": "(1.9)", "ode": "(1.18)", "index3": "index 3", "index2
 """What a method solves, in a word; a name that is missing here stands for itself."""
 
 
+def left_out() -> list[str]:
+    """Return the schemes that neither motion of the report is made for: those of damped systems and of rigid water."""
+    every = {name: method(name).claims for name in schemes()}
+    return [name for name, claims in every.items() if claims.conformal or claims.constraints == WATER]
+
+
 def names() -> list[str]:
-    """Return the names of all methods with fixed steps, by family, then by order, then by name."""
-    method_names = [*schemes(), *(f"{COMPOSED}/{composition}" for composition in COMPOSITIONS), SPLIT]
+    """Return the names of all methods with fixed steps that a motion of the report is for, by family, then by order, then by name."""
+    own = [name for name in schemes() if name not in left_out()]
+    method_names = [*own, *(f"{COMPOSED}/{composition}" for composition in COMPOSITIONS), SPLIT]
     method_names += [f"{base}+{projection}" for base in BASES for projection in PROJECTIONS]
     method_names += [f"{form}:{base}" for form in FORMS for base in BASES]
     return sorted(method_names, key=lambda name: (list(TITLES).index(family(name)), method(name).claims.order, name))

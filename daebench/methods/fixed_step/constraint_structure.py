@@ -34,12 +34,10 @@ def misfit(structure: str, ivp: ConstrainedIvp) -> str:
     Parameters
     ----------
     structure : str
-        A name in :data:`daebench.schemes.kernels.claims.STRUCTURES`, or "" for any constraints.
+        A name in :data:`daebench.schemes.kernels.claims.STRUCTURES`.
     ivp : ConstrainedIvp
         The problem.
     """
-    if not structure:
-        return ""
     if structure == WATER:
         order = "written oxygen first, as |r_2 - r_1|^2 - d^2, |r_3 - r_1|^2 - d^2 and |r_3 - r_2|^2 - d_H^2"
         return "" if ivp.facts.WATER else f"needs {STRUCTURES[WATER]}, {order}, which those of {ivp.problem} are not; use rattle."

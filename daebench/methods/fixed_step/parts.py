@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput, real, require_known, unknown
 from daebench.methods.fixed_step.chain_refusals import unwritten
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
-from daebench.methods.fixed_step.constraint_structure import misfit
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
 from daebench.schemes.kernels.claims import Claims, Member, composed, on_form, projected
@@ -169,7 +168,12 @@ class Parts:
             )
         if self.form == "local" and not facts.CHART:
             return f"{self.name} needs a chart of the manifold, which {ivp.problem} does not declare; leave out local:."
-        why = misfit(needs.constraints, ivp)
+        return self._misfit_of_constraints(ivp) if needs.constraints else None
+
+    def _misfit_of_constraints(self, ivp: "ConstrainedIvp") -> str | None:
+        from daebench.methods.fixed_step.constraint_structure import misfit
+
+        why = misfit(self.member.claims.constraints, ivp)
         return f"{self.name} {why}" if why else None
 
 
