@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import QUIET, curve, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import BLUE, QUIET, drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import curve_of
 from daebench.reports.methods.families import TITLES, by_family, family
 from daebench.reports.methods.guide import EVALUATIONS
-from daebench.reports.methods.matrix_figure import ROW, draw_matrix
+from daebench.reports.methods.matrix_figure import ROW, draw_main, draw_matrix
 from daebench.reports.methods.numbers import Numbers
 from daebench.reports.methods.series import KEEPING
 from daebench.reports.methods.sweep import PENDULUM, TORUS
@@ -36,7 +37,8 @@ def draw(numbers: Numbers, table: pd.DataFrame, folder: Path) -> dict[str, Path]
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
     with drawing():
         paths = [
-            draw_matrix(table, numbers.ida, folder),
+            draw_main(table, numbers, folder),
+            draw_matrix(table, numbers, folder),
             draw_orders(numbers.points, folder),
             draw_defects(numbers.defects, folder),
             draw_long(numbers, folder),
@@ -60,11 +62,11 @@ def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
 
 def draw_panel(ax: Any, points: pd.DataFrame, methods: Sequence[str], title: str) -> None:
     """Draw the errors that a fit used with their markers, joined, and all others as grey points."""
-    for k, name in enumerate(methods):
+    for name in methods:
         rows = points[points["method"] == name].dropna(subset=["error"])
         used = rows[rows["used"]]
         ax.plot(rows["h"], rows["error"].clip(upper=10), linestyle="none", marker=".", color="#bbbbbb", markersize=2.5, zorder=1)
-        ax.plot(used["h"], used["error"], label=name, **curve(k) | {"markersize": 3.2})
+        ax.plot(used["h"], used["error"], **curve_of(name) | {"markersize": 3.2})
     ax.set(xscale="log", yscale="log", title=title, ylim=(1e-15, 20))
     ax.set_xlabel("step size $h$ (s)", labelpad=1)
     if methods:
@@ -76,9 +78,9 @@ def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
     figure, axes = grid_of_axes(1, 2, 4.6, sharey=True)
     names = list(defects["method"].unique())
     for ax, (column, title) in zip(axes[0], (("symplectic", "two-form"), ("symmetric", "reversal")), strict=True):
-        for k, name in enumerate(sorted(names, key=KEEPING.__contains__)):
+        for name in sorted(names, key=KEEPING.__contains__):
             method_defects = defects[defects["method"] == name]
-            ax.plot(method_defects["h"], method_defects[column].clip(lower=LEAST), label=name, **curve(k) | {"markersize": 3.6})
+            ax.plot(method_defects["h"], method_defects[column].clip(lower=LEAST), **curve_of(name) | {"markersize": 3.6})
         ax.axhspan(LEAST, 1e-13, color="#eeeeee", zorder=0, linewidth=0)
         ax.set(xscale="log", yscale="log", title=f"defect of the {title}", xlabel="step size $h$ (s)", ylim=(LEAST, 10))
     axes[0, 0].set_ylabel("defect of ten steps")
@@ -92,7 +94,7 @@ def draw_long(numbers: Numbers, folder: Path) -> Path:
     for ax, (column, title) in zip(axes[0], (("energy", "energy error (J)"), ("distance", "distance from the manifold")), strict=True):
         for k, (name, windows) in enumerate(numbers.energy.groupby("method", sort=False)):
             shown = windows[np.isfinite(windows[column]) & (windows[column] < 1e2)]
-            ax.plot(shown["t"], shown[column].clip(lower=LEAST), label=name, markevery=(2 * k, 20), **curve(k))
+            ax.plot(shown["t"], shown[column].clip(lower=LEAST), markevery=(2 * k, 20), **curve_of(str(name)))
         ax.axhspan(LEAST, EPS, color="#eeeeee", zorder=0, linewidth=0)
         ax.set(yscale="log", title=title, xlabel="time $t$ (s)", ylim=(LEAST, 1e2))
     axes[0, 0].set_ylabel("largest in a hundredth of the run")
@@ -109,8 +111,8 @@ def draw_work(work: pd.DataFrame, folder: Path) -> Path:
     figure, axes = grid_of_axes(1, 3, ROW * (len(methods) + 6), sharey=True)
     y = np.arange(len(methods))
     titles = {"newton": "Newton iterations", "evaluations": "evaluations", "ns": "CPU time (ns)"}
-    for k, (ax, (column, title)) in enumerate(zip(axes[0], titles.items(), strict=True)):
-        ax.plot(data[column], y, **curve(3 * k) | {"linestyle": "none", "markersize": 4.2})
+    for ax, (column, title) in zip(axes[0], titles.items(), strict=True):
+        ax.plot(data[column], y, color=BLUE, marker="o", linestyle="none", markersize=4.2)
         ax.set(title=title, ylim=(len(methods) - 0.4, -0.6))
         ax.set_xscale("symlog" if column == "newton" else "log")
         ax.set_xlim(-0.4 if column == "newton" else None, 1.5 * data[column].max())

@@ -5,6 +5,8 @@ from typing import Any
 
 import pandas as pd
 
+from daebench.diagnostics.energy import BOUNDED, DRIFTS, UNDETERMINED
+from daebench.diagnostics.energy import KEPT as ROUND_OFF
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.parts import PROJECTIONS
 from daebench.pages.report.claims import require
@@ -87,6 +89,26 @@ def _state(key: str, findings: pd.DataFrame) -> dict[str, Any]:
 
 def _first(values: "pd.Series[float]") -> float:
     return float(values.iloc[0]) if len(values) else float("nan")
+
+
+def over_time(table: pd.DataFrame, drift: pd.DataFrame) -> pd.DataFrame:
+    """Return the table with the verdict of the long run in the place of "lost": bounded, drifts or undetermined; lost where a run stopped.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A row a method, as :func:`matrix` returns it; IDA's rows may be among them.
+    drift : DataFrame
+        A row a long run: columns method, g_long, Gv_long and H_long, names of verdicts.
+    """
+    seen = {ROUND_OFF: BOUNDED, BOUNDED: BOUNDED, DRIFTS: DRIFTS, UNDETERMINED: UNDETERMINED}
+    verdicts = drift.set_index("method")
+    rows = [dict(row) for row in table.to_dict("records")]
+    for row in rows:
+        for key in ("g", "Gv", "H"):
+            if row[key] == LOST and row["method"] in verdicts.index:
+                row[key] = seen.get(str(verdicts.loc[row["method"], f"{key}_long"]), LOST)
+    return pd.DataFrame(rows, columns=list(table.columns))
 
 
 def keeping(table: pd.DataFrame, *properties: str) -> list[str]:

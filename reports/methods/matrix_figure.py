@@ -1,30 +1,54 @@
-"""The first figure of the report on methods: a sign for each property of each method, by family."""
+"""Tables of signs in the report on methods: a sign for each property of each method, of the main ones first, then of all by family."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import BLUE, QUIET, VERMILION, grid_of_axes, save
+from daebench.diagnostics.energy import BOUNDED, DRIFTS, UNDETERMINED
+from daebench.draw.figures import BLACK, BLUE, QUIET, VERMILION, grid_of_axes, save
+from daebench.draw.methods import name_of
 from daebench.reports.methods.families import TITLES, by_family
-from daebench.reports.methods.matrix import HIDDEN, KEPT, LOST, PROPERTIES
+from daebench.reports.methods.matrix import HIDDEN, KEPT, LOST, PROPERTIES, over_time
+from daebench.reports.methods.numbers import Numbers
 
-HEADINGS = {"symmetric": "symmetric", "symplectic": "symplectic", "g": "$g=0$", "Gv": "$G\\,H_p=0$", "H": "energy"}
+MAIN = (
+    "rattle",
+    "lobatto3",
+    "shake",
+    "symplectic_euler",
+    "energy_momentum",
+    "radau2_ggl",
+    "midpoint",
+    "rk4",
+    "rk4+proj",
+    "baumgarte:rk4",
+    "ida:index2",
+)
+"""Methods of the first figure: one or two of each family."""
+
+HEADINGS = {"symmetric": "reversal", "symplectic": "two-form", "g": "$g=0$", "Gv": "$G\\,H_p=0$", "H": "energy"}
 
 SIGNS: Mapping[str, dict[str, Any]] = {
     KEPT: {"marker": "o", "color": BLUE, "markersize": 7.5},
     HIDDEN: {"marker": "o", "markeredgecolor": BLUE, "markerfacecolor": "white", "markersize": 7.0, "markeredgewidth": 1.3},
+    BOUNDED: {"marker": r"$\sim$", "color": BLACK, "markersize": 9.0, "markeredgewidth": 0.4},
+    DRIFTS: {"marker": r"$\nearrow$", "color": VERMILION, "markersize": 7.5, "markeredgewidth": 0.4},
     LOST: {"marker": "x", "color": VERMILION, "markersize": 4.6, "markeredgewidth": 1.3},
+    UNDETERMINED: {"marker": "$?$", "color": QUIET, "markersize": 5.5, "markeredgewidth": 0.3},
 }
 """Shape and colour tell the same; beside each sign is the power of ten of the largest defect."""
 
 LABELS = {
     KEPT: "claimed, and kept to round-off",
-    HIDDEN: "not claimed, yet round-off",
-    LOST: "not kept",
+    HIDDEN: "round-off, not claimed",
+    BOUNDED: "bounded over a long run",
+    DRIFTS: "drifts over a long run",
+    LOST: "not kept, or the run ends early",
+    UNDETERMINED: "bounded or drifting: undetermined",
 }
 
 ROW = 0.172
@@ -41,30 +65,50 @@ def lines(rows: Sequence[str]) -> list[tuple[str, str]]:
     return entries
 
 
-def draw_matrix(table: pd.DataFrame, solvers: pd.DataFrame, folder: Path) -> Path:
-    """Draw the signs of all methods, IDA's residuals among them."""
-    rows: dict[str, dict[Any, Any]] = {str(row["method"]): dict(row) for row in table.to_dict("records")} | ida_rows(solvers)
-    shown = lines(list(rows))
-    figure, axes = grid_of_axes(1, 1, ROW * (len(shown) + 5))
+def draw_main(table: pd.DataFrame, numbers: Numbers, folder: Path) -> Path:
+    """Draw the signs of the main methods, by the names that they have in words."""
+    rows = rows_of(table, numbers)
+    shown = [("method", name) for name in MAIN if name in rows]
+    return draw_signs(shown, rows, folder, "main", name_of)
+
+
+def draw_matrix(table: pd.DataFrame, numbers: Numbers, folder: Path) -> Path:
+    """Draw the signs of all methods by family, IDA's residuals among them."""
+    rows = rows_of(table, numbers)
+    return draw_signs(lines(list(rows)), rows, folder, "matrix", str)
+
+
+def rows_of(table: pd.DataFrame, numbers: Numbers) -> dict[str, dict[Any, Any]]:
+    """Return a row for each method and each formulation of IDA, with the verdicts of the long runs."""
+    everything = pd.concat([table, pd.DataFrame(ida_rows(numbers.ida).values())], ignore_index=True)
+    return {str(row["method"]): dict(row) for row in over_time(everything, numbers.drift).to_dict("records")}
+
+
+def draw_signs(
+    shown: Sequence[tuple[str, str]], rows: Mapping[str, Mapping[Any, Any]], folder: Path, stem: str, named: Callable[[str], str]
+) -> Path:
+    """Draw lines of :func:`lines`, with a key of the signs that occur; the rows drawn are the data."""
+    figure, axes = grid_of_axes(1, 1, ROW * (len(shown) + 5.5))
     ax = axes[0, 0]
     for line, (kind, name) in enumerate(shown):
         if kind == "family":
             ax.text(-2.1, line + 0.1, TITLES[name], fontsize=8.5, fontweight="bold", va="center")
             ax.axhline(line - 0.5, color="#c8c8c8", linewidth=0.6)
         else:
-            draw_row(ax, line, name, rows[name])
+            draw_row(ax, line, named(name), rows[name], "DejaVu Sans Mono" if named(name) == name else "DejaVu Sans")
     for k, heading in enumerate(HEADINGS.values()):
         ax.text(FIRST_X + k * STEP_X, -1.0, heading, ha="center", va="bottom", fontsize=8.5)
     ax.text(ORDER_X, -1.0, "order", ha="center", va="bottom", fontsize=8.5)
     ax.set(xlim=(-2.15, FIRST_X + len(HEADINGS) * STEP_X - 0.35), ylim=(len(shown) - 0.4, -1.6))
     ax.axis("off")
-    draw_key(figure)
-    return save(figure, folder, "matrix", pd.DataFrame(list(rows.values())))
+    drawn = [rows[name] for kind, name in shown if kind == "method"]
+    draw_key(figure, {row[key] for row in drawn for key in HEADINGS})
+    return save(figure, folder, stem, pd.DataFrame(drawn))
 
 
-def draw_row(ax: Any, line: int, name: str, row: Mapping[Any, Any]) -> None:
+def draw_row(ax: Any, line: int, name: str, row: Mapping[Any, Any], family: str) -> None:
     """Draw one method: its name, its order claimed and measured, and its signs."""
-    ax.text(-1.95, line, name, fontsize=7.6, va="center", family="DejaVu Sans Mono")
+    ax.text(-1.95, line, name, fontsize=7.6, va="center", family=family)
     if math.isfinite(row["claimed"]):
         ax.text(ORDER_X - 0.1, line, f"{row['claimed']:.0f}", fontsize=8.5, ha="right", va="center", fontweight="bold")
         measured = f"{row['order']:.2f}" if math.isfinite(row["order"]) else "\N{EN DASH}"
@@ -94,9 +138,9 @@ def ida_rows(solvers: pd.DataFrame) -> dict[str, dict[str, Any]]:
     return rows
 
 
-def draw_key(figure: Any) -> None:
-    """Draw what the signs mean, below all."""
+def draw_key(figure: Any, states: Set[str]) -> None:
+    """Draw what the signs of these states mean, below all."""
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], linestyle="none", label=LABELS[state], **style) for state, style in SIGNS.items()]
+    handles = [Line2D([], [], linestyle="none", label=LABELS[state], **style) for state, style in SIGNS.items() if state in states]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handletextpad=0.2, columnspacing=1.2)

@@ -9,7 +9,7 @@ from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.methods.families import names, solvers
 from daebench.reports.methods.reverse import RUNS, reversed_run
-from daebench.reports.methods.series import KEEPING, LONG, LOSING, defects, long_run
+from daebench.reports.methods.series import KEEPING, LONG, LOSING, defects, ida_long, long_run
 from daebench.reports.methods.sweep import Swept, ida, nanoseconds, sweep, torus_orders
 
 TOGETHER = 0.9
@@ -35,9 +35,9 @@ class Numbers:
     defects : DataFrame
         Columns method, h, symplectic, symmetric.
     energy : DataFrame
-        Columns method, t, energy, distance: the largest in a window of time that ends at about t.
+        Columns method, t, energy, distance: the largest in a window of time that ends at about t, of the methods ``LONG`` in ``series.py``.
     drift : DataFrame
-        A row a long run: method, energy, distance, failure, kind, slope, slope_error, growth.
+        A row a long run, IDA's last: method, problem, h or tol, distance, and what ``verdicts`` of ``series.py`` returns.
     ida : DataFrame
         Columns method, tol, g, Gv, energy, steps.
     reverse : DataFrame
@@ -58,7 +58,8 @@ class Numbers:
 def jobs(methods: Sequence[str]) -> list[Job]:
     """Return what is measured of these methods besides times, the dearest first."""
     queue: list[Job] = [(sweep, (name,)) for name in reversed(methods)]
-    queue += [(work, (name,)) for work in (torus_orders, long_run) for name in LONG if name in methods]
+    queue += [(torus_orders, (name,)) for name in LONG if name in methods] + [(long_run, (name,)) for name in methods]
+    queue += [(ida_long, (name,)) for name in solvers()]
     queue += [(reversed_run, pair) for pair in RUNS]
     return queue + [(defects, (name,)) for name in (*KEEPING, *LOSING) if name in methods] + [(ida, (name,)) for name in solvers()]
 
@@ -68,15 +69,16 @@ def measure(tell: Progress) -> Numbers:
     methods = names()
     results = dict(computed(jobs(methods), lambda done, doing: tell(TOGETHER * done, doing), "measured"))
     swept: list[Swept] = [results[work, (name,)] for work in (sweep, torus_orders) for name in methods if (work, (name,)) in results]
-    runs = [results[long_run, (name,)] for name in LONG if name in methods]
+    runs = {name: results[long_run, (name,)] for name in methods}
+    rows = [row for _, row in runs.values()] + [results[ida_long, (name,)] for name in solvers()]
     return Numbers(
         claims=pd.DataFrame([row for outcome in swept for row in outcome.claims]),
         points=pd.DataFrame([row for outcome in swept for row in outcome.points]),
         orders=pd.DataFrame([row for outcome in swept for row in outcome.orders]),
         work=_timed(pd.DataFrame([row for outcome in swept for row in outcome.work]), tell),
         defects=pd.concat([results[defects, (name,)] for name in (*KEEPING, *LOSING) if name in methods], ignore_index=True),
-        energy=pd.concat([series for series, _ in runs], ignore_index=True),
-        drift=pd.DataFrame([row for _, row in runs]),
+        energy=pd.concat([runs[name][0] for name in LONG if name in runs], ignore_index=True),
+        drift=pd.DataFrame(rows),
         ida=pd.DataFrame([results[ida, (name,)] for name in solvers()]),
         reverse=pd.DataFrame([results[reversed_run, pair] for pair in RUNS]),
     )

@@ -9,7 +9,7 @@ import pandas as pd
 from daebench.diagnostics.integrals import energy_error
 from daebench.pages.report.claims import require
 from daebench.reports.methods.families import method
-from daebench.reports.methods.series import T_LONG, H
+from daebench.reports.methods.series import T_LONG
 from daebench.reports.methods.sweep import TORUS, Motion, ivp_of
 from daebench.runs.ivp import Array
 from daebench.runs.request import Request
@@ -34,8 +34,8 @@ def reversed_run(name: str, case: str) -> dict[str, Any]:
 
     Turns are those of the angle round the tube: how far it gets in one sense and in the other, in revolutions.
     """
-    ivp = ivp_of(Motion(TORUS.problem, case, H))
-    run = method(name, compiled=True).solve(ivp, Request(value=H, t_end=T_LONG, watch=(), count=False)).complete()
+    ivp = ivp_of(Motion(TORUS.problem, case, TORUS.h))
+    run = method(name, compiled=True).solve(ivp, Request(value=TORUS.h, t_end=T_LONG, watch=(), count=False)).complete()
     error = energy_error(ivp, run)
     means = [float(np.mean(part)) for part in np.array_split(error, WINDOWS)]
     turns = turned(run.q, ivp.parameters["radius"])

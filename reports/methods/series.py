@@ -1,17 +1,22 @@
-"""Curves of some methods: the defects of two-form and reversal against the step size, and energy and manifold over a long run."""
+"""What lasts: defects of two-form and reversal against the step size for some methods, and a long run of each method."""
+
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.integrals import energy_error
-from daebench.diagnostics.manifold import distance
+from daebench.diagnostics.manifold import distance, manifold_drift
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.methods.names import parse
 from daebench.reports.methods.families import method
-from daebench.reports.methods.sweep import PENDULUM, TORUS, ivp_of
+from daebench.reports.methods.sweep import HIGH, LONGER, MOTIONS, PENDULUM, TOL, TORUS, ivp_of
+from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
+from daebench.runs.trajectory import Trajectory
 
 KEEPING = ("symplectic_euler", "shake", "rattle", "strang", "lobatto3")
 """Methods that claim to keep the two-form, of whose defects there is a curve."""
@@ -23,9 +28,11 @@ DEFECT_H = tuple(0.02 / 2**k for k in range(7))
 DEFECT_STEPS = 10
 
 LONG = ("symplectic_euler", "rattle", "lobatto3", "energy_momentum", "midpoint", "midpoint+symproj", "radau2_ggl", "rk4", "rk4+proj")
-"""Methods that are run for long, and whose order is measured on the torus too."""
+"""Methods whose long run has curves, and whose order is measured on the torus too."""
 
-H, T_LONG = 0.05, 1000.0
+T_LONG = 1000.0
+LONG_POINTS = 20001
+"""Outputs of a long run of IDA."""
 WINDOWS = 100
 """Windows of time in each of which the largest value is drawn."""
 
@@ -60,18 +67,35 @@ def powers(frame: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def long_run(name: str) -> tuple[pd.DataFrame, dict[str, object]]:
-    """Return a long run on the torus in windows (t, energy, distance, the largest in each) and a row that says what becomes of it.
+def long_run(name: str) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """Return a long run in windows (t, energy, distance, the largest in each) and a row that says what becomes of energy and residuals.
 
-    A run that stops early is a row that says so, with the windows up to there.
+    It is a run on the torus, of a method that refuses it on the pendulum. A run that stops early is a row that says so, with the windows
+    up to there.
     """
-    ivp = ivp_of(TORUS)
-    run = method(name, compiled=True).solve(ivp, Request(value=H, t_end=T_LONG, watch=(), count=False))
+    own = method(name, compiled=True)
+    motion = next(motion for motion in reversed(MOTIONS) if own.refusal(ivp_of(motion)) is None)
+    ivp, h = ivp_of(motion), motion.h * (LONGER if own.claims.order >= HIGH else 1)
+    run = own.solve(ivp, Request(value=h, t_end=T_LONG, watch=(), count=False))
     energy, away = energy_error(ivp, run), distance(ivp, run.p, run.q)
     window = np.minimum((run.t / T_LONG * WINDOWS).astype(int), WINDOWS - 1)
     sampled = pd.DataFrame({"window": window, "t": run.t, "energy": np.abs(energy), "distance": away})
     shown = sampled.groupby("window", as_index=False).max().assign(method=name)
-    drift = energy_drift(run.t, energy)
-    row = {"method": name, "energy": np.max(np.abs(energy)), "distance": np.max(away), "failure": run.failure or ""}
+    about = {"method": name, "problem": motion.problem, "h": h}
+    return shown[["method", "t", "energy", "distance"]], about | verdicts(ivp, run) | {"distance": np.max(away)}
+
+
+def ida_long(name: str) -> dict[str, Any]:
+    """Return the row of a long run of IDA on the torus."""
+    ivp = ivp_of(TORUS)
+    run = parse(name).solve(ivp, Request(value=TOL, t_end=T_LONG, points=LONG_POINTS, watch=()))
+    assert isinstance(run, Trajectory)
+    return {"method": name, "problem": TORUS.problem, "tol": TOL} | verdicts(ivp, run)
+
+
+def verdicts(ivp: ConstrainedIvp, run: Trajectory) -> dict[str, Any]:
+    """Return the verdicts on energy, g and G H_p along a run, under the keys of the matrix, and more of the energy."""
+    drift, manifold = energy_verdict(ivp, run), manifold_drift(ivp, run)
+    row = {"energy": np.max(np.abs(energy_error(ivp, run))), "failure": run.failure or ""}
     row |= {"kind": drift.brief, "slope": drift.slope, "slope_error": drift.slope_error, "growth": drift.exponent}
-    return shown[["method", "t", "energy", "distance"]], row
+    return row | {"H_long": drift.verdict, "g_long": manifold.g.verdict, "Gv_long": manifold.Gv.verdict}

@@ -9,15 +9,16 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
+from daebench.diagnostics.energy import BOUNDED, DRIFTS, UNDETERMINED
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, count, number, table, with_error
 from daebench.pages.report.tables import Formats, Tabulate, code, column, text, tiny
 from daebench.reports.methods.guide import EVALUATIONS
-from daebench.reports.methods.matrix import KEPT, LOST, PROPERTIES
+from daebench.reports.methods.matrix import KEPT, LOST, PROPERTIES, over_time
 from daebench.reports.methods.numbers import Numbers
 from daebench.reports.methods.series import powers
 
-WORDS = {KEPT: "yes", LOST: "no", "hidden": "(yes)", "": NONE}
+WORDS = {KEPT: "yes", LOST: "no", "hidden": "(yes)", BOUNDED: "bounded", DRIFTS: "drifts", UNDETERMINED: "?"}
 
 
 def tables(numbers: Numbers, matrix: pd.DataFrame, folder: Path) -> Mapping[str, Tabulate]:
@@ -28,7 +29,7 @@ def tables(numbers: Numbers, matrix: pd.DataFrame, folder: Path) -> Mapping[str,
     for stem, data in stems.items():
         save_table(folder / f"{stem}.csv", data)
     return {
-        "methods": partial(methods_table, matrix),
+        "methods": partial(methods_table, over_time(matrix, numbers.drift)),
         "sources": partial(sources_table, matrix),
         "powers": partial(powers_table, fitted_powers),
         "long": partial(long_table, numbers.drift),
