@@ -21,6 +21,7 @@ from daebench.cli.arguments import (
     Tolerance,
 )
 from daebench.cli.console import bar, method_names, pairs, print_written
+from daebench.errors import BadInput
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
 
@@ -42,6 +43,8 @@ def animate(
     on_singular: OnSingular = None,
     algebra: Algebra = "",
     anyway: Anyway = False,
+    title: Annotated[str, typer.Option("--title", help="Title above the animation.")] = "",
+    size: Annotated[str | None, typer.Option("--size", help="Pixels of a .gif or .mp4: 1920x1080, say.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Animate methods on one problem: the scene of each above its energy error and what the structure keeps; exit 1 if one stops early."""
@@ -53,8 +56,19 @@ def animate(
         runs |= {"project": project, "anyway": anyway, "on_singular": on_singular, "algebra": algebra}
         runs |= {"methods": wanted, "t_end": t_end, "h": h, "tol": tol}
         shown: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
+        shown |= {"title": title, "size": _pixels(size)}
         animated = animation(problem, **runs, **shown, progress=progress)
     for failure in animated.failures:
         print(failure)
     print_written(animated.paths)
     raise typer.Exit(1 if animated.failures else 0)
+
+
+def _pixels(text: str | None) -> tuple[int, int] | None:
+    """Return width and height of a text such as 1920x1080."""
+    if text is None:
+        return None
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdecimal() for part in parts):
+        raise BadInput(f"--size {text!r} must be width x height in pixels: 1920x1080, say.")
+    return int(parts[0]), int(parts[1])

@@ -126,7 +126,7 @@ def test_a_run_that_stops_is_shown_until_then():
     assert set(found.shown(times)[9:]) == {len(found.t) - 1}
     q1 = initial_value_problem("slider_crank", "lock_up")
     animated = AnimatedRuns("slider_crank", "lock_up", {}, layout_of(q1), [found], times, 1.0)
-    assert animated.end_of(0).startswith(", stopped at t = 0.8")
+    assert animated.scene_title(0).startswith("RATTLE, stopped at t = 0.8")
 
 
 # ---- the picture -----------------------------------------------------------------------------------------------------------
@@ -136,9 +136,9 @@ def test_the_scale_is_that_of_the_others_where_one_runs_away(animated):
     wild = replace(animated.runs[0], states=100 * animated.runs[0].states)
     both = AnimatedRuns(animated.problem, animated.case, {}, animated.layout, [wild, animated.runs[1]], TIMES, 0.8)
     assert (both.leaves(0), both.leaves(1)) == (True, False)
-    assert "leaves the picture" in both.end_of(0)
+    assert "leaves the picture" in both.scene_title(0)
     assert both.box[0].high - both.box[0].low < 5
-    assert both.end_of(1) == ""
+    assert both.scene_title(1) == "RATTLE"
 
 
 def test_a_picture_that_makes_no_sense_is_refused(ivp):
@@ -339,6 +339,15 @@ def test_pixels_show_the_rod_from_the_pivot_to_the_mass(animated, whole):
     assert np.polyfit(x, across, 1)[0] == pytest.approx(np.polyfit(-y, down, 1)[0], rel=0.1)
 
 
+def test_a_film_for_slides_has_the_size_and_the_title_that_were_asked_for(animated):
+    asked = replace(animated, size=(960, 540))
+    plain_frame, titled_frame = (next(frames(replace(asked, title=title))).astype(int) for title in ("", "What the step keeps"))
+    assert plain_frame.shape == titled_frame.shape == (540, 960, 3)
+    ink = [int((each[:35, 200:760].min(axis=2) < 100).sum()) for each in (plain_frame, titled_frame)]
+    assert ink[1] > ink[0] + 200  # letters, above the names of the methods
+    assert (titled_frame[-200:].min(axis=2) < 100).sum() > 1000  # the curves are there still
+
+
 def test_frames_of_a_gif_last_whole_hundredths_of_a_second():
     assert [gif.possible(fps) for fps in (25, 30, 60, 1)] == pytest.approx([25, 100 / 3, 50, 1])
 
@@ -412,6 +421,11 @@ BAD = {
     "none": ({"--methods": ","}, "--methods names no method"),
     "kind": ({"--methods": "verlet"}, "verlet is for Poisson systems"),
     "case": ({"--case": "no"}, "unknown case of planar_pendulum 'no'"),
+    "no size": ({"--size": "wide"}, "--size 'wide' must be width x height in pixels: 1920x1080, say."),
+    "odd size": ({"--size": "1921x1080", "--out": "a.gif"}, "size = 1921x1080 must be two even numbers of pixels from 200 to 4096"),
+    "huge": ({"--size": "9000x1080", "--out": "a.gif"}, "size = 9000x1080 must be two even numbers of pixels from 200 to 4096"),
+    "size of a page": ({"--size": "1920x1080"}, "--out a.html: only a .gif or .mp4 has a size in pixels; leave it out."),
+    "title of a drawing": ({"--title": "Rods", "--out": "a.svg"}, "--out a.svg: a drawing has no title; leave out the title"),
     "parameter": ({"--param": "weight=1"}, "unknown parameter of planar_pendulum 'weight'"),
 }
 

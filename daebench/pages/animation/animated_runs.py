@@ -10,7 +10,7 @@ import pandas as pd
 
 from daebench.diagnostics.along import LABELS
 from daebench.draw.figures import STROKES, Stroke
-from daebench.draw.methods import stroke_of
+from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.orthographic import projected
 from daebench.draw.scene import Layout, moving
 from daebench.draw.svg.axis import Axis, around
@@ -51,6 +51,10 @@ class AnimatedRuns:
         The times that are shown, equidistant from 0 to the end.
     seconds : float
         How long the animation lasts.
+    title : str
+        What stands above it, where it is not problem and case.
+    size : tuple of int, optional
+        Width and height in pixels, of what is drawn as pixels; by default as the scenes take.
     """
 
     problem: str
@@ -60,6 +64,13 @@ class AnimatedRuns:
     runs: Sequence[RecordedRun]
     times: Array
     seconds: float
+    title: str = ""
+    size: tuple[int, int] | None = None
+
+    @property
+    def heading(self) -> str:
+        """What stands above the animation."""
+        return self.title or f"{self.problem}, case {self.case}"
 
     @property
     def t_end(self) -> float:
@@ -159,11 +170,11 @@ class AnimatedRuns:
         steps = "The curves are the largest error of all steps since the state that is shown before"
         return steps + (f"; of {', '.join(sampled)}, that of all outputs." if sampled else ".")
 
-    def end_of(self, k: int) -> str:
-        """Return what the title of a scene adds to its method: that it stopped, and that it leaves the picture; or nothing."""
+    def scene_title(self, k: int) -> str:
+        """Return the name of a scene's method, and after it that it stopped, and that it leaves the picture, if so."""
         run = self.runs[k]
         remarks = [f"stopped at t = {run.t[-1]:.4g}"] * (run.failure is not None) + ["leaves the picture"] * self.leaves(k)
-        return "".join(f", {remark}" for remark in remarks)
+        return ", ".join([name_of(run.method), *remarks])
 
     def stroke(self, k: int) -> Stroke:
         """Return the stroke of the k-th run: that of its method, or where methods look alike, that of its place."""

@@ -35,6 +35,9 @@ FPS, SECONDS = 25.0, 12.0
 LIMITS = {"fps": (1.0, 60.0), "seconds": (0.2, 600.0)}
 """What may be asked for."""
 
+PIXELS = (200, 4096)
+"""Fewest and most pixels of a side."""
+
 ERRORS = 4
 """Most kinds of errors that are shown."""
 
@@ -98,6 +101,8 @@ def animation(
     anyway: bool = False,
     on_singular: str | None = None,
     algebra: str = "",
+    title: str = "",
+    size: tuple[int, int] | None = None,
     overwrite: bool = False,
     progress: Told | None = None,
 ) -> Animated:
@@ -125,6 +130,10 @@ def animation(
         Values of the problem's parameters, and free numbers of the methods.
     project, anyway, on_singular, algebra
         As for :func:`daebench.run`.
+    title : str
+        What stands above the animation; a page has problem and case there by default, a .gif or .mp4 nothing.
+    size : tuple of int, optional
+        Width and height of a .gif or .mp4 in pixels, even numbers; by default what the scenes take.
     overwrite : bool
         Whether files may be replaced that no animation wrote.
     progress : callable, optional
@@ -147,7 +156,7 @@ def animation(
     ['swing.frames.csv', 'swing.svg']
     """
     path = Path(out)
-    form, length = _form(path, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
+    form, length = _form(path, title, size, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
     ivp = singular_as(initial_value_problem(problem, case, parameters, project=project, algebra=algebra), on_singular)
     layout = _layout(ivp)
     chosen = methods_of(ivp, methods, options, anyway=anyway)
@@ -163,7 +172,7 @@ def animation(
     share = DRAWING if form.pixels else 1.0
     parts = [_part(callback, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
     runs = [recorded_run(ivp, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]
-    animated = AnimatedRuns(ivp.problem, ivp.case, dict(ivp.parameters), layout, runs, times, length)
+    animated = AnimatedRuns(ivp.problem, ivp.case, dict(ivp.parameters), layout, runs, times, length, title, size)
     form.write(path, animated, _part(callback, share, 1 - share, f"drawing {path.name}"))
     save_table(beside := _numbers(path), animated.table())
     for file in (path, beside):
@@ -182,17 +191,30 @@ def _numbers(path: Path) -> Path:
     return path.with_suffix(".frames.csv")
 
 
-def _form(path: Path, *, overwrite: bool) -> Format:
-    """Return the kind of a file; refuse one that cannot be written, or is another's."""
+def _form(path: Path, title: str, size: tuple[int, int] | None, *, overwrite: bool) -> Format:
+    """Return the kind of a file; refuse one that cannot be written, cannot have this title or size, or is another's."""
     form = FORMATS.get(path.suffix.lower())
     if form is None:
         raise BadInput(f"--out {path}: the file must end in {', '.join(list(FORMATS)[:-1])} or {list(FORMATS)[-1]}.")
+    if size is not None:
+        _check_size(path, size, form)
+    if title and path.suffix.lower() == ".svg":
+        raise BadInput(f"--out {path}: a drawing has no title; leave out the title, or write .html, .gif or .mp4.")
     if path.suffix.lower() == ".mp4":
         mp4.require()
     for target in (path, _numbers(path)):
         check_place(target)
         require_own(target, MAKER, overwrite=overwrite)
     return form
+
+
+def _check_size(path: Path, size: tuple[int, int], form: Format) -> None:
+    """Refuse a size that a file cannot have."""
+    if not form.pixels:
+        raise BadInput(f"--out {path}: only a .gif or .mp4 has a size in pixels; leave it out.")
+    least, most = PIXELS
+    if any(number % 2 or not least <= number <= most for number in size):
+        raise BadInput(f"size = {size[0]}x{size[1]} must be two even numbers of pixels from {least} to {most}: 1920x1080, say.")
 
 
 def _seconds(t_end: float, seconds: float | None, speed: float | None) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from daebench.diagnostics.along import LABELS
+from daebench.draw.methods import name_of
 from daebench.draw.svg.marks import Curve
 from daebench.draw.svg.panels import draw_panels, sample
 from daebench.pages.animation.animated_runs import AnimatedRuns
@@ -96,12 +97,14 @@ def places(animated: AnimatedRuns, k: int) -> Array:
 def _scene(animated: AnimatedRuns, k: int) -> dict[str, Any]:
     run = animated.runs[k]
     line = Curve([], [], animated.stroke(k), width=2.2)
-    svg = draw_panels([scene_panel(animated, k)], alt=f"{animated.problem} with {run.method}", columns=1, width=SCENE[0], height=SCENE[1])
-    return {"run": run, "leaves": animated.leaves(k), "sample": sample(line, 2, 4), "svg": svg}
+    svg = draw_panels(
+        [scene_panel(animated, k)], alt=f"{animated.problem} with {name_of(run.method)}", columns=1, width=SCENE[0], height=SCENE[1]
+    )
+    return {"run": run, "name": name_of(run.method), "leaves": animated.leaves(k), "sample": sample(line, 2, 4), "svg": svg}
 
 
 def _graph(animated: AnimatedRuns, column: str) -> Markup:
-    alt = f"{LABELS[column]} over time with {', '.join(run.method for run in animated.runs)}"
+    alt = f"{LABELS[column]} over time with {', '.join(name_of(run.method) for run in animated.runs)}"
     return draw_panels([graph_panel(animated, column)], alt=alt, columns=1, width=GRAPH[0], height=GRAPH[1])
 
 

@@ -21,7 +21,10 @@ ACROSS = 4
 """Most scenes in a row."""
 
 DPI, INCHES = 100, 2.9
-"""Pixels to the inch, and inches of a scene's width."""
+"""Pixels to the inch where no size is asked for, and inches of a scene's width."""
+
+TITLE = 0.36
+"""Height of a title above the scenes, inches."""
 
 GRAPH = 1.7
 """Height of the curves, inches."""
@@ -71,13 +74,19 @@ def _axes(animated: AnimatedRuns) -> tuple[Any, list[Any], list[Any]]:
 
     columns = min(len(animated.runs), ACROSS)
     rows, across = math.ceil(len(animated.runs) / columns), max(columns, 2)
-    lines = math.ceil(len(animated.columns) / across)
-    width, height = INCHES * across, INCHES * rows + GRAPH * lines + CAPTION
-    figure = Figure(figsize=(2 * round(width * DPI / 2) / DPI, 2 * round(height * DPI / 2) / DPI), dpi=DPI)
-    parts: Any = figure.subfigures(3, 1, height_ratios=[INCHES * rows, GRAPH * lines, CAPTION])
+    abreast = min(len(animated.columns), ACROSS if animated.size else across)
+    lines = math.ceil(len(animated.columns) / abreast)
+    head = TITLE if animated.title else 0.0
+    width, height = INCHES * across, head + INCHES * rows + GRAPH * lines + CAPTION
+    pixels = animated.size or (2 * round(width * DPI / 2), 2 * round(height * DPI / 2))
+    dpi = min(pixels[0] / width, pixels[1] / height)
+    figure = Figure(figsize=(pixels[0] / dpi, pixels[1] / dpi), dpi=dpi)
+    parts: Any = figure.subfigures(3, 1, height_ratios=[head + INCHES * rows, GRAPH * lines, CAPTION])
     upper, lower, _ = parts
+    if animated.title:
+        upper.suptitle(animated.title, fontsize=12)
     scenes = list(upper.subplots(rows, columns, squeeze=False).flat)
-    graphs = list(lower.subplots(lines, min(len(animated.columns), across), squeeze=False).flat)
+    graphs = list(lower.subplots(lines, abreast, squeeze=False).flat)
     for spare in [*scenes[len(animated.runs) :], *graphs[len(animated.columns) :]]:
         spare.axis("off")
     return figure, scenes, graphs
@@ -113,7 +122,7 @@ def _scene(animated: AnimatedRuns, k: int, ax: Any) -> dict[str, Any]:
         _triad(animated, ax)
     else:
         ax.set(xlabel=x.label, ylabel=y.label)
-    ax.set_title(animated.runs[k].method + animated.end_of(k), color=stroke.color)
+    ax.set_title(animated.scene_title(k), color=stroke.color)
     quiet: dict[str, Any] = {"animated": True, "solid_capstyle": "round"}
     return {
         "trail": ax.plot([], [], color=stroke.color, linewidth=1.2, **quiet)[0],

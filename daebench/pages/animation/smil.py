@@ -66,7 +66,7 @@ def _scene(animated: AnimatedRuns, k: int) -> Markup:
             texts.setdefault(kind, []).append(path_of_lines(lines, frame))
     inside = {kind: _animated(values, animated.seconds) for kind, values in texts.items()}
     line = sample(Curve([], [], animated.stroke(k), width=2.2), frame.left + frame.width - 40, HEAD + 13)
-    return panel_svg(scene_panel(animated, k, inside, title=run.method + animated.end_of(k)), frame) + line
+    return panel_svg(scene_panel(animated, k, inside, title=animated.scene_title(k)), frame) + line
 
 
 def _animated(values: list[str], seconds: float) -> Markup:
