@@ -110,7 +110,7 @@ def energy_drift(
       8 of fewer than 15 windows, 7 where the deviations are a slow oscillation, 20 where they are a random walk, and 15 where there
       are too few oscillations for windows; or the first value is far outside of the range of all that are later than an eighth of the
       time, or the last one likewise; or the oscillation grows fourfold, law "growing scatter". A change that may be the alias of an
-      oscillation is "undetermined".
+      oscillation is "undetermined". A change that rounding explains, as it would an error that is "kept", is no drift.
     - "bounded": there are at least five oscillations, and the bound on the change of the mean is less than the range of the error. The
       bound is the range of the window means, carried on to both ends of the time, and a quarter more: it does not rest on the
       absence of a significant drift.
@@ -208,11 +208,12 @@ class _Judged:
             raise BadInput("a drift needs increasing times; these do not increase.")
         errors = errors if finite.all() else np.where(finite[:, None], errors, 0.0)
         largest = np.max(np.abs(errors), axis=1, initial=0.0)
-        verdicts = np.select([~finite, largest <= np.maximum(resolution, ROUNDED * eps * steps**0.5 * scale)], [FAILED, KEPT], UNDETERMINED)
+        rounding = np.maximum(resolution, ROUNDED * eps * steps**0.5 * scale)
+        verdicts = np.select([~finite, largest <= rounding], [FAILED, KEPT], UNDETERMINED)
         if len(t) < SHORTEST or not finite.any():
             return cls(verdicts, largest, None)
         sizes = np.where(largest > 0, largest, 1.0)
-        mean = trends(t, errors / sizes[:, None], np.maximum(resolution / sizes, 8 * float(np.finfo(float).eps)))
+        mean = trends(t, errors / sizes[:, None], np.maximum(rounding / sizes, 8 * float(np.finfo(float).eps)))
         told = np.where(mean.drifts, DRIFTS, np.where(mean.reason == "", BOUNDED, UNDETERMINED))
         return cls(np.where(verdicts == UNDETERMINED, told, verdicts), largest, mean)
 

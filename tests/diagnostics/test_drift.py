@@ -135,6 +135,15 @@ def test_a_drift_within_the_resolution_is_bounded():
     assert energy_drift(T, error, resolution=2e-15).verdict == "kept"
 
 
+@pytest.mark.parametrize(("roundings", "verdict"), [(0.5, "bounded"), (4.0, "drifts")])
+def test_a_change_that_rounding_explains_is_no_drift_under_an_oscillation(roundings, verdict):
+    steps = len(T) - 1
+    rounding = 10 * EPS * steps**0.5
+    error = 1e-8 * OSCILLATION + roundings * rounding * T / T[-1]
+    assert energy_drift(T, error, scale=1.0, steps=steps).verdict == verdict
+    assert energy_drift(T, error).verdict == "drifts"
+
+
 @pytest.mark.parametrize(
     ("t", "error"),
     [(T[:10], T[:10]), (T[:100], np.full(100, np.nan)), (T[:100], np.where(np.arange(100) == 50, np.inf, 0))],
