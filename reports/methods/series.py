@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from daebench.diagnostics.energy import FAILED
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.manifold import distance, manifold_drift
@@ -98,4 +99,5 @@ def verdicts(ivp: ConstrainedIvp, run: Trajectory) -> dict[str, Any]:
     drift, manifold = energy_verdict(ivp, run), manifold_drift(ivp, run)
     row = {"energy": np.max(np.abs(energy_error(ivp, run))), "failure": run.failure or ""}
     row |= {"kind": drift.brief, "slope": drift.slope, "slope_error": drift.slope_error, "growth": drift.exponent}
-    return row | {"H_long": drift.verdict, "g_long": manifold.g.verdict, "Gv_long": manifold.Gv.verdict}
+    said = {"H_long": drift.verdict, "g_long": manifold.g.verdict, "Gv_long": manifold.Gv.verdict}
+    return row | (dict.fromkeys(said, FAILED) if run.failure else said)
