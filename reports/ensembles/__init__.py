@@ -1,4 +1,4 @@
-"""What a single start hides: errors, winners, failures and verdicts from a thousand starts of one energy, and what they cost."""
+"""Errors, winners, failures and verdicts from a thousand starts of one energy, and their cost."""
 
 from pathlib import Path
 from types import SimpleNamespace

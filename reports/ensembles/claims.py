@@ -1,4 +1,4 @@
-"""Claims of the report on ensembles: what the start of a case says, held against what all starts of its energy say."""
+"""Claims of the report on ensembles: results from the start of a case, compared with results from all starts of its energy."""
 
 from types import SimpleNamespace
 
@@ -11,16 +11,16 @@ from daebench.reports.ensembles.motions import FRACTIONS, METHODS, STRUCTURED
 from daebench.reports.ensembles.numbers import Numbers
 
 TWICE = 2.0
-"""An error is off the median where it is more than so many times it, or less than one over that."""
+"""An error differs from the median if it is more than this factor above or below it."""
 
 LOW, HIGH = 0.05, 0.95
-"""Quantiles between which nine tenths of the starts lie."""
+"""Quantiles that enclose nine tenths of the starts."""
 
 DECIDED = 0.5
-"""A setting is decided where a larger part of its starts has a drift or none; claims about trends are held in these alone."""
+"""A setting is decided if more than this fraction of its starts has a verdict; claims about trends need decided settings."""
 
 ROUND_OFF = 1e-12
-"""Errors below are rounding, and are not compared."""
+"""Smaller errors are round-off, and are not compared."""
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
@@ -45,7 +45,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def errors(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a motion, method and price: the case's own error, quantiles over all starts, and which part of them has less."""
+    """Return one row per motion, method and cost: the case's own error, quantiles over all starts, and the fraction with less error."""
     rows = []
     for (motion, method, fraction), some in runs.groupby(["motion", "method", "price"], sort=False):
         size = some["size"].to_numpy()
@@ -57,7 +57,7 @@ def errors(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread(sizes: pd.DataFrame) -> SimpleNamespace:
-    """Return how far the case's own error is from those of other starts, where all are known and above round-off."""
+    """Return how far the case's own error differs from those of other starts, if all are known and above round-off."""
     known = sizes[np.isfinite(sizes["largest"]) & (sizes["low"] > ROUND_OFF)]
     off = known["own"] / known["median"]
     range_of = known["high"] / known["low"]
@@ -75,9 +75,9 @@ def spread(sizes: pd.DataFrame) -> SimpleNamespace:
 
 
 def winners(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a motion and price: from which part of the starts each method has the smallest error, and which does from the case's.
+    """Return one row per motion and cost: the fraction of starts from which each method is best, and the best from the case's start.
 
-    Runs that stopped have no error; a start from which all stop has no winner, and parts are of those that have one.
+    Runs that stopped have no error; a start from which all stop has no winner, and fractions are of the starts with a winner.
     """
     rows = []
     for (motion, fraction), some in runs.groupby(["motion", "price"], sort=False):
@@ -91,12 +91,12 @@ def winners(runs: pd.DataFrame) -> pd.DataFrame:
         rows.append(row | dict(zip(METHODS, parts, strict=True)))
     table = pd.DataFrame(rows)
     totals = table[list(METHODS)].sum(axis=1)
-    require(np.all(np.abs(totals - 1) < 1e-12), "parts of the starts add up to all", totals.tolist())
+    require(np.all(np.abs(totals - 1) < 1e-12), "fractions of the starts add up to one", totals.tolist())
     return table
 
 
 def order(first: pd.DataFrame) -> SimpleNamespace:
-    """Return how often the start of the case names the method that is first from the most starts, and from how many it is."""
+    """Return how often the best method from the start of the case is the best from the most starts, and from how many."""
     wrong = first[first["own"] != first["most"]]
     return SimpleNamespace(
         n=len(first),
@@ -108,7 +108,7 @@ def order(first: pd.DataFrame) -> SimpleNamespace:
 
 
 def failed(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a motion, method and price with runs that stopped: from which part of the starts, why, and what the case's own did."""
+    """Return one row per motion, method and cost with runs that stopped: fraction of starts, reasons, and the case's own outcome."""
     rows = []
     for (motion, method, fraction), some in runs.groupby(["motion", "method", "price"], sort=False):
         stopped = some[some["failure"] != ""]
@@ -120,7 +120,7 @@ def failed(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def hidden(failures: pd.DataFrame) -> SimpleNamespace:
-    """Return settings in which the case's own run comes to its end and others do not."""
+    """Return settings in which the case's own run reaches its end and others do not."""
     quiet = failures[failures["own"] == ""]
     return SimpleNamespace(
         n=len(quiet), of=len(failures), worst=None if quiet.empty else quiet.iloc[int(quiet["part"].to_numpy().argmax())]
@@ -128,7 +128,7 @@ def hidden(failures: pd.DataFrame) -> SimpleNamespace:
 
 
 def trends(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a motion, method and price: which part of the starts has each verdict on its energy, and that of the case."""
+    """Return one row per motion, method and cost: fractions of the starts by verdict on the energy, and the verdict of the case."""
     rows = []
     for (motion, method, fraction), some in runs.groupby(["motion", "method", "price"], sort=False):
         parts = some["verdict"].value_counts(normalize=True)
@@ -151,7 +151,7 @@ def agreement(verdicts: pd.DataFrame) -> SimpleNamespace:
     )
     require(
         bool((others["drifts"] > others["flat"]).all()),
-        "with the smallest steps the others have more starts with a drift than without",
+        "with the smallest steps the other methods have more starts with a drift than without",
         others[["motion", "method", "flat", "drifts"]].to_dict("records"),
     )
     return SimpleNamespace(
@@ -168,6 +168,6 @@ def agreement(verdicts: pd.DataFrame) -> SimpleNamespace:
 
 
 def price(alone: pd.DataFrame) -> SimpleNamespace:
-    """Return how many starts take the time of one."""
-    require(bool((alone["starts"] > 1).all()), "a start of many costs less than one by itself", alone["starts"].tolist())
+    """Return the time of a single start over that of one of many."""
+    require(bool((alone["starts"] > 1).all()), "one start of many costs less than a single start", alone["starts"].tolist())
     return SimpleNamespace(least=float(alone["starts"].min()), most=float(alone["starts"].max()))

@@ -30,7 +30,7 @@ def draw(conclusions: SimpleNamespace, folder: Path) -> dict[str, Path]:
 
 
 def draw_errors(sizes: Any, titles: dict[str, str], folder: Path) -> Path:
-    """Draw nine tenths of the errors and the case's own: a panel a motion, a row a method, at the middle price."""
+    """Draw nine tenths of the errors and the case's own: one panel per motion, one row per method, at the middle cost."""
     rows = sizes[sizes["price"] == MIDDLE]
     figure, axes = grid_of_axes(4, 2, 7.0, sharey=True)
     for ax, (key, title) in zip(axes.flat, titles.items(), strict=False):
@@ -49,7 +49,7 @@ def draw_errors(sizes: Any, titles: dict[str, str], folder: Path) -> Path:
 
 
 def _row(ax: Any, k: int, one: Any, color: str) -> None:
-    """Draw the starts of one method: a bar to the edge where some have no error, the median, and the start of the case."""
+    """Draw the starts of one method: a bar, to the edge if some have no error, the median, and the start of the case."""
     whole, edge = np.isfinite(one["high"]), ax.get_xlim()[1]
     ax.plot([one["low"], one["high"] if whole else edge], [k, k], color=color, linewidth=7, alpha=0.35, solid_capstyle="butt")
     if np.isfinite(one["median"]):
@@ -70,8 +70,8 @@ def _explain(ax: Any) -> None:
 
 
 def draw_winners(first: Any, titles: dict[str, str], folder: Path) -> Path:
-    """Draw which part of the starts each method has the smallest error from: a bar for each motion and price."""
-    figure, axes = grid_of_axes(1, 1, 4.6, x="part of the starts from which the method has the smallest energy error  [%]")
+    """Draw the fraction of the starts from which each method has the smallest error: one bar for each motion and cost."""
+    figure, axes = grid_of_axes(1, 1, 4.6, x="fraction of the starts from which the method has the smallest energy error  [%]")
     ax, y, ticks = axes[0, 0], 0.0, {}
     for key, title in titles.items():
         ticks[y + 1] = title
@@ -88,7 +88,7 @@ def draw_winners(first: Any, titles: dict[str, str], folder: Path) -> Path:
 
 
 def draw_verdicts(verdicts: Any, titles: dict[str, str], folder: Path) -> Path:
-    """Draw which part of the starts has which verdict on its energy: a bar for each motion and method, at the middle price."""
+    """Draw the fraction of the starts with each verdict on the energy: one bar for each motion and method, at the middle cost."""
     rows = verdicts[verdicts["price"] == MIDDLE]
     figure, axes = grid_of_axes(4, 2, 7.0, sharey=True, sharex=True)
     for ax, (key, title) in zip(axes.flat, titles.items(), strict=False):
@@ -108,7 +108,7 @@ def draw_verdicts(verdicts: Any, titles: dict[str, str], folder: Path) -> Path:
         )
         ax.grid(visible=False)
     for ax in (axes[-1, 0], axes[-2, 1]):
-        ax.set_xlabel("part of the starts  [%]")
+        ax.set_xlabel("fraction of the starts  [%]")
         ax.tick_params(labelbottom=True)
     legend = axes.flat[len(titles)]
     legend.axis("off")

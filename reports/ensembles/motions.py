@@ -3,19 +3,19 @@
 from dataclasses import dataclass
 
 METHODS = ("rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "rk4")
-"""Methods with fixed steps; the first is what prices are measured in."""
+"""Fixed-step methods; costs are relative to the first."""
 
 STRUCTURED = METHODS[:4]
-"""Those that are symplectic on the manifold, so that their energy does not drift as long as the step is small."""
+"""The methods that are symplectic on the manifold; their energy does not drift as long as the step is small."""
 
 FRACTIONS = (1, 2, 4)
-"""By what the largest step is divided: three prices, each twice the one before."""
+"""Divisors of the largest step: three costs, each twice the one before."""
 
 MIDDLE = FRACTIONS[1]
-"""The one of which pictures and sentences are, where they are of one."""
+"""The cost that pictures and sentences show if they show one cost."""
 
 STARTS = 1024
-"""Starts of each motion: that of the case, and others of the same energy."""
+"""Starts of each motion: the start of the case, and others of the same energy."""
 
 SEED = 1
 """Seeds them."""
@@ -30,9 +30,9 @@ class Motion:
     problem, case : str
         Names in the catalogue.
     title : str
-        What it is called on the page.
+        Display name on the page.
     h : float
-        Largest step of the first method, s; others have steps of the same price.
+        Largest step of the first method, s; others have steps of the same cost.
     t_end : float
         End, s.
     """

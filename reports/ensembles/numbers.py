@@ -1,4 +1,4 @@
-"""What the report on ensembles measures: runs from many starts of one energy, at equal prices, and what a start costs."""
+"""Measurements of the report on ensembles: runs from many starts of one energy, at equal cost, and the cost of a start."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,13 +20,13 @@ from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.ensemble.energies import ended_members, member_energies
 
 OUTPUTS = 400
-"""States of each run from which the verdict on its energy is read, about."""
+"""Approximate number of states of each run from which the verdict on its energy is computed."""
 
 REPEAT, TIMED = 3, 200
-"""Runs that are timed, of which the best counts, and steps of each."""
+"""Number of timed runs, of which the best counts, and steps of each."""
 
 FEW, LONGER = 16, 5000
-"""Starts that are timed one by one, and steps of each: so many that what begins a run does not count."""
+"""Starts that are timed one by one, and steps of each: enough that the overhead of a run is negligible."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class Numbers:
     motions : sequence of Motion
         The motions.
     runs : DataFrame
-        One row a run: motion, method, price (by what the largest step is divided), h, start (0 is that of the case), size (largest energy
-        error over the mean kinetic energy, infinite where the run stopped), verdict on its energy, and failure in short.
+        One row per run: motion, method, price (the divisor of the largest step), h, start (0 is the start of the case), size (largest
+        energy error over the mean kinetic energy, infinite where the run stopped), verdict on its energy, and failure in short.
     prices : DataFrame
-        One row a motion and method: ns of CPU time a step from one start of many, "together", and times of the first method's, "ratio".
+        One row per motion and method: ns of CPU time per step for one start of many, "together", and relative to the first method, "ratio".
     alone : DataFrame
-        One row a motion: ns a step of the first method, "together" and "alone"; how many starts take the time of one.
+        One row per motion: ns per step of the first method, "together" and "alone"; how many starts take the time of one.
     starts : mapping of str to str
-        By motion, what its starts are drawn from.
+        By motion, the distribution of its starts.
     """
 
     motions: Sequence[Motion]
@@ -70,7 +70,7 @@ def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = S
 
 
 def drawn(motion: Motion, starts: int) -> tuple[Members, str]:
-    """Return the start of the case and others of its energy, and what these are drawn from."""
+    """Return the start of the case and others of its energy, and their distribution."""
     ivp = initial_value_problem(motion.problem, motion.case)
     made = draw_starts(ivp, "energy", members=starts - 1, h=motion.h, seed=SEED)
     both = zip(ivp.start, made.members.start, strict=True)
@@ -78,7 +78,7 @@ def drawn(motion: Motion, starts: int) -> tuple[Members, str]:
 
 
 def priced(motion: Motion, some: Members) -> pd.DataFrame:
-    """Return what a step of each method costs, and how many times as long its steps are so that it costs what the first one does."""
+    """Return the cost of a step of each method, and the factor by which its steps are longer at equal cost."""
     together = [nanoseconds(some, method, TIMED) for method in METHODS]
     ratios = [max(1, round(time / together[0])) for time in together]
     return pd.DataFrame({"motion": motion.key, "method": METHODS, "together": together, "ratio": ratios})
@@ -93,7 +93,7 @@ def nanoseconds(some: Members, method: str, steps: int, **settings: Any) -> floa
 
 
 def by_itself(motion: Motion, some: Members, together: float) -> dict[str, object]:
-    """Return what a step of the first method costs from one start of many, and by itself."""
+    """Return the cost of a step of the first method for one start of many, and for a single start."""
     alone = nanoseconds(some.some(np.arange(min(len(some), FEW))), METHODS[0], LONGER, lanes=1)
     return {"motion": motion.key, "together": together, "alone": alone, "starts": alone / together}
 
@@ -106,7 +106,7 @@ def measured(motion: Motion, some: Members, method: str, fraction: int, ratio: i
     run = run_members(method_of(cast("Ivp", some.ivp), method), replace(some, h=h), asked)
     sizes, verdicts, ended = np.full(len(some), np.inf), np.full(len(some), FAILED, dtype="U12"), ended_members(run)
     if len(ended):
-        with np.errstate(all="ignore"):  # a motion that is lost may have squares beyond all numbers
+        with np.errstate(all="ignore"):  # a motion that is lost may have squares that overflow
             columns = member_energies(run, ended)
         found = np.array(columns["energy_size"], dtype=float)
         sizes[ended] = np.where(np.isfinite(found), found, np.inf)

@@ -33,12 +33,12 @@ def tables(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict
         "winners": (
             conclusions.winners,
             {"motion": title, "price": _price, "own": _named, "most": code, "part": percent, "error": percent} | parts,
-            {"own": "first, case", "most": "first from the most starts", "part": "of the starts", "error": "±"}
+            {"own": "best, case", "most": "best from the most starts", "part": "of the starts", "error": "±"}
             | {method: str(code(method)) for method in METHODS},
         ),
         "failures": (
             conclusions.failures,
-            first | {"part": percent, "own": lambda why: why or "came to its end", "why": str},
+            first | {"part": percent, "own": lambda why: why or "reached its end", "why": str},
             step | {"part": "stopped", "own": "the case", "why": "why, and how many"},
         ),
         "verdicts": (

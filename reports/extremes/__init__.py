@@ -1,4 +1,4 @@
-"""Methods driven to where they break: steps, parameters, penalties, round-off, chaos and precision."""
+"""Where methods break: steps, parameters, penalties, round-off, chaos and precision."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -44,6 +44,6 @@ def make(out: Path, progress: Progress) -> Path:
 
 
 def _said(says: Callable[[pd.DataFrame], list[str]], table: pd.DataFrame) -> list[Markup]:
-    """Return what is said of a table, as HTML."""
+    """Return the sentences on a table, as HTML."""
     methods = set(table["method"]) | set(LIMITS.values())
     return [typeset(sentence, methods) for sentence in says(table)]

@@ -1,4 +1,4 @@
-"""What each extreme says of each method, as a table: one row a method, or a method and what it is held against."""
+"""Findings of each extreme as a table: one row per method, or per method and its comparison."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -27,12 +27,12 @@ def value(x: float) -> Markup:
 
 
 def best_of(runs: pd.DataFrame, column: str) -> Mapping[str, Any]:
-    """Return the run with the least of a column; nothing where no run has a number."""
+    """Return the run with the smallest value of a column; nothing if no run has a value."""
     return dict(runs.sort_values(column).iloc[0]) if runs[column].notna().any() else NOTHING
 
 
 def fine_runs(table: pd.DataFrame) -> Layout:
-    """Return how much of a map is fine for each method, its median energy error there, how much drifts, and the most frequent failure."""
+    """Return, by method, the fine fraction of a map, the median energy error there, the drifting fraction, and the commonest failure."""
     rows = []
     for method, runs in by_method(table):
         fine, others = runs[runs["outcome"] == FINE], runs["outcome"].value_counts().drop(FINE, errors="ignore")
@@ -59,7 +59,7 @@ def over_parameter(table: pd.DataFrame) -> Layout:
 
 
 def over_penalty(table: pd.DataFrame) -> Layout:
-    """Return, with the smallest step, the least error of each method with a penalty, and that of its order on the constrained system."""
+    """Return, with the smallest step, the smallest error of each method with a penalty, and of the constrained method of its order."""
     same = table[table["value"] == table["value"].min()]
     limits = same[same["eps"] == 0].set_index("method")
     rows = []
@@ -76,7 +76,7 @@ def over_penalty(table: pd.DataFrame) -> Layout:
 
 
 def to_round_off(table: pd.DataFrame) -> Layout:
-    """Return the least error of each method, where it is, and the error with its smallest step size or tolerance."""
+    """Return the smallest error of each method, where it occurs, and the error with its smallest step size or tolerance."""
     error, rows = error_of(table), []
     for method, runs in by_method(table):
         good = runs[runs["failure"] == ""]
@@ -95,7 +95,7 @@ def to_round_off(table: pd.DataFrame) -> Layout:
 
 
 def until_lost(table: pd.DataFrame) -> Layout:
-    """Return until when each method follows the motion at best, and with which step size or tolerance."""
+    """Return the longest time for which each method follows the motion, and the step size or tolerance."""
     rows = []
     for method, runs in by_method(table):
         good = runs[runs["failure"] == ""].sort_values(["horizon", "value"])
@@ -115,4 +115,4 @@ BY_EXTREME: Mapping[str, Callable[[pd.DataFrame], Layout]] = MappingProxyType(
         "lost-motion": until_lost,
     }
 )
-"""What makes the table of an extreme, by its name."""
+"""Functions that make the table of an extreme, by its name."""

@@ -28,12 +28,12 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def limits(table: pd.DataFrame) -> SimpleNamespace:
-    """Return who keeps the energy with the largest steps, and whose runs come to their end with steps far beyond those.
+    """Return the methods that keep the energy with the largest steps, and those whose runs reach their end with much larger steps.
 
-    Of methods that came to the end with the largest step that was tried it is not known how far they would: all of them are named.
+    If several methods reach the end with the largest step that was tried, their limit is not known: all of them are named.
     """
     both = table.pivot(index="method", columns="verdict", values="h")
-    require((both["keeps the energy"] <= both["completes"]).all(), "no run keeps the energy that does not come to its end", both)
+    require((both["keeps the energy"] <= both["completes"]).all(), "a run that keeps the energy reaches its end", both)
     energy_steps = both["keeps the energy"]
     room = (both["completes"] / energy_steps)[energy_steps > 0].sort_values(ascending=False)
     open_end = set(table[(table["verdict"] == "completes") & (table["fails"] == float("inf"))]["method"])
@@ -43,7 +43,7 @@ def limits(table: pd.DataFrame) -> SimpleNamespace:
 
 
 def ratios(table: pd.DataFrame) -> SimpleNamespace:
-    """Return which methods are fine for all masses, and test that RATTLE keeps the manifold wherever it comes to its end."""
+    """Return the methods that are fine for all masses, and test that RATTLE keeps the manifold wherever it reaches its end."""
     rattle = table[(table["method"] == "rattle") & (table["failure"] == "")]
     require((rattle["g"] <= ON_MANIFOLD).all(), "RATTLE keeps the constraints to round-off for every mass", rattle["g"].max())
     methods = by_method(table)
@@ -53,7 +53,7 @@ def ratios(table: pd.DataFrame) -> SimpleNamespace:
 
 
 def horizons(table: pd.DataFrame) -> SimpleNamespace:
-    """Return when double precision ends, and test that no run follows the motion beyond that."""
+    """Return the time at which double precision ends, and test that no run follows the motion beyond it."""
     double = float(table["double_horizon"].iloc[0])
     longest = float(table["horizon"].max())
     require(longest <= double * 1.1, "no run follows the chaotic motion beyond what double precision allows", (longest, double))

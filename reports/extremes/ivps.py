@@ -7,10 +7,10 @@ from daebench.studies.stability.extreme import Asked
 FAST = Asked(problem="spherical_pendulum", case="fig1.2")
 
 RODS = (2.0, 1.5, 1.1, 1.03, 1.01, 1.003, 1.001)
-"""Rod of the slider-crank, in cranks: at 1 the mechanism can fold upon itself, where G loses rank."""
+"""Length of the rod of the slider-crank over that of the crank: at 1 the mechanism can fold, where G loses rank."""
 
 MAPPED = ("symplectic_euler", "rattle", "lobatto3", "rk4", "rk4+proj", "generalized_alpha")
-"""Methods of which a map is drawn."""
+"""Methods whose maps are drawn."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,13 @@ class Section:
     key, title : str
         Name in links and files, and heading.
     extreme : str
-        Which, see :data:`daebench.studies.stability.study.EXTREMES`.
+        Name of the extreme, see :data:`daebench.studies.stability.study.EXTREMES`.
     asked : Asked
-        What is driven to it.
+        The problem and the methods.
     about : str
-        What is done and why, as HTML.
+        The experiment and its reason, as HTML.
     alt : str
-        What the picture shows, for those who cannot see it.
+        Text alternative of the picture.
     """
 
     key: str
@@ -46,19 +46,20 @@ SECTIONS = (
         "step-limit",
         FAST,
         "An implicit scheme stops where Newton's iteration finds no solution of its equations. An explicit one goes on long after its "
-        "numbers have lost their meaning. Two limits are bisected: the largest step with which a run comes to its end, and the largest "
-        "with which the energy stays within one part in a hundred of twice the kinetic energy. Between both, numbers look like a result.",
-        "A line for each method with two marks on a logarithmic scale of step sizes: one for coming to the end, one for the energy.",
+        "numbers have lost their meaning. Two limits are bisected: the largest step with which a run reaches its end, and the largest "
+        "with which the energy stays within one part in a hundred of twice the kinetic energy. Between the limits a wrong result looks "
+        "right.",
+        "A line for each method with two marks on a logarithmic scale of step sizes: one for reaching the end, one for the energy.",
     ),
     Section(
         "map",
         "How they break",
         "outcome-map",
         replace(FAST, methods=MAPPED),
-        "The same motion with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. What became of each run is one "
-        "word, found from the run itself: its failure, the residual of the constraints, whether each step goes where the velocities lead, "
-        "and the size of the energy error. The colour is that size. Hatches show where it drifts, and where that is not known.",
-        "A map for each method, step size across and gravity up: colours for what became of each run, hatches for the trend of its energy.",
+        "The same motion with gravity from a hundredth to a hundred times its value, in 16 to 2048 steps. The outcome of each run is one "
+        "word, determined from its failure, the residual of the constraints, the agreement of each step with the velocities, and the size "
+        "of the energy error. The colour is that size. Hatches show where the error drifts, and where this is undecided.",
+        "A map for each method, step size across and gravity up: colours for the outcome of each run, hatches for the trend of its energy.",
     ),
     Section(
         "masses",
@@ -69,16 +70,17 @@ SECTIONS = (
         "<i>G M</i><sup>&minus;1</sup><i>G</i><sup>T</sup> then has entries of very different size, and with "
         "a light upper mass a fast motion appears that a fixed step does not resolve. "
         "Energy errors are in parts of twice the largest kinetic energy.",
-        "Energy error and constraint residual against the mass on logarithmic scales, a curve a method.",
+        "Energy error and constraint residual against the mass on logarithmic scales, one curve per method.",
     ),
     Section(
         "lock",
         "Towards a mechanism that locks",
         "parameter-range",
         Asked(problem="slider_crank", case="turning", parameters={"rod": RODS}, near=1.0),
-        "The slider-crank with a rod from twice the crank to hardly longer: the shorter, the closer each turn passes to the "
-        "position in which the slider meets the axle, the constraints' gradients are nearly dependent, and velocities are large.",
-        "Energy error and constraint residual against the length of the rod, a curve a method.",
+        "The slider-crank with a rod from twice the length of the crank to hardly longer. The shorter the rod, the closer each turn "
+        "passes to the position in which the slider meets the axle. There the gradients of the constraints are nearly dependent, and "
+        "velocities are large.",
+        "Energy error and constraint residual against the length of the rod, one curve per method.",
     ),
     Section(
         "penalty",
@@ -87,27 +89,28 @@ SECTIONS = (
         FAST,
         "Instead of the constraint, <i>g</i><sup>T</sup><i>g</i>/(2 <i>ε</i><sup>2</sup>) is added to <i>H</i>. As <i>ε</i> goes to 0 "
         "the motion becomes the constrained one, with an oscillation of frequency of the order 1/<i>ε</i> across the "
-        "manifold on top. The question is what a step "
-        "that resolves the motion, and not the oscillation, makes of it; errors are those against the certified constrained motion, "
-        "and each method is held against one of its own order on the constrained system.",
-        "Three panels, one a step size: error of q against eps on logarithmic scales, with the constrained runs of both orders as levels.",
+        "manifold on top. The question is how accurate a step is "
+        "that resolves the motion but not the oscillation. Errors are against the certified constrained motion, "
+        "and each method is compared with one of its order on the constrained system.",
+        "Three panels, one per step size: error of q against eps on logarithmic scales, with the constrained runs of both orders as "
+        "levels.",
     ),
     Section(
         "round-off",
         "Steps and tolerances too small",
         "round-off",
         FAST,
-        "Smaller steps make a smaller error until each step's rounding is more than its truncation. With solvers that choose their steps "
-        "the tolerance does the same, and a system of higher index should suffer first: with index 3 round-off is divided by powers of the "
-        "step.",
-        "Two panels: error against step size and against tolerance, logarithmic, a curve a method; a cross where one gives up.",
+        "Smaller steps give a smaller error until the rounding of a step exceeds its truncation error. For solvers that choose their "
+        "steps, smaller tolerances have the same effect. A system of higher index should show it first: with index 3 round-off is divided "
+        "by powers of the step.",
+        "Two panels: error against step size and against tolerance, logarithmic, one curve per method; a cross where a method gives up.",
     ),
     Section(
         "unstable",
         "A start near an unstable equilibrium",
         "lost-motion",
         Asked(problem="planar_pendulum", case="near_top"),
-        "The pendulum is let go a thousandth of a radian from its highest point, and comes back there each turn. An error on the way "
+        "The pendulum is released a thousandth of a radian from its highest point, and returns there each turn. An error on the way "
         "up grows on the way down.",
         "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
     ),
@@ -116,8 +119,8 @@ SECTIONS = (
         "A chaotic motion",
         "lost-motion",
         Asked(problem="double_pendulum", case="horizontal"),
-        "The double pendulum is released from the horizontal. Two motions that start a rounding apart separate in the end. After that no "
-        "run has the motion, and only energies, constraints and statistics can be compared.",
+        "The double pendulum is released from the horizontal. Two motions whose starts differ by a rounding error separate in the end. "
+        "After that no run follows the motion, and only energies, constraints and statistics can be compared.",
         "Time until which each method follows, against its step and its tolerance; a dashed line where double precision ends, if it does.",
     ),
 )

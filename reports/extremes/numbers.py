@@ -1,4 +1,4 @@
-"""The runs of the report on extremes, kept in a store beside the page."""
+"""The runs of the report on extremes, in a store beside the page."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from daebench.studies.precision.study import specifications_of, table_of
 from daebench.studies.stability.study import EXTREMES
 
 STORE = "studies.db"
-"""File in which runs are kept."""
+"""File of the stored runs."""
 
 KNOWN = 0.95
-"""Part of the work that is done when the runs are that are known beforehand."""
+"""Fraction of the work that is done after the runs that are known beforehand."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Numbers:
 
 
 def measure(out: Path, progress: Progress, sections: Sequence[Section] = SECTIONS, processes: Processes = two_processes) -> Numbers:
-    """Return the numbers; runs that the store in the folder has are taken from there.
+    """Return the numbers; runs in the store of the folder are not repeated.
 
-    Runs that are known beforehand are made in two processes, the timed ones of different precision last; a bisection asks for more.
+    Runs that are known beforehand are made in two processes, timed runs in different precisions last; bisections make further runs.
     """
     ways = specifications_of(PRECISION)[0]
     with opened(out / STORE) as store:

@@ -21,14 +21,14 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
     steps = numbers.tables["steps"]
     limits = steps.pivot(index="method", columns="verdict", values="h").reindex(list(dict.fromkeys(steps["method"]))).reset_index()
     limits["why"] = list(steps[steps["verdict"] == "completes"]["why"].map(_reason))
-    limits["why"] = limits["why"].where(limits["why"] != "", "nothing that was tried: it is the largest")
+    limits["why"] = limits["why"].where(limits["why"] != "", "none; the largest step tried")
     precise = smallest_steps(numbers.precision)
     error = error_of(precise)
     layouts: dict[str, Layout] = {
         "limits": (
             limits,
             {"method": str, "completes": number, "keeps the energy": number, "why": str},
-            {"completes": "comes to its end up to <i>h</i>", "keeps the energy": "keeps the energy up to", "why": "what ends it"},
+            {"completes": "reaches its end up to <i>h</i>", "keeps the energy": "keeps the energy up to", "why": "what ends it"},
         ),
         "precision": (
             precise,
@@ -62,7 +62,7 @@ def tables(numbers: Numbers, folder: Path) -> dict[str, Callable[[str], Markup]]
 
 
 def _reason(why: str) -> str:
-    """Return the reason in the sentence of a failure, without where it happened and what to do."""
+    """Return the reason in the message of a failure, without place and advice."""
     return why.rpartition("): ")[2].split(";")[0].rstrip(".")
 
 

@@ -71,7 +71,7 @@ def check_everything(numbers: Measured) -> SimpleNamespace:
 
 
 def everything(progress: Progress) -> Measured:
-    """Return the numbers of the fixed-step schemes, those of IDA, three ways to hold the rod, and what becomes of the two-form."""
+    """Return the numbers of the fixed-step schemes, of IDA, of three ways to hold the rod, and of the two-form."""
     numbers = measure(lambda fraction, doing: progress(0.75 * fraction, doing))
     formulations = measure_ida(lambda fraction, doing: progress(0.75 + 0.2 * fraction, doing))
     progress(0.95, "three ways to hold the rod, and why")

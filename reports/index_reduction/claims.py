@@ -15,7 +15,7 @@ ROUND_OFF = 1e-13
 """A defect, or a residual of a constraint, up to this is round-off."""
 
 VISIBLE = 1e-9
-"""A defect from this on is none."""
+"""A larger defect shows that a map is not symplectic."""
 
 ORDER_BAND = 0.05
 
@@ -29,7 +29,7 @@ def check(numbers: Numbers, ida: pd.DataFrame) -> SimpleNamespace:
 
 
 def check_symplecticity(numbers: Numbers, table: pd.DataFrame) -> None:
-    """Test where the two-form is kept: by symplectic schemes always, by ``se`` in its first step alone, by the others never."""
+    """Test that symplectic schemes keep the two-form, that ``se`` keeps it in its first step only, and that the others do not keep it."""
     for name, claim in table["claimed_symplectic"].items():
         defects = numbers.defects[name].to_numpy()
         if claim:
@@ -67,7 +67,7 @@ def check_table(table: pd.DataFrame) -> None:
 
 
 def check_drift(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
-    """Return the numbers of Fig. 1.1: linear with ``se``, linear still with ``seproj``, bounded with the constrained schemes."""
+    """Return the numbers of Fig. 1.1: the energy error is linear with ``se`` and ``seproj``, and bounded with the constrained schemes."""
     se, seproj = numbers.drift_fit["se"], table.loc["seproj"]
     away = energy_drift(numbers.drift["se"]["t"], numbers.drift["se"]["distance"])
     require(se.law == "linear", "the energy of se drifts linearly", f"{se.brief}, exponent {se.exponent:.3f}")
@@ -94,7 +94,7 @@ def check_drift(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def check_swing(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of Fig. 1.2: a regular motion against one that dies, from either tangent start."""
+    """Return the numbers of Fig. 1.2, from both tangent starts: one motion stays regular, the other decays."""
     swings = (numbers.swing, numbers.facts["other_swing"])
     first, other = (swing_numbers(swing, numbers.facts["periods"][case]) for swing, case in zip(swings, (FAST, OTHER_FAST), strict=True))
     for case, summary in ((FAST, first), ("fig1.2b", other)):
@@ -134,7 +134,7 @@ def swing_numbers(swing: pd.DataFrame, period: float) -> SimpleNamespace:
 
 
 def check_ida(ida: pd.DataFrame) -> SimpleNamespace:
-    """Return what the text says of IDA: how far accuracy falls short of the tolerance, and which formulation does best."""
+    """Return the numbers about IDA: how far its accuracy falls short of the tolerance, and the most accurate formulation."""
     done = ida[ida["failure"] == ""]
     tightest = done[done["tol"] == min(TOLERANCES)]
     ratio = tightest["error"] / tightest["tol"]
@@ -154,7 +154,7 @@ def check_ida(ida: pd.DataFrame) -> SimpleNamespace:
 
 
 def texts(numbers: Numbers, table: pd.DataFrame) -> dict[str, Any]:
-    """Return what the words of the page need and no claim is about."""
+    """Return numbers that the text needs and that no claim tests."""
     symplectic_names = [name for name, claim in table["claimed_symplectic"].items() if claim]
     return {
         "row": {str(name): row for name, row in table.iterrows()},

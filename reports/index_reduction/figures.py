@@ -40,7 +40,7 @@ def draw(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> dict[str, Path]:
 
 
 def draw_energy(numbers: Numbers, folder: Path) -> Path:
-    """Draw the energy error of the four runs, each on a linear scale of its own, with the line that was fitted."""
+    """Draw the energy error of the four runs, each on a separate linear scale, with the fitted line."""
     figure, axes = grid_of_axes(2, 2, 4.3, x=TIME, y=ENERGY, sharex=True)
     for ax, (name, h) in zip(axes.flat, DRIFT_RUNS.items(), strict=True):
         run, fit, stroke = numbers.drift[name], numbers.drift_fit[name], STROKE[name]
@@ -126,7 +126,7 @@ def draw_ida(ida: pd.DataFrame, folder: Path) -> Path:
 
 
 def label(formulation: str) -> str:
-    """Return the name of a formulation for people."""
+    """Return the display name of a formulation."""
     return "GGL" if formulation == "ggl" else f"index {formulation[-1]}"
 
 

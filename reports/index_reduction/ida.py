@@ -18,7 +18,7 @@ SECONDS_LIMIT = 10.0
 
 
 def measure_ida(tell: Progress) -> pd.DataFrame:
-    """Return one row a case, formulation and tolerance.
+    """Return one row per case, formulation and tolerance.
 
     Columns: case, formulation, tol, error (largest component of the position error over all outputs), g, Gv (largest residuals over
     them), steps, seconds (CPU), t_reached, failure (empty if there is none).

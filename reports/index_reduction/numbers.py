@@ -47,11 +47,11 @@ class Numbers:
     swing : DataFrame
         Fig. 1.2: t, and q3 and energy of both methods.
     defects : DataFrame
-        Symplecticity defect after n steps, a column a scheme.
+        Symplecticity defect after n steps, one column per scheme.
     errors : DataFrame
         Errors of q and p against the closed form, by scheme and h.
     table : DataFrame
-        One row a scheme: claims, defects, orders, drifts, cost.
+        One row per scheme: claims, defects, orders, drifts, cost.
     facts : mapping of str to Any
         Single numbers that the text needs.
     """
@@ -66,7 +66,7 @@ class Numbers:
 
 
 def measure(tell: Progress) -> Numbers:
-    """Return the numbers; ``tell`` is told the fraction done and what is being done."""
+    """Return the numbers; ``tell`` receives the fraction done and a description of the current work."""
     slow, fast = constrained(initial_value_problem(PROBLEM, SLOW)), constrained(initial_value_problem(PROBLEM, FAST))
     rows, errors, defects = [], [], {}
     with compiling_ahead(PROBLEM, SLOW, SCHEMES) as wait:
@@ -96,12 +96,12 @@ def measure(tell: Progress) -> Numbers:
 
 
 def fixed_step(ivp: ConstrainedIvp, name: str, h: float, t_end: float, every: int = 1) -> Trajectory:
-    """Return a run. One kernel a scheme serves all runs: states are kept and monitored afterwards, so that less is compiled."""
+    """Return a run. One kernel per scheme serves all runs: states are stored and monitored afterwards, so that less is compiled."""
     return FixedStep(name).solve(ivp, Request(value=h, t_end=t_end, every=every, watch=()))
 
 
 def claims(name: str) -> dict[str, Any]:
-    """Return what a scheme says of itself."""
+    """Return the claims of a scheme."""
     scheme_claims = FixedStep(name).claims
     names = ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")
     return {"method": name, "system": scheme_claims.system} | {f"claimed_{claim}": getattr(scheme_claims, claim) for claim in names}
@@ -131,7 +131,7 @@ def order_errors(ivp: ConstrainedIvp, name: str, h: float, p: Array, q: Array) -
 
 
 def conservation(ivp: ConstrainedIvp, name: str) -> dict[str, Any]:
-    """Return what becomes of the energy, the constraints and L3: to t = 100, and the growth exponent to t = 300 as well.
+    """Return the errors of the energy, the constraints and L3 to t = 100, and the growth exponent to t = 300.
 
     The shorter run is the beginning of the longer one.
     """
@@ -181,7 +181,7 @@ def swing(ivp: ConstrainedIvp) -> pd.DataFrame:
 
 
 def facts(slow: ConstrainedIvp, fast: ConstrainedIvp) -> dict[str, Any]:
-    """Return what the text says beside figures and table."""
+    """Return single numbers for the text."""
     broken = fixed_step(fast, "se", H_FAST, T_FAST)
     turned = constrained(initial_value_problem(PROBLEM, OTHER_FAST))
     other = swing(turned)

@@ -24,7 +24,7 @@ ROD = 0.81
 """Length of the rod of ``se`` up to which it is drawn; it is 1 at the start."""
 
 EARLY = 2.0
-"""The start of the runs over which RK4 and RATTLE are compared, units of time."""
+"""Initial part of the runs over which RK4 and RATTLE are compared, units of time."""
 
 WINDOWS = 240
 """Windows of time, equally wide on a logarithmic axis."""
@@ -71,10 +71,10 @@ def measure_rods() -> dict[str, Held]:
 
 
 def check_rods(runs: Mapping[str, Held]) -> SimpleNamespace:
-    """Return the numbers that the picture prints; the first that is not as the picture tells raises ClaimRefuted."""
+    """Return the numbers that the picture prints; the first claim of the picture that does not hold raises ClaimRefuted."""
     rattle, se, rk4 = (runs[name] for name in METHODS)
     flat = float(np.abs(rattle.energy_error).max())
-    require(rattle.failure is None and rattle.t[-1] == T_END, "RATTLE comes to the end", rattle.failure)
+    require(rattle.failure is None and rattle.t[-1] == T_END, "RATTLE reaches the end", rattle.failure)
     require(np.abs(rattle.rod - 1).max() < 1e-13, "RATTLE keeps the rod's length to round-off", np.abs(rattle.rod - 1).max())
     fit = energy_drift(rattle.t, rattle.energy_error)
     require(fit.verdict == "bounded", "the energy of RATTLE is bounded", fit.brief)
@@ -83,7 +83,7 @@ def check_rods(runs: Mapping[str, Held]) -> SimpleNamespace:
     crossing = float(rk4.t[np.argmax(np.abs(rk4.energy_error) > flat)])
     require(EARLY < crossing < T_END / 10, "RK4 crosses RATTLE's line early in the run", crossing)
     gone = float(rk4.t[-1])
-    require(rk4.failure is not None and gone < T_END, "RK4 does not come to the end", gone)
+    require(rk4.failure is not None and gone < T_END, "RK4 does not reach the end", gone)
     require(np.abs(rk4.energy_error).max() > 1e10, "the energy of RK4 ends at infinity", np.abs(rk4.energy_error).max())
     require(se.failure is not None and se.t[-1] < crossing, "se stops before RK4 crosses RATTLE's line", se.t[-1])
     short = int(np.argmax(se.rod < ROD))
@@ -106,7 +106,7 @@ def envelope(run: Held) -> tuple[Array, Array]:
 
 
 def rods_table(runs: Mapping[str, Held]) -> pd.DataFrame:
-    """Return the largest energy errors in windows of time, a row a method and window."""
+    """Return the largest energy errors in windows of time, one row per method and window."""
     frames = []
     for name, run in runs.items():
         t, error = envelope(run)

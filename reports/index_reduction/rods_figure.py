@@ -1,4 +1,4 @@
-"""The picture of three ways to hold the rod: each orbit as it is seen, above all energy errors to t = 5000."""
+"""The picture of three ways to hold the rod: the three orbits above the energy errors to t = 5000."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,11 +15,11 @@ from daebench.runs.ivp import Array
 
 NAMES = {"rattle": "RATTLE", "se": "symplectic Euler, index reduced", "rk4": "RK4, index reduced"}
 ORBIT = 26.0
-"""Length of the orbits that are drawn, units of time: four swings."""
+"""Length of the drawn orbits, units of time: four swings."""
 
 REACH = 1.12
 FAR = 3.0
-"""Distance at which a point is drawn that is far away: outside the picture, in its direction."""
+"""Distance at which a far point is drawn: outside the picture, in its direction."""
 
 BOTTOM, TOP = 1e-10, 10.0
 ENERGY = r"largest energy error so far  [$m\gamma\ell$]"
@@ -43,14 +43,14 @@ def draw_rods(runs: Mapping[str, Held], facts: SimpleNamespace, folder: Path) ->
 
 
 def last_shown(name: str, run: Held, facts: SimpleNamespace) -> int:
-    """Return the index of the state that is drawn: of ``se`` the first with a rod of :data:`ROD`, else the last, or the first far away."""
+    """Return the index of the drawn state: for ``se`` the first with a rod of :data:`ROD`, otherwise the last, or the first far away."""
     if name == "se":
         return int(facts.short)
     return int(np.flatnonzero(run.rod < REACH)[-1]) + (run.failure is not None)
 
 
 def draw_orbit(ax: Any, run: Held, last: int, name: str, words: tuple[str, str]) -> None:
-    """Draw the sphere, the end of an orbit and the rod, where there is one left; what is behind the sphere's middle is pale."""
+    """Draw the sphere, the end of an orbit and the rod if it still exists; the part behind the middle of the sphere is pale."""
     color = stroke_of(name).color
     first = max(0, last - round(ORBIT / H))
     outline(ax)

@@ -1,4 +1,4 @@
-"""Three ways to hold the rod as a moving picture: pieces of the runs, and all of their energy errors, for the index of the gallery."""
+"""Three ways to hold the rod as an animation: pieces of the runs, and their energy errors, for the index of the gallery."""
 
 import json
 from collections.abc import Mapping
@@ -20,10 +20,10 @@ LENGTH = 12.0
 """Length of a piece, units of time."""
 
 SCALE = 1000
-"""Places, lengths and logarithms are written as whole numbers of thousandths."""
+"""Positions, lengths and logarithms are written as integers in thousandths."""
 
 FAR = 9.0
-"""What is further away is drawn there: outside the picture."""
+"""Points further away are drawn at this distance, outside the picture."""
 
 
 def write_moving(runs: Mapping[str, Held], facts: SimpleNamespace, path: Path) -> Path:
@@ -39,7 +39,7 @@ def write_moving(runs: Mapping[str, Held], facts: SimpleNamespace, path: Path) -
 
 
 def data(runs: Mapping[str, Held], facts: SimpleNamespace) -> dict[str, Any]:
-    """Return what the script is given."""
+    """Return the data of the script."""
     return {
         "scale": SCALE,
         "h": H,
@@ -55,7 +55,7 @@ def data(runs: Mapping[str, Held], facts: SimpleNamespace) -> dict[str, Any]:
 
 
 def story(runs: Mapping[str, Held], facts: SimpleNamespace) -> list[tuple[float, str]]:
-    """Return when the pieces start, and what is to be seen in each."""
+    """Return the starting times of the pieces, and a description of each."""
     rk4 = runs["rk4"]
     lost = float(rk4.t[np.flatnonzero(rk4.rod < REACH)[-1]])
     late = T_END / 5
@@ -77,7 +77,7 @@ def story(runs: Mapping[str, Held], facts: SimpleNamespace) -> list[tuple[float,
 
 
 def piece(run: Held, start: float) -> list[list[int]]:
-    """Return places to the right and up, and lengths of the rod, step by step; as far as the run has come."""
+    """Return horizontal and vertical positions and lengths of the rod, step by step, up to the end of the run."""
     first = round(start / H)
     states = run.q[first : first + round(LENGTH / H) + 1]
     if not len(states):

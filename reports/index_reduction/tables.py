@@ -26,12 +26,12 @@ def tables(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> Mapping[str, Ta
 
 
 def pairs(frame: pd.DataFrame, name: str) -> "pd.Series[Any]":
-    """Return a column with the standard errors that stand beside it."""
+    """Return a column with its standard errors."""
     return column([with_error(*pair) for pair in zip(frame[name], frame[f"{name}_error"], strict=True)], frame)
 
 
 def structure(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what each scheme keeps of order, two-form and symmetry, claimed and measured."""
+    """Return order, two-form and symmetry of each scheme, claimed and measured."""
     yes = {name: [("yes" if claim else "no") for claim in frame[f"claimed_{name}"]] for name in ("symplectic", "symmetric")}
     shown = pd.DataFrame(
         {
@@ -68,7 +68,7 @@ def growth(row: Mapping[Any, Any]) -> Markup:
 
 
 def drifts(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what becomes of energy, constraints and angular momentum."""
+    """Return the errors of energy, constraints and angular momentum."""
     shown = frame.assign(slope=pairs(frame, "slope"), growth=column([growth(row) for row in frame.to_dict("records")], frame))
     formats: Formats = {"method": code, "energy_error": tiny, "slope": text, "growth": text, "g": tiny, "Gv": tiny, "L3": tiny}
     headings = {

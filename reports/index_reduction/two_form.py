@@ -1,4 +1,4 @@
-"""Why index reduction breaks symplecticity: d(dq ^ dp)/dt = - sum dg_i ^ dlam_i on the flow of (1.18), held against what is measured."""
+"""Why index reduction breaks symplecticity: d(dq ^ dp)/dt = - sum dg_i ^ dlam_i on the flow of (1.18), compared with measurements."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,27 +20,27 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 
 T_END, H_FLOW = 3.0, 0.01
-"""End of the runs, and the step of RK4 that stands for the exact flow of (1.18)."""
+"""End of the runs, and the step of RK4, which replaces the exact flow of (1.18)."""
 
 
 RK4_ERROR = 1e-10
-"""Up to this the two-form is that of the exact flow: RK4 with its step misses it by some 1e-11."""
+"""Tolerance for the two-form of the exact flow, from which RK4 with its step differs by some 1e-11."""
 
 
 @dataclass(frozen=True)
 class Carried:
-    """What a run does to the two-form of vectors that it carries along.
+    """The two-form of vectors that are propagated along a run.
 
     Parameters
     ----------
     t : ndarray, shape(n,)
         Times.
     change : ndarray, shape(n, k, k)
-        dq ^ dp of every two carried vectors, less that at the start.
+        dq ^ dp of every pair of propagated vectors, minus its initial value.
     predicted : ndarray, shape(n, k, k)
         The integral of - sum dg_i ^ dlam_i, by the trapezoidal rule.
     dg : ndarray, shape(n,)
-        Largest change of g along a carried vector.
+        Largest change of g along a propagated vector.
     """
 
     t: Array
@@ -60,12 +60,12 @@ class Carried:
 
     @property
     def gap(self) -> float:
-        """Largest norm of change less prediction, relative to the largest change."""
+        """Largest norm of the change minus the prediction, relative to the largest change."""
         return float(np.linalg.norm(self.change - self.predicted, 2, axis=(1, 2)).max() / self.size.max())
 
 
 def measure_two_form() -> dict[str, Carried]:
-    """Return what becomes of the two-form: of tangents and across the manifold with the flow of (1.18), of tangents with se and RATTLE."""
+    """Return the two-form of tangents and across the manifold with the flow of (1.18), and of tangents with se and RATTLE."""
     ivp = constrained(initial_value_problem(PROBLEM, SLOW))
     along = tangent_basis(ivp, ivp.p0, ivp.q0)
     across = np.column_stack([along, np.concatenate([np.zeros(ivp.d), ivp.q0])])
@@ -78,10 +78,10 @@ def measure_two_form() -> dict[str, Carried]:
 
 
 def carry(ivp: ConstrainedIvp, method: str, h: float, X: Array) -> Carried:
-    """Return what a method makes of the two-form of vectors, and what the rate of (1.18) along its own states and vectors predicts."""
+    """Return the two-form of vectors under a method, and the prediction from the rate of (1.18) along its own states and vectors."""
     steps, d = round(T_END / h), ivp.d
     states, carried, failure = tangent_path(FixedStep(method).path(ivp, h, steps), ivp.p0, ivp.q0, X)
-    require(failure is None, f"{method} carries the tangents to t = {T_END:g}", failure)
+    require(failure is None, f"{method} propagates the tangents to t = {T_END:g}", failure)
     half = np.swapaxes(carried[:, d:], 1, 2) @ carried[:, :d]
     form = half - np.swapaxes(half, 1, 2)
     rates = np.stack([two_form_rate(ivp, x[:d], x[d:], Y) for x, Y in zip(states, carried, strict=True)])
@@ -99,8 +99,8 @@ def check_two_form(runs: Mapping[str, Carried]) -> SimpleNamespace:
     require(across.gap < 1e-3, "the change across the manifold is the integral of - dg ^ dlam", across.gap)
     require(se.dg[1] > 1e-6, "the first step of se takes tangents off the manifold", se.dg[1])
     require(se.size[1] < 1e-14 < se.size[2], "the first step of se keeps the two-form, the second does not", se.size[1:3])
-    require(se.gap < 0.1, "the defect of se is the integral of - dg ^ dlam, but for terms of order h", se.gap)
-    require(rattle.dg.max() < 1e-12, "RATTLE keeps tangents tangent", rattle.dg.max())
+    require(se.gap < 0.1, "the defect of se is the integral of - dg ^ dlam, up to terms of order h", se.gap)
+    require(rattle.dg.max() < 1e-12, "RATTLE maps tangents to tangents", rattle.dg.max())
     require(rattle.size.max() < 1e-12, "RATTLE keeps the two-form", rattle.size.max())
     return SimpleNamespace(
         kept=kept, across=float(across.size.max()), across_gap=across.gap, se=float(se.size[-1]), se_gap=se.gap, se_dg=float(se.dg[1])
@@ -108,7 +108,7 @@ def check_two_form(runs: Mapping[str, Carried]) -> SimpleNamespace:
 
 
 def draw_two_form(runs: Mapping[str, Carried], folder: Path) -> Path:
-    """Draw how tangents leave the manifold, and what becomes of the two-form then; return the path of the SVG."""
+    """Draw how tangents leave the manifold, and how the two-form changes; return the path of the SVG."""
     figure, axes = grid_of_axes(1, 2, 3.3, x=r"time $t$  [$\sqrt{\ell/\gamma}$]")
     left, right = axes[0]
     se, rattle, flow = stroke_of("se").color, stroke_of("rattle").color, BLACK
@@ -135,7 +135,7 @@ def draw_two_form(runs: Mapping[str, Carried], folder: Path) -> Path:
 
 
 def two_form_table(runs: Mapping[str, Carried]) -> pd.DataFrame:
-    """Return what the figure shows, a row a run and time."""
+    """Return the data of the figure, one row per run and time."""
     frames = [
         pd.DataFrame({"run": name, "t": run.t, "dg": run.dg, "change": run.size, "predicted": run.predicted_size})
         for name, run in runs.items()

@@ -1,4 +1,4 @@
-"""Which method is which, what each promises, and whether it keeps it: orders, two-form, reversal, manifold, energy and work, measured."""
+"""Each method and its claims, measured: orders, two-form, reversal, manifold, energy and work."""
 
 from pathlib import Path
 from types import SimpleNamespace

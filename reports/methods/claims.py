@@ -18,13 +18,13 @@ from daebench.reports.methods.sweep import PENDULUM, TORUS
 from daebench.studies.claims.bench import OK
 
 STEEP = 0.25
-"""A power of h may fall short of the least that theory gives by so much."""
+"""Tolerance by which a power of h may fall short of the theoretical minimum."""
 
 NO_DEFECT = 1e-11
-"""A defect of ten steps up to this is round-off; SHAKE, whose momenta are difference quotients, has more of it than others."""
+"""A defect of ten steps up to this is round-off; SHAKE has more round-off than others, because its momenta are difference quotients."""
 
 SOFTENED = ("stiff", "soft")
-"""The forms that put a spring in the place of the constraint, whose error no step size removes."""
+"""The forms that replace the constraint by a spring, whose error no step size removes."""
 
 ON_MANIFOLD = 1e-11
 """A distance from the manifold over a long run up to this is round-off."""
@@ -47,7 +47,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
-    """Return what is counted of claims and methods."""
+    """Return the counts of claims and methods."""
     asked = claims[claims["property"] != "refused"]
     ode = table[table["family"].isin(["ode", "projected"])]
     untouched = ode.loc[ode["symplectic"] != LOST, "method"].tolist()
@@ -76,20 +76,20 @@ def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def shorter(claims: pd.DataFrame) -> list[tuple[str, float]]:
-    """Return the methods that last on the pendulum with less than half of its step size only, and with which."""
+    """Return the methods that complete the pendulum's run only with a step size below half of its step size, and these step sizes."""
     pendulum_claims = claims[(claims["problem"] == PENDULUM.problem) & claims["h"].notna()]
     return [(str(name), float(h)) for name, h in pendulum_claims.groupby("method", sort=False)["h"].first().items() if h < PENDULUM.h / 2]
 
 
 def orders(fits: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
-    """Return how far measured orders are from those claimed, and what could not be told."""
+    """Return how far measured orders differ from claimed ones, and the methods whose order could not be measured."""
     measured_orders = table[table["order"].notna()]
     off = (measured_orders["order"] - measured_orders["claimed"]).abs()
     worst = measured_orders.iloc[int(off.argmax())]
     require(off.max() < 0.5, "each measured order rounds to the one that is claimed", f"{worst['method']}: {off.max():.2f}")
     untold = list(table.loc[table["order"].isna(), "method"])
     softened = [name for name in table["method"] if method(name).form in SOFTENED]
-    require(untold == softened, "all methods but those of the stiff and the soft form show an order", untold)
+    require(untold == softened, "all methods except those of the stiff and the soft form show an order", untold)
     torus = fits[(fits["problem"] == TORUS.problem) & fits["component"].isin(["q", "p"])]
     return SimpleNamespace(
         count=len(measured_orders),
@@ -103,7 +103,7 @@ def orders(fits: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def defects(fitted_powers: pd.DataFrame) -> SimpleNamespace:
-    """Test that the two-form is kept at every step size, or its defect falls with the order plus one at least."""
+    """Test that the two-form is kept at every step size, or that its defect falls at least with the order plus one."""
     two_form = fitted_powers[fitted_powers["property"] == "symplectic"].set_index("method")
     symplectic_rows = two_form[two_form.index.isin(KEEPING)]
     lost = two_form[~two_form.index.isin(KEEPING)]
@@ -124,9 +124,9 @@ def defects(fitted_powers: pd.DataFrame) -> SimpleNamespace:
 
 
 def long(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
-    """Test that symplectic methods bound the energy over the long run, and that those on the manifold stay there.
+    """Test that symplectic methods bound the energy over the long run, and that methods on the manifold stay there.
 
-    The first is tested of all methods that aim at the constrained motion, the rest of those whose curves are shown.
+    The energy is tested for all methods that aim at the constrained motion, the distance only for those whose curves are shown.
     """
     run = drift.set_index("method")
     aiming = [name for name in keeping(table, "symplectic") if name in run.index and method(name).form not in SOFTENED]
@@ -163,7 +163,7 @@ def drifting(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def work(frame: pd.DataFrame) -> SimpleNamespace:
-    """Test that all times are there, and return the extremes."""
+    """Test that every method has a time, and return the extremes."""
     ns = frame.set_index("method")["ns"]
     require(np.isfinite(ns).all() and (ns > 0).all(), "each method has a time", ns[~np.isfinite(ns)].to_dict())
     without = list(frame.loc[frame["newton"] == 0, "method"])

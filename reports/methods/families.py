@@ -1,4 +1,4 @@
-"""The methods of the report on methods, by family: every scheme of the catalogue, with compositions, projections and forms of some."""
+"""The methods of the report on methods, by family: every scheme of the catalogue, and some compositions, projections and forms."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,10 +13,10 @@ from daebench.methods.names import parse
 from daebench.schemes.kernels.claims import WATER
 
 COMPOSED, SPLIT = "rattle", "strang/suzuki4"
-"""What is composed in every way that there is, and a composition of a splitting."""
+"""The scheme that every composition is applied to, and a composition of a splitting."""
 
 BASES = ("midpoint", "rk4")
-"""A symmetric method and one that is not, which are projected in every way, and run on every form of the system."""
+"""A symmetric and a non-symmetric method, which are combined with every projection and every form of the system."""
 
 TITLES = {
     "symplectic": "constrained system (1.9), symplectic",
@@ -28,20 +28,20 @@ TITLES = {
     "form": "other forms of the system",
     "ida": "SUNDIALS IDA by formulation",
 }
-"""The families in the order of the page, by what is solved."""
+"""The families in the order of the page, by the equations that they solve."""
 
 SYSTEMS = {"constrained": "(1.9)", "ode": "(1.18)", "index3": "index 3", "index2": "index 2", "ggl": "GGL", "local": "(2.22)"}
-"""What a method solves, in a word; a name that is missing here stands for itself."""
+"""The equations that a method solves, in a word; a name that is missing here is displayed as it is."""
 
 
 def left_out() -> list[str]:
-    """Return the schemes that neither motion of the report is made for: those of damped systems and of rigid water."""
+    """Return the schemes for damped systems and for rigid water, which apply to neither motion of the report."""
     every = {name: method(name).claims for name in schemes()}
     return [name for name, claims in every.items() if claims.conformal or claims.constraints == WATER]
 
 
 def names() -> list[str]:
-    """Return the names of all methods with fixed steps that a motion of the report is for, by family, then by order, then by name."""
+    """Return the names of all fixed-step methods that apply to a motion of the report, by family, then by order, then by name."""
     own = [name for name in schemes() if name not in left_out()]
     method_names = [*own, *(f"{COMPOSED}/{composition}" for composition in COMPOSITIONS), SPLIT]
     method_names += [f"{base}+{projection}" for base in BASES for projection in PROJECTIONS]
@@ -50,12 +50,12 @@ def names() -> list[str]:
 
 
 def solvers() -> list[str]:
-    """Return IDA's methods, one a formulation."""
+    """Return IDA's methods, one per formulation."""
     return [f"ida:{formulation}" for formulation in FORMULATIONS]
 
 
 def method(name: str, *, compiled: bool = False) -> FixedStep:
-    """Return a method with fixed steps: uncompiled, unless a run is so long that compiling pays."""
+    """Return a fixed-step method: uncompiled, unless a run is so long that compilation saves time."""
     fixed_step = parse(name)
     assert isinstance(fixed_step, FixedStep)
     return replace(fixed_step, compiled=compiled)
@@ -77,6 +77,6 @@ def family(name: str) -> str:
 
 
 def by_family(rows: Sequence[str]) -> Mapping[str, list[str]]:
-    """Return names by the key of their family, those without any left out."""
+    """Return names by the key of their family; families without names are left out."""
     names_by_family = {key: [name for name in rows if family(name) == key] for key in TITLES}
     return {key: members for key, members in names_by_family.items() if members}

@@ -17,7 +17,7 @@ from daebench.reports.methods.series import KEEPING
 from daebench.reports.methods.sweep import PENDULUM, TORUS
 
 LEAST, EPS = 1e-17, 2.3e-16
-"""What is smaller is drawn there, and the spacing of numbers at 1."""
+"""Smaller values are drawn at this value, the spacing of numbers at 1."""
 
 PANELS = (
     ("schemes for (1.9), symplectic", ("symplectic",)),
@@ -48,7 +48,7 @@ def draw(numbers: Numbers, table: pd.DataFrame, folder: Path) -> dict[str, Path]
 
 
 def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
-    """Draw errors of the position against h, a panel a few families, and one of some methods on the torus."""
+    """Draw errors of the position against h, one panel for a few families each, and one for some methods on the torus."""
     shown = points[points["component"] == "q"]
     figure, axes = grid_of_axes(3, 2, 10.8, y="largest error of $q$ (m)", sharey=True)
     pendulum = shown[shown["problem"] == PENDULUM.problem]
@@ -61,7 +61,7 @@ def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
 
 
 def draw_panel(ax: Any, points: pd.DataFrame, methods: Sequence[str], title: str) -> None:
-    """Draw the errors that a fit used with their markers, joined, and all others as grey points."""
+    """Draw the errors that a fit used as joined markers, and all others as grey points."""
     for name in methods:
         rows = points[points["method"] == name].dropna(subset=["error"])
         used = rows[rows["used"]]
@@ -103,7 +103,7 @@ def draw_long(numbers: Numbers, folder: Path) -> Path:
 
 
 def draw_work(work: pd.DataFrame, folder: Path) -> Path:
-    """Draw Newton iterations, evaluations and time of a step, a line a method."""
+    """Draw Newton iterations, evaluations and time of a step, one line per method."""
     rows = by_family(list(work["method"]))
     methods = [name for names in rows.values() for name in names]
     data = work.set_index("method").loc[methods]

@@ -1,4 +1,4 @@
-"""The guide of the report on methods: which to take when, each piece of advice with the numbers that it rests on, tested."""
+"""The guide of the report on methods: which method to use, each recommendation with the numbers that support it, tested."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -13,13 +13,13 @@ from daebench.reports.methods.numbers import Numbers
 from daebench.reports.methods.sweep import PENDULUM, TOL
 
 EVALUATIONS = ("H_p", "H_q", "g", "G", "second")
-"""What is evaluated, each of one weight here."""
+"""The functions whose evaluations are counted, all with the same weight."""
 
 COARSE, FINE = 1e-3, 1e-10
-"""Two errors of a position, m, to be reached."""
+"""Two target errors of the position, m."""
 
 SAME = 1e-3
-"""Errors of two methods with the same positions agree to this part."""
+"""Relative tolerance for the errors of two methods with the same positions."""
 
 ROUND_OFF = 1e-9
 """An energy error over a long run up to this is round-off."""
@@ -42,7 +42,7 @@ def guide(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def refused(table: pd.DataFrame, name: str) -> bool:
-    """Return whether a method does not take one of the motions."""
+    """Return whether a method refuses one of the motions."""
     return bool(table.set_index("method").loc[name, "refused"])
 
 
@@ -56,7 +56,7 @@ def first(numbers: Numbers, everything: list[str]) -> SimpleNamespace:
 
 
 def strang(numbers: Numbers) -> SimpleNamespace:
-    """Test that splitting needs no iteration, and is the more accurate of the two at the same step size."""
+    """Test that splitting needs no iteration, and is more accurate than RATTLE at the same step size."""
     work, errors = numbers.work.set_index("method"), errors_of(numbers.points)
     require(work["newton"]["strang"] == 0, "strang needs no iteration", work["newton"]["strang"])
     both = pd.concat([errors["rattle"], errors["strang"]], axis=1, keys=["rattle", "strang"]).dropna().sort_index().iloc[-1]
@@ -73,7 +73,7 @@ def errors_of(points: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
 
 
 def accuracy(numbers: Numbers, everything: list[str]) -> SimpleNamespace:
-    """Test that, of those that keep reversal, two-form and constraints, one of high order needs fewest evaluations for a small error."""
+    """Test that, of methods that keep all but energy, one of high order needs the fewest evaluations for a small error."""
     work = numbers.work.set_index("method")
     per_step = work[list(EVALUATIONS)].sum(axis=1)
     errors = errors_of(numbers.points)
@@ -90,7 +90,7 @@ def accuracy(numbers: Numbers, everything: list[str]) -> SimpleNamespace:
 
 
 def steps_for(errors: "pd.Series[float]", level: float) -> float:
-    """Return how many steps to the end reach an error for good: between two runs, or beyond the last one, along a power of h."""
+    """Return the number of steps from which on the error stays below a bound, interpolated or extrapolated along a power of h."""
     x, y = np.log(errors.index.to_numpy(dtype=float)), np.log(errors.to_numpy())
     above = np.flatnonzero(y > np.log(level))
     first = min(int(above[-1]), len(x) - 2) if len(above) else 0
@@ -112,7 +112,7 @@ def shake(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def projection(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
-    """Test that projections put methods back on the manifold, but restore no two-form, and do not stop the drift of rk4."""
+    """Test that projected methods stay on the manifold, but are not symplectic, and that the energy of projected rk4 still drifts."""
     projected = table[table["family"] == "projected"]
     symplectic_names = [name for name in projected["method"] if name in keeping(table, "symplectic")]
     hidden = list(projected.loc[projected["symplectic"] == HIDDEN, "method"])
@@ -126,7 +126,7 @@ def projection(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def energy(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
-    """Test that the energy-momentum method keeps the energy, and neither two-form nor tangency of momenta."""
+    """Test that the energy-momentum method keeps the energy, but neither the two-form nor tangent momenta."""
     row, run = table.set_index("method").loc["energy_momentum"], numbers.drift.set_index("method").loc["energy_momentum"]
     require(run["energy"] <= ROUND_OFF and row["H"] == "kept", "energy_momentum keeps the energy", f"{run['energy']:.1e}")
     require(row["symplectic"] == row["Gv"] == "lost", "it keeps neither two-form nor G H_p", row[["symplectic", "Gv"]].to_dict())
@@ -134,7 +134,7 @@ def energy(numbers: Numbers, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def radau(numbers: Numbers) -> SimpleNamespace:
-    """Test that Radau IIA damps: the energy falls, and not by rounding."""
+    """Test that Radau IIA damps: the energy decreases by more than round-off."""
     run = numbers.drift.set_index("method").loc["radau2_ggl"]
     falls = run["slope"] < 0 and run["kind"] in LAWS
     require(falls, "the energy of radau2_ggl falls", f"{run['kind']}, slope {run['slope']:.1e}")
@@ -142,7 +142,7 @@ def radau(numbers: Numbers) -> SimpleNamespace:
 
 
 def ida(numbers: Numbers) -> SimpleNamespace:
-    """Test that IDA keeps no constraint to round-off, in no formulation."""
+    """Test that IDA keeps no constraint to round-off in any formulation."""
     least = numbers.ida[["g", "Gv"]].min().min()
     require(least > 1e-12, "IDA keeps no constraint to round-off", f"{least:.1e}")
     best = numbers.ida.set_index("method")["g"]

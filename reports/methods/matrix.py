@@ -1,4 +1,4 @@
-"""Claims of each method beside its measurements, one row a method: the numbers of the first figure and the first table."""
+"""Claims of each method beside its measurements, one row per method: the numbers of the first figure and the first table."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -20,14 +20,14 @@ PROPERTIES: Mapping[str, str] = {
     "Gv": "keeps G H_p",
     "H": "keeps H",
 }
-"""Columns of the matrix, and what ``daebench check`` calls them."""
+"""Columns of the matrix, and their names in ``daebench check``."""
 
 KEPT, HIDDEN, LOST = "kept", "hidden", "lost"
-"""Claimed and measured; not claimed, but round-off wherever it was measured; not claimed, and not so."""
+"""Claimed and measured; not claimed, but round-off wherever it was measured; not claimed, and not round-off."""
 
 
 def check_claims(claims: pd.DataFrame) -> None:
-    """Test that no method falls short of a claim on either motion, and that each claim was measured and holds on one of them at least.
+    """Test that no method falls short of a claim on either motion, and that each claim was measured and holds on at least one motion.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def check_claims(claims: pd.DataFrame) -> None:
 
 
 def matrix(claims: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a method, see below; the worse of both motions counts.
+    """Return one row per method, see below; the worse of both motions counts.
 
     Columns: method, family, system, source, claimed (the order), order and order_error (measured, NaN where there is none), h and h_torus;
     for each key of :data:`PROPERTIES` its state and, with the suffix "_most", the largest defect or residual; and refused, the problems
@@ -71,7 +71,7 @@ def _row(name: str, findings: pd.DataFrame) -> dict[str, Any]:
 
 
 def source(name: str) -> str:
-    """Return where a method is from: the scheme, and the composition's weights or the projection."""
+    """Return the source of a method: of the scheme, and of the composition's weights or the projection."""
     fixed_step = method(name)
     parts = [fixed_step.claims.source]
     parts += [COMPOSITIONS[fixed_step.composition].source] if fixed_step.composition else []
@@ -112,6 +112,6 @@ def over_time(table: pd.DataFrame, drift: pd.DataFrame) -> pd.DataFrame:
 
 
 def keeping(table: pd.DataFrame, *properties: str) -> list[str]:
-    """Return the methods that claim all of these properties, and so keep them."""
+    """Return the methods that claim, and thus keep, all of these properties."""
     chosen: Sequence[bool] = [all(row[column] == KEPT for column in properties) for row in table.to_dict("records")]
     return list(table.loc[list(chosen), "method"])

@@ -40,7 +40,7 @@ SIGNS: Mapping[str, dict[str, Any]] = {
     LOST: {"marker": "x", "color": VERMILION, "markersize": 4.6, "markeredgewidth": 1.3},
     UNDETERMINED: {"marker": "$?$", "color": QUIET, "markersize": 5.5, "markeredgewidth": 0.3},
 }
-"""Shape and colour tell the same; beside each sign is the power of ten of the largest defect."""
+"""Shape and colour have the same meaning; beside each sign is the power of ten of the largest defect."""
 
 LABELS = {
     KEPT: "claimed, and kept to round-off",
@@ -128,7 +128,7 @@ def exponent(value: float) -> str:
 
 
 def ida_rows(solvers: pd.DataFrame) -> dict[str, dict[str, Any]]:
-    """Return rows for IDA's runs: no order, no map of a step, and residuals that are none of round-off."""
+    """Return rows for IDA's runs: no order, no map of a step, and residuals above round-off."""
     rows = {}
     for row in solvers.to_dict("records"):
         numbers = {"g": row["g"], "Gv": row["Gv"], "H": row["energy"]}
@@ -139,7 +139,7 @@ def ida_rows(solvers: pd.DataFrame) -> dict[str, dict[str, Any]]:
 
 
 def draw_key(figure: Any, states: Set[str]) -> None:
-    """Draw what the signs of these states mean, below all."""
+    """Draw the legend of the signs of these states, below all rows."""
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], linestyle="none", label=LABELS[state], **style) for state, style in SIGNS.items() if state in states]

@@ -1,4 +1,4 @@
-"""Everything that the report on methods measures: with both cores where there are two, and then times alone; no judgement, and no text."""
+"""Everything that the report on methods measures: numbers in parallel first, times one by one afterwards; no judgement, and no text."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from daebench.reports.methods.series import KEEPING, LONG, LOSING, defects, ida_
 from daebench.reports.methods.sweep import Swept, ida, nanoseconds, sweep, torus_orders
 
 TOGETHER = 0.9
-"""Part of the work that is done when only times are left to be measured."""
+"""Fraction of the work that is done when only times are still to be measured."""
 
 REPEATS = 25
-"""Runs of which the least time counts."""
+"""Number of runs; the minimum of their times counts."""
 
 
 @dataclass(frozen=True)
@@ -26,22 +26,22 @@ class Numbers:
     Parameters
     ----------
     claims : DataFrame
-        A row a problem, method and property: h and the fields of :class:`daebench.studies.claims.bench.Finding`; the property is
-        "refused" where a method does not take a problem.
+        One row per problem, method and property: h and the fields of :class:`daebench.studies.claims.bench.Finding`; the property is
+        "refused" where a method does not apply to a problem.
     points, orders : DataFrame
-        A row a problem, method, component and step size, and one a fit, as :class:`daebench.studies.orders.series.OrderStudy` has them.
+        One row per problem, method, component and step size, and one per fit, as in :class:`daebench.studies.orders.series.OrderStudy`.
     work : DataFrame
-        A row a method: h, evaluations a step by kind, and ns, the CPU time of a step.
+        One row per method: h, evaluations per step by kind, and ns, the CPU time of a step.
     defects : DataFrame
         Columns method, h, symplectic, symmetric.
     energy : DataFrame
         Columns method, t, energy, distance: the largest in a window of time that ends at about t, of the methods ``LONG`` in ``series.py``.
     drift : DataFrame
-        A row a long run, IDA's last: method, problem, h or tol, distance, and what ``verdicts`` of ``series.py`` returns.
+        One row per long run, IDA's last: method, problem, h or tol, distance, and the result of ``verdicts`` of ``series.py``.
     ida : DataFrame
         Columns method, tol, g, Gv, energy, steps.
     reverse : DataFrame
-        A row a run of :mod:`daebench.reports.methods.reverse`: method, case, energy, change, up, down.
+        One row per run of :mod:`daebench.reports.methods.reverse`: method, case, energy, change, up, down.
     """
 
     claims: pd.DataFrame
@@ -56,7 +56,7 @@ class Numbers:
 
 
 def jobs(methods: Sequence[str]) -> list[Job]:
-    """Return what is measured of these methods besides times, the dearest first."""
+    """Return the measurements of these methods except times; the most expensive methods come first."""
     queue: list[Job] = [(sweep, (name,)) for name in reversed(methods)]
     queue += [(torus_orders, (name,)) for name in LONG if name in methods] + [(long_run, (name,)) for name in methods]
     queue += [(ida_long, (name,)) for name in solvers()]
@@ -65,7 +65,7 @@ def jobs(methods: Sequence[str]) -> list[Job]:
 
 
 def measure(tell: Progress) -> Numbers:
-    """Return the numbers; ``tell`` is told the fraction done and what was done."""
+    """Return the numbers; ``tell`` receives the fraction done and a description of the finished work."""
     methods = names()
     results = dict(computed(jobs(methods), lambda done, doing: tell(TOGETHER * done, doing), "measured"))
     swept: list[Swept] = [results[work, (name,)] for work in (sweep, torus_orders) for name in methods if (work, (name,)) in results]
@@ -85,7 +85,7 @@ def measure(tell: Progress) -> Numbers:
 
 
 def _timed(work: pd.DataFrame, tell: Progress) -> pd.DataFrame:
-    """Return the table of work with times, which are measured one after the other and with nothing else at work."""
+    """Return the table of work with times, which are measured one after the other without other work."""
     times = []
     for k, row in enumerate(work.to_dict("records")):
         tell(TOGETHER + (1 - TOGETHER) * k / len(work), f"time of {row['method']}")

@@ -1,4 +1,4 @@
-"""Energy of a method that is symmetric and not symplectic: bounded on motions that are their own reverse, and not on others."""
+"""Energy of a symmetric, non-symplectic method: bounded on motions that are their own reverse, and not on others."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -15,10 +15,10 @@ from daebench.runs.ivp import Array
 from daebench.runs.request import Request
 
 THROUGH, TO_AND_FRO = TORUS.case, "trough"
-"""A motion round the tube in one sense, which is none reversed, and one up and down the tube, which is the same motion reversed."""
+"""A motion round the tube in one sense, which differs from its reverse, and one up and down the tube, which equals its reverse."""
 
 SYMMETRIC, ONE_SIDED = "midpoint+symproj", "midpoint+proj"
-"""A method that is symmetric, and one that is not; neither is symplectic."""
+"""A symmetric and a non-symmetric method; neither is symplectic."""
 
 RUNS = ((SYMMETRIC, THROUGH), (SYMMETRIC, TO_AND_FRO), (ONE_SIDED, TO_AND_FRO))
 
@@ -26,13 +26,13 @@ WINDOWS = 8
 """Windows of time whose mean energy errors are compared."""
 
 STILL, MOVING = 0.05, 0.2
-"""Means of windows are level where they differ by less than this part of the largest error, and drift where they do by more than that."""
+"""Fractions of the largest error: means of windows that differ by less than the first are level, by more than the second they drift."""
 
 
 def reversed_run(name: str, case: str) -> dict[str, Any]:
-    """Return a row of a long run on the torus: method, case, the largest energy error, by how much its means over windows differ, turns.
+    """Return a row of a long run on the torus: method, case, largest energy error, difference of its means over windows, turns.
 
-    Turns are those of the angle round the tube: how far it gets in one sense and in the other, in revolutions.
+    Turns are of the angle round the tube: its largest excursion in either sense, in revolutions.
     """
     ivp = ivp_of(Motion(TORUS.problem, case, TORUS.h))
     run = method(name, compiled=True).solve(ivp, Request(value=TORUS.h, t_end=T_LONG, watch=(), count=False)).complete()
@@ -49,7 +49,7 @@ def turned(q: Array, radius: float) -> Array:
 
 
 def reverse(frame: pd.DataFrame) -> SimpleNamespace:
-    """Test that the symmetric method drifts on the one motion alone, and the other method on the other motion too."""
+    """Test that the symmetric method drifts on the first motion only, and the other method on the second motion as well."""
     row = {
         (str(record["method"]), str(record["case"])): SimpleNamespace(**{str(name): value for name, value in record.items()})
         for record in frame.to_dict("records")

@@ -20,7 +20,7 @@ from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
 
 KEEPING = ("symplectic_euler", "shake", "rattle", "strang", "lobatto3")
-"""Methods that claim to keep the two-form, of whose defects there is a curve."""
+"""Methods that claim to keep the two-form, and whose defects are drawn."""
 
 LOSING = ("implicit_euler", "seproj", "energy_momentum", "midpoint", "midpoint+symproj", "radau2_ggl", "rk4")
 """Methods that do not."""
@@ -29,7 +29,7 @@ DEFECT_H = tuple(0.02 / 2**k for k in range(7))
 DEFECT_STEPS = 10
 
 LONG = ("symplectic_euler", "rattle", "lobatto3", "energy_momentum", "midpoint", "midpoint+symproj", "radau2_ggl", "rk4", "rk4+proj")
-"""Methods whose long run has curves, and whose order is measured on the torus too."""
+"""Methods whose long run has curves, and whose order is also measured on the torus."""
 
 T_LONG = 1000.0
 LONG_POINTS = 20001
@@ -38,7 +38,7 @@ WINDOWS = 100
 """Windows of time in each of which the largest value is drawn."""
 
 FLOOR = 1e-13
-"""Defects up to this are round-off, or too near to it for a power of h."""
+"""Defects up to this are round-off, or too close to it for a power of h."""
 
 
 def defects(name: str) -> pd.DataFrame:
@@ -69,10 +69,10 @@ def powers(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def long_run(name: str) -> tuple[pd.DataFrame, dict[str, Any]]:
-    """Return a long run in windows (t, energy, distance, the largest in each) and a row that says what becomes of energy and residuals.
+    """Return a long run in windows (t, energy, distance, the largest in each) and a row with the verdicts on energy and residuals.
 
-    It is a run on the torus, of a method that refuses it on the pendulum. A run that stops early is a row that says so, with the windows
-    up to there.
+    It is on the torus, or on the pendulum for a method that refuses the torus. A run that stops early gives a row that says so, and the
+    windows up to its end.
     """
     own = method(name, compiled=True)
     motion = next(motion for motion in reversed(MOTIONS) if own.refusal(ivp_of(motion)) is None)

@@ -1,4 +1,4 @@
-"""One method held against what it claims on two motions, as ``daebench check`` does, with its orders, and the work of a step."""
+"""One method measured against its claims on two motions, as in ``daebench check``, with its orders, and the work of a step."""
 
 from dataclasses import asdict
 from typing import Any, NamedTuple
@@ -28,7 +28,7 @@ class Motion(NamedTuple):
 PENDULUM = Motion("spherical_pendulum", "fig1.2b", 0.02)
 TORUS = Motion("torus", "through_hole", 0.05)
 MOTIONS = (PENDULUM, TORUS)
-"""A quadratic constraint with a kinetic flow in closed form, which all methods take; and one that is not quadratic, with neither."""
+"""A quadratic constraint with a kinetic flow in closed form, to which all methods apply; and a non-quadratic one without such a flow."""
 
 STEPS = 200
 """Steps along which constraints and energy are monitored; defects are those of the first ``DEFECT_STEPS`` of them."""
@@ -37,16 +37,16 @@ TIMED_STEPS = 2000
 """Steps that are timed, on the pendulum."""
 
 HIGH, LONGER = 6, 4
-"""Methods of at least this order take steps this many times as long: else what they lose is hidden by rounding."""
+"""Methods of at least this order take steps this many times as long: otherwise rounding hides their defects."""
 
 HALVINGS = 8
-"""How often a step size is halved, at most, for a run that does not last."""
+"""Largest number of halvings of the step size for a run that does not complete."""
 
 TOL, IDA_T_END, IDA_POINTS = 1e-8, 4.0, 201
 
 
 class Swept(NamedTuple):
-    """What one job gives: findings, points and fits of orders, and work, each a list of rows."""
+    """Results of one job: findings, points and fits of orders, and work, each a list of rows."""
 
     claims: list[dict[str, Any]]
     points: list[dict[str, Any]]
@@ -62,7 +62,7 @@ def ivp_of(motion: Motion) -> ConstrainedIvp:
 def sweep(name: str) -> Swept:
     """Return the findings of a method on both motions, its orders on the pendulum, and the work of a step there.
 
-    What refuses a motion has a row that says why, with the property "refused".
+    A method that refuses a motion has a row that says why, with the property "refused".
     """
     swept = Swept([], [], [], [])
     for motion in MOTIONS:
@@ -86,19 +86,19 @@ def monitored(ivp: ConstrainedIvp, fixed_step: FixedStep, h: float) -> Trajector
 
 
 def timed(ivp: ConstrainedIvp, name: str, h: float) -> Trajectory:
-    """Return the run that is timed, compiled, with nothing monitored, kept or counted; it may have stopped."""
+    """Return the timed run: compiled, with nothing monitored, stored or counted; it may have stopped."""
     return method(name, compiled=True).solve(ivp, Request(value=h, steps=TIMED_STEPS, every=0, watch=(), count=False))
 
 
 def lasting_step(motion: Motion, name: str) -> float:
-    """Return the step size of a motion, or the first half, quarter, ... of it with which a run lasts: that to be timed on the pendulum.
+    """Return the step size of a motion, or the first half, quarter, ... of it with which a run completes; on the pendulum, the timed run.
 
-    It is longer for methods of high order.
+    Methods of high order have a longer step.
 
     Raises
     ------
     RunFailed
-        If none of them lasts.
+        If no run completes.
     """
     ivp = ivp_of(motion)
     longest = motion.h * (LONGER if method(name).claims.order >= HIGH else 1)
@@ -107,7 +107,7 @@ def lasting_step(motion: Motion, name: str) -> float:
         run = timed(ivp, name, h) if motion == PENDULUM else monitored(ivp, method(name), h)
         if run.failure is None:
             return h
-    raise RunFailed(f"{name} does not last on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}")
+    raise RunFailed(f"{name} does not complete a run on {motion.problem} with any step size from {longest:g} to {h:g} s: {run.failure}")
 
 
 def orders(motion: Motion, name: str, swept: Swept) -> Swept:
@@ -133,7 +133,7 @@ def ida(name: str) -> dict[str, Any]:
 
 
 def nanoseconds(name: str, h: float, repeats: int) -> float:
-    """Return the CPU time of a step on the pendulum, ns: the least of several runs."""
+    """Return the CPU time of a step on the pendulum, ns: the minimum over several runs."""
     ivp = ivp_of(PENDULUM)
     runs = [timed(ivp, name, h).complete() for _ in range(repeats)]
     return min(1e9 * float(run.seconds) / run.steps for run in runs)

@@ -39,7 +39,7 @@ def tables(numbers: Numbers, matrix: pd.DataFrame, folder: Path) -> Mapping[str,
 
 
 def methods_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return a row a method: its order, and each property with the largest number that was measured."""
+    """Return one row per method: its order, and each property with the largest measured number."""
     rows = frame.to_dict("records")
     orders = [with_error(row["order"], row["order_error"]) for row in rows]
     shown = frame.assign(measured=column(orders, frame))
@@ -53,7 +53,7 @@ def methods_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def sources_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what each method solves, and where it is from."""
+    """Return the equations that each method solves, and its source."""
     formats: Formats = {"method": code, "system": text, "source": Markup('<span class="long">{}</span>').format}
     return table("sources", frame, formats, {"system": "solves"}, caption)
 
@@ -64,7 +64,7 @@ def cell(state: str, most: float) -> Markup:
 
 
 def powers_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return a row a method: the powers of h in its defects, or that it has none."""
+    """Return one row per method: the powers of h in its defects, or a note that there is no power."""
     shown = frame.pivot(index="method", columns="property", values=["most", "power", "power_error"])
     shown = shown.loc[list(frame["method"].unique())]
     cells: dict[str, list[Any]] = {}
@@ -79,7 +79,7 @@ def powers_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def long_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what became of energy and manifold over the long run."""
+    """Return energy and distance from the manifold over the long run."""
     slopes = [with_error(*pair) for pair in zip(frame["slope"], frame["slope_error"], strict=True)]
     ends = [Markup("ends early") if row["failure"] else Markup(str(row["kind"])) for row in frame.to_dict("records")]
     shown = frame.assign(drift=column(slopes, frame), became=column(ends, frame))
@@ -100,7 +100,7 @@ def work_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def ida_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what IDA keeps, formulation by formulation."""
+    """Return the residuals of IDA, formulation by formulation."""
     formats: dict[str, Any] = {"method": code, "g": tiny, "Gv": tiny, "energy": tiny, "steps": count}
     headings = {"g": "|<i>g</i>|", "Gv": "|<i>G H<sub>p</sub></i>|", "energy": "energy error"}
     return table("ida", frame, formats, headings, caption)

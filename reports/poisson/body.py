@@ -14,17 +14,17 @@ H, STEPS = 0.4, 2500
 SHOWN = ("midpoint", "strang@123", "strang@top", "rk4")
 H_SHOWN, STEPS_SHOWN = 2.0, 400
 STARTS = ((np.cos(1.1), 0.0, np.sin(1.1)), (np.cos(0.45), 0.0, np.sin(0.45)), (np.sin(0.12), np.cos(0.12), 0.0))
-"""About axis 3, as in the book; about axis 1; and close to the middle axis, which is unstable."""
+"""Starts about axis 3, as in the book; about axis 1; and close to the middle axis, which is unstable."""
 
 ENERGIES = (0.12, 0.35, 0.65, 0.88)
-"""Energies of the curves in the background, as shares of the way from the least on the sphere to the largest."""
+"""Energies of the curves in the background: 0 is the smallest energy on the sphere, 1 the largest."""
 
 AROUND = 181
 DEFECT_STEPS = 3
 
 
 def body(name: str) -> dict[str, object]:
-    """Return what becomes of the conserved quantities, and the Poisson defect, with the book's start."""
+    """Return the errors of the conserved quantities, and the Poisson defect, from the book's start."""
     ivp = ivp_of(PROBLEM, CASE)
     run = solve(ivp, name, H, STEPS).complete()
     deviations = errors(ivp, run)

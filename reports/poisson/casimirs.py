@@ -22,18 +22,18 @@ TITLES = MappingProxyType(
     {"lotka_volterra_3d": "three species", "free_rigid_body": "free rigid body", "heavy_top_lie_poisson": "heavy top (Lagrange)"}
 )
 BLOW_UP = 1.7479
-"""When the three species go to infinity, HLW (2.14)."""
+"""Time at which the three species go to infinity, HLW (2.14)."""
 
 BEYOND = 400
-"""Steps that would lead beyond it."""
+"""Number of steps that would lead beyond it."""
 
 SHOWN = 400
 DEFECT_STEPS = MappingProxyType({"lotka_volterra_3d": 250, "free_rigid_body": 3, "heavy_top_lie_poisson": 3})
-"""Steps over which the defect is taken: many for the species, which hardly move at first."""
+"""Steps over which the defect is measured: many for the species, which hardly move at first."""
 
 
 def casimirs(problem: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the table of a system, a row a method, and the errors over time, thinned out evenly in log t."""
+    """Return the table of a system, one row per method, and the errors over time, thinned out evenly in log t."""
     case, h, steps = SYSTEMS[problem]
     ivp = ivp_of(problem, case)
     rows, series = [], []
@@ -54,7 +54,7 @@ def casimirs(problem: str) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def worst(kinds: list[str]) -> str:
-    """Return the worst of what becomes of several errors."""
+    """Return the worst verdict on several errors."""
     return max(kinds, key=("kept", "bounded", "undetermined", "failed", *LAWS).index)
 
 

@@ -15,10 +15,10 @@ from daebench.reports.poisson.runs import ROUND_OFF
 from daebench.reports.poisson.system_claims import check_body, check_lattice, check_methods
 
 VISIBLE = 1e-8
-"""A defect from this on, at the largest step, is none of round-off."""
+"""A larger defect at the largest step is not round-off."""
 
 BAND = 0.15
-"""A fitted power of h agrees with a whole number within this."""
+"""Tolerance for the agreement of a fitted power of h with a whole number."""
 
 DEFECT_POWERS = {"midpoint": 3, "rk4": 5}
 """Powers of h: one more than the order of the method."""
@@ -67,7 +67,7 @@ def check_orbits(orbits: Orbits) -> SimpleNamespace:
 
 
 def check_defects(fits: pd.DataFrame) -> SimpleNamespace:
-    """Test which methods are Poisson maps to round-off, and with which power of h the others are not."""
+    """Test which methods are Poisson maps to round-off, and the power of h in the defects of the others."""
     round_off_defects = []
     for name, row in fits.iterrows():
         if name not in DEFECT_POWERS:
@@ -75,7 +75,7 @@ def check_defects(fits: pd.DataFrame) -> SimpleNamespace:
             round_off_defects.append(row["most"])
             continue
         power = DEFECT_POWERS[str(name)]
-        require(row["most"] > VISIBLE, f"{name} is no Poisson map", f"a defect of {row['most']:.2e}")
+        require(row["most"] > VISIBLE, f"{name} is not a Poisson map", f"a defect of {row['most']:.2e}")
         require(abs(row["slope"] - power) <= BAND, f"the defect of {name} is O(h^{power})", f"{row['slope']:.3f}")
     return SimpleNamespace(kept=max(round_off_defects), row=fits.to_dict("index"))
 
@@ -97,7 +97,7 @@ def check_lemma(frame: pd.DataFrame) -> SimpleNamespace:
 
 
 def check_casimirs(frame: pd.DataFrame, break_off: pd.DataFrame) -> SimpleNamespace:
-    """Test who keeps Casimir functions: Poisson integrators all, midpoint the quadratic ones, rk4 none."""
+    """Test that Poisson integrators keep all Casimir functions, midpoint the quadratic ones, and rk4 none."""
     rows = {(row["problem"], row["method"]): row for row in frame.to_dict("records")}
     casimir_errors = []
     for (problem, name), row in rows.items():
@@ -106,11 +106,11 @@ def check_casimirs(frame: pd.DataFrame, break_off: pd.DataFrame) -> SimpleNamesp
             require(good, f"{name} keeps the Casimir functions of {problem}", (row["casimir"], row["defect"]))
             casimir_errors.append(row["casimir"])
         else:
-            require(row["defect"] > 100 * ROUND_OFF, f"{name} is no Poisson map on {problem}", row["defect"])
+            require(row["defect"] > 100 * ROUND_OFF, f"{name} is not a Poisson map on {problem}", row["defect"])
     for problem in ("free_rigid_body", "heavy_top_lie_poisson"):
         row, other = rows[problem, "midpoint"], rows[problem, "rk4"]
         require(row["casimir"] <= ROUND_OFF, f"midpoint keeps the quadratic Casimir functions of {problem}", row["casimir"])
-        require(row["defect"] > VISIBLE, f"midpoint is no Poisson map on {problem} nevertheless", row["defect"])
+        require(row["defect"] > VISIBLE, f"midpoint is nevertheless not a Poisson map on {problem}", row["defect"])
         require(other["casimir_kind"] == "linear", f"rk4 loses Casimir functions of {problem} linearly", other["casimir_kind"])
     species = {name: rows["lotka_volterra_3d", name] for name in ("midpoint", "rk4")}
     for name, row in species.items():

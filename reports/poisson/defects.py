@@ -17,12 +17,12 @@ from daebench.runs.make_ivp import constrained
 
 METHODS = ("strang", "verlet", "darboux:symplectic_euler", "midpoint", "rk4")
 POINT = (3.0, 3.0)
-"""Where the defect of a step is taken; it is zero to another order at some places, as at u' = 0, so not at the start of an orbit."""
+"""Point at which the defect of a step is measured, not the start of an orbit: where u' = 0 the defect has another order."""
 
 STEP_SIZES = tuple(0.1 / 2**k for k in range(6))
 
 CONSTRAINED = ("rattle", "symplectic_euler", "seproj", "implicit_euler", "local:midpoint", "local:rk4")
-"""Methods that stay on the manifold of the spherical pendulum, and so are maps in local coordinates."""
+"""Methods that stay on the manifold of the spherical pendulum, and thus are maps in local coordinates."""
 
 PENDULUM, PENDULUM_CASE = "spherical_pendulum", "fig1.2"
 PENDULUM_STEP_SIZES = tuple(0.02 / 2**k for k in range(6))
@@ -50,7 +50,7 @@ def lemma(method: str) -> pd.DataFrame:
 
 
 def slopes(frame: pd.DataFrame, column: str = "defect") -> pd.DataFrame:
-    """Return one row a method: the largest defect, and the fitted power of h where it is not round-off."""
+    """Return one row per method: the largest defect, and the fitted power of h if it is not round-off."""
     rows = []
     for name, method_defects in frame.groupby("method", sort=False):
         value = method_defects[column].to_numpy()

@@ -1,4 +1,4 @@
-"""The figures of the report on Poisson systems that show curves over time or step size; orbits and spheres are in files of their own."""
+"""Figures of the report on Poisson systems with curves over time or step size; orbits and spheres are in separate files."""
 
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from daebench.reports.poisson.orbit_figures import draw_energy, draw_orbits
 from daebench.reports.poisson.sphere import draw_sphere
 
 LEAST = 1e-17
-"""What is smaller is drawn here."""
+"""Smaller values are drawn at this value."""
 
 EPS = 2.3e-16
 
@@ -37,7 +37,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
 
 
 def draw_defects(numbers: Numbers, folder: Path) -> Path:
-    """Draw defects against h: on predator and prey, and both of constrained methods, with the fitted powers at the curves."""
+    """Draw defects against h: on predator and prey, and both defects of constrained methods, with the fitted powers at the curves."""
     figure, axes = grid_of_axes(1, 3, 3.9, sharey=True)
     panels = (
         ("defect", "(a) Poisson, predator and prey"),
@@ -77,7 +77,7 @@ def draw_defects(numbers: Numbers, folder: Path) -> Path:
 
 
 def draw_casimirs(series: pd.DataFrame, folder: Path) -> Path:
-    """Draw the largest error so far of the Casimir functions against time, a panel a system."""
+    """Draw the largest error so far of the Casimir functions against time, one panel per system."""
     figure, axes = grid_of_axes(1, 3, 3.5, sharey=True)
     for ax, problem in zip(axes[0], SYSTEMS, strict=True):
         for name, history in series[series["problem"] == problem].groupby("method", sort=False):
@@ -96,7 +96,7 @@ def plot_so_far(ax: Any, t: "pd.Series[float]", value: "pd.Series[float]", name:
 
 
 def draw_lattice(numbers: Numbers, folder: Path) -> Path:
-    """Draw the largest error so far of energy and integrals of the lattice against time, a panel a quantity."""
+    """Draw the largest error so far of energy and integrals of the lattice against time, one panel per quantity."""
     series = numbers.lattice_series[numbers.lattice_series["h"] == H]
     figure, axes = grid_of_axes(2, 2, 5.2, x="time $t$", y="largest error so far", sharex=True, sharey=True)
     titles = {"energy": "energy $H$", "norm": "norm", "coupling": "coupling", "momentum": "momentum"}

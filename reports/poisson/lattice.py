@@ -11,11 +11,11 @@ METHODS = ("strang", "strang/suzuki4", "darboux:verlet", "midpoint", "rk4")
 QUANTITIES = ("energy", "norm", "coupling", "momentum")
 SITES, H, T_END, EVERY = 16, 2e-4, 20.0, 50
 FINE = H / 8
-"""Step size with which ``strang`` runs a second time: its error is then asymptotic."""
+"""Step size of a second run of ``strang``, with which its error is asymptotic."""
 
 SIZES = (16, 256, 5_000, 100_000)
 SITE_STEPS = 400_000
-"""Steps times sites of a timed run."""
+"""Product of steps and sites of a timed run."""
 
 TIMED_RUNS = 3
 SHOWN = 300

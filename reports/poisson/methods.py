@@ -1,4 +1,4 @@
-"""One row a method: the class of B it claims, what it was measured to keep, and what a step of it costs."""
+"""One row per method: the class of B that it claims, the measured conservation, and the cost of a step."""
 
 from collections.abc import Mapping
 
@@ -26,7 +26,7 @@ CASIMIR_SYSTEMS = ("lotka_volterra_3d", "free_rigid_body")
 
 
 def summary(name: str) -> dict[str, object]:
-    """Return the row of a method: on predator and prey, and for Casimir functions on two systems that have some."""
+    """Return the row of a method on predator and prey, with its Casimir errors on two systems that have Casimir functions."""
     ivp = ivp_of("lotka_volterra", "4,2")
     run = solve(ivp, name, H, STEPS).complete()
     energy = errors(ivp, run)["energy"]
@@ -57,7 +57,7 @@ def nanoseconds(name: str) -> float:
 
 
 def kept(errors: Mapping[str, float]) -> str:
-    """Return on which of the systems, of those that a method can be run on, it keeps the Casimir function; "" if there are none.
+    """Return the systems on which a method keeps the Casimir function, of those on which it can be run; "" if there are none.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Everything that the report on Poisson systems measures, with both cores where there are two; no judgement here, and no text."""
+"""Everything that the report on Poisson systems measures, in parallel on up to two cores; no judgement here, and no text."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,15 +23,15 @@ class Numbers:
     defects, lemma : DataFrame
         Poisson defects by method and h; both defects of constrained methods.
     casimirs, casimir_series, break_off : DataFrame
-        A row a system and method; errors over time; where runs on the three species break off.
+        One row per system and method; errors over time; where runs on the three species break off.
     lattice, lattice_series, cost : DataFrame
-        A row a method; errors over time; time of a step per site.
+        One row per method; errors over time; time of a step per site.
     sizes : mapping of str to float
         Energy and integrals of the lattice at the start.
     speeds : mapping of str to float
-        How fast the lattice moves at the start, and how fast a part alone would have it move.
+        Speed of the lattice at the start, and the speed that one part alone would give it.
     body, trajectories, polhodes : DataFrame
-        A row a method; states of runs with a large step; the exact curves.
+        One row per method; states of runs with a large step; the exact curves.
     methods : DataFrame
         The closing table.
     """
@@ -54,7 +54,7 @@ class Numbers:
 
 
 def jobs() -> list[Job]:
-    """Return what is measured, the dearest first, so that both cores end at about the same time."""
+    """Return the measurements, the most expensive first, so that both cores finish at about the same time."""
     queue: list[Job] = [(lattice.invariants, (name,)) for name in lattice.METHODS]
     queue += [(lattice.invariants, ("strang", lattice.FINE)), *((lattice.cost, (sites,)) for sites in reversed(lattice.SIZES))]
     queue += [(methods.summary, (name,)) for name in methods.METHODS]
@@ -65,7 +65,7 @@ def jobs() -> list[Job]:
 
 
 def measure(tell: Progress) -> Numbers:
-    """Return the numbers; ``tell`` is told the fraction done and what was done."""
+    """Return the numbers; ``tell`` receives the fraction done and a description of the finished work."""
     job_results = dict(computed(jobs(), tell, "measured"))
     results: dict[Any, list[Any]] = {}
     for job in sorted(job_results, key=jobs().index):

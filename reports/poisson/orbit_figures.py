@@ -49,7 +49,7 @@ def draw_orbits(orbits: Orbits, folder: Path) -> Path:
 
 
 def draw_leap(ax: Any, row: dict[Any, Any]) -> None:
-    """Draw the step that would leave the domain, as far as the panel goes."""
+    """Draw the step that would leave the domain, up to the edge of the panel."""
     begin, end = np.array([row["u"], row["v"]]), np.array([row["u_next"], row["v_next"]])
     share = min(1.0, (begin[1] - LIMITS["ylim"][0]) / (begin[1] - end[1]))
     shown_end = begin + share * (end - begin)
@@ -59,7 +59,7 @@ def draw_leap(ax: Any, row: dict[Any, Any]) -> None:
 
 
 def shown(orbits: Orbits) -> pd.DataFrame:
-    """Return what the figure shows: states of the runs by step, and the exact curves, with four digits after the point."""
+    """Return the data of the figure: states of the runs by step, and the exact curves, with four digits after the point."""
     steps = orbits.points.groupby(["case", "method"]).cumcount()
     runs = orbits.points.assign(step=steps)[["case", "method", "step", "u", "v"]]
     exact = orbits.exact.assign(method="exact", step=-1)[["case", "method", "step", "u", "v"]]

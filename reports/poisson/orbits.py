@@ -24,7 +24,7 @@ PRINTED = "symplectic_euler"
 H, STEPS = 0.25, 1000
 AROUND = 361
 FOLLOWED = 5
-"""Closure is told from a run so many times as long: crossings come back to where they were after tens of revolutions only."""
+"""Closure is measured on a run this many times as long: crossings return to their place only after tens of revolutions."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Orbits:
     exact : DataFrame
         case, u, v: the level curves of H.
     table : DataFrame
-        One row a case and method: whether and where the run ended, what became of the energy, how well the orbit closes.
+        One row per case and method: whether and where the run ended, the error of the energy, how well the orbit closes.
     """
 
     points: pd.DataFrame
@@ -68,7 +68,7 @@ def orbits(steps: int = STEPS) -> Orbits:
 
 
 def printed_step(y: Array, h: float, parameters: Mapping[str, float]) -> tuple[float, float]:
-    """Return where symplectic Euler of HLW Ex. 4.7 would go, solved by hand: its implicit equation is linear in u1.
+    """Return the next state of symplectic Euler of HLW Ex. 4.7, solved by hand: its implicit equation is linear in u1.
 
     ::
 
@@ -79,9 +79,9 @@ def printed_step(y: Array, h: float, parameters: Mapping[str, float]) -> tuple[f
 
 
 def level_curve(ivp: PoissonIvp) -> pd.DataFrame:
-    """Return the orbit itself: the curve on which H has its value at the start.
+    """Return the exact orbit: the curve on which H has its value at the start.
 
-    In logarithms H is convex about the equilibrium, so that each ray from there meets the curve once.
+    In logarithms H is convex about the equilibrium, so each ray from the equilibrium meets the curve once.
     """
     from scipy.optimize import brentq
 
@@ -95,7 +95,7 @@ def level_curve(ivp: PoissonIvp) -> pd.DataFrame:
 
 
 def above(ivp: PoissonIvp, centre: Array, ray: Array, level: float, r: float) -> float:
-    """Return by how much H at the distance r along a ray, in logarithms, is above a level."""
+    """Return H minus a level at the distance r along a ray, in logarithms."""
     return float(ivp.value("H", np.exp(centre + r * ray)) - level)
 
 
@@ -113,7 +113,7 @@ def closed(ivp: PoissonIvp, run: PoissonTrajectory) -> dict[str, Any]:
 
 
 def left(ivp: PoissonIvp, y: Array) -> float:
-    """Return which share of the energy above the equilibrium is left: its mean over the last tenth of a run, against the start."""
+    """Return the remaining fraction of the energy above the equilibrium: its mean over the last tenth of a run, relative to the start."""
     level = ivp.along("H", y)
     lowest = float(ivp.value("H", [ivp.parameters["a"], ivp.parameters["b"]]))
     return float((np.mean(level[-max(1, len(level) // 10) :]) - lowest) / (level[0] - lowest))

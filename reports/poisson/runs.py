@@ -16,7 +16,7 @@ from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory
 
 ROUND_OFF = 1e-12
-"""An error of a conserved quantity of the size of one, or a defect, up to this is round-off."""
+"""An error of a conserved quantity of size one, or a defect, up to this is round-off."""
 
 
 def ivp_of(problem: str, case: str, parameters: dict[str, float] | None = None, y0: tuple[float, ...] | None = None) -> PoissonIvp:
@@ -27,7 +27,7 @@ def ivp_of(problem: str, case: str, parameters: dict[str, float] | None = None, 
 
 
 def method(name: str, *, compiled: bool = False) -> Any:
-    """Return a method whatever the class of B: most runs are so short that compiling would take longer."""
+    """Return a method for any class of B, uncompiled: most runs are so short that compilation would take longer."""
     integrator: Any = parse(name, kind=POISSON, anyway=True)
     return (
         Lifted(replace(integrator.method, compiled=compiled)) if isinstance(integrator, Lifted) else replace(integrator, compiled=compiled)
@@ -46,12 +46,12 @@ def errors(ivp: PoissonIvp, run: PoissonTrajectory) -> dict[str, Array]:
 
 
 def kind(t: Array, error: Array) -> str:
-    """Return what becomes of an error: "kept", or what :func:`daebench.diagnostics.energy.energy_drift` says in brief."""
+    """Return the verdict on an error: "kept", or the short form of :func:`daebench.diagnostics.energy.energy_drift`."""
     if np.max(np.abs(error)) <= ROUND_OFF:
         return "kept"
     return energy_drift(t, error).brief
 
 
 def defect(ivp: PoissonIvp, name: str, h: float, steps: int) -> float:
-    """Return the Poisson defect of so many steps from the start of an initial value problem."""
+    """Return the Poisson defect of a number of steps from the start of an initial value problem."""
     return poisson_defect(method(name).flow(ivp, h, steps), ivp.y0, lambda y: ivp.value("B", y))

@@ -16,11 +16,11 @@ COLORS, MARKERS = (BLUE, GREEN, VERMILION), ("o", "^", "D")
 AXES = ("y1", "y2", "y3")
 LABEL = {"boxstyle": "round,pad=0.1", "facecolor": "#f6f6f3", "edgecolor": "none", "alpha": 0.8}
 REACH = 1.28
-"""Length of the axes that are drawn."""
+"""Length of the drawn axes."""
 
 
 def draw_sphere(numbers: Numbers, folder: Path) -> Path:
-    """Draw four methods, a sphere each: energy curves thin, those of the starts broad, states as dots; what is behind is paler."""
+    """Draw four methods, one sphere each: energy curves thin, those of the starts broad, states as dots; the rear is paler."""
     figure, axes = grid_of_axes(2, 2, 7.2)
     for ax, name in zip(axes.flat, SHOWN, strict=True):
         globe(ax)
@@ -57,7 +57,7 @@ def globe(ax: Any) -> None:
 
 
 def line(ax: Any, curve: Array, drawn: str) -> None:
-    """Draw a curve on the sphere: in front as it is, behind pale."""
+    """Draw a curve on the sphere, pale at the rear."""
     styles = {"level": ("#9a9a9a", 0.6, "-"), "separatrix": ("#555555", 1.0, (0, (4, 2))), "start": ("#b0b0b0", 2.2, "-")}
     color, width, dashes = styles[drawn]
     for front, alpha, order in ((True, 1.0, 2), (False, 0.22, 1)):
@@ -74,7 +74,7 @@ def dots(ax: Any, points: Array, color: str, marker: str) -> None:
 
 
 def table(numbers: Numbers) -> pd.DataFrame:
-    """Return what the picture shows: states by method, start and time, and the exact curves."""
+    """Return the data of the picture: states by method, start and time, and the exact curves."""
     curves = numbers.polhodes.assign(method="exact: " + numbers.polhodes["drawn"])
     columns = ["method", "start", "t", "energy", "side", *AXES]
     return pd.concat([numbers.trajectories.drop(columns=["energy", "C"]), curves], ignore_index=True).reindex(columns=columns).round(6)

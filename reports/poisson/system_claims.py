@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 VISIBLE = 1e-7
 ENERGY_RANGE = (1 / 0.6 - 1) / 2
-"""Largest less least energy on the unit sphere, for the moments 0.6, 0.8 and 1."""
+"""Range of the energy on the unit sphere, for the moments 0.6, 0.8 and 1."""
 
 
 def check_lattice(numbers: "Numbers") -> SimpleNamespace:
-    """Test drift against boundedness on the lattice, and how coarse a splitting of second order is."""
+    """Test which errors drift or are bounded on the lattice, and how inaccurate a splitting of second order is."""
     rows = {row["method"]: row for row in numbers.lattice[numbers.lattice["h"] == H].to_dict("records")}
     fine = numbers.lattice[numbers.lattice["h"] == FINE].iloc[0]
     for quantity in QUANTITIES:
@@ -38,20 +38,20 @@ def check_lattice(numbers: "Numbers") -> SimpleNamespace:
         require(middle[quantity] <= ROUND_OFF, f"midpoint keeps {quantity}, which is quadratic", middle[quantity])
     require(middle["norm_kind"] == "bounded" and middle["norm"] > ROUND_OFF, "it bounds the norm", (middle["norm_kind"], middle["norm"]))
     share = rows["strang"]["norm"] / numbers.sizes["norm"]
-    require(share > 0.5, "strang gets the norm wrong by over half of it", f"{share:.2f}")
+    require(share > 0.5, "the error of strang in the norm is over half of the norm", f"{share:.2f}")
     ratio = rows["strang"]["norm"] / rows["darboux:verlet"]["norm"]
-    require(ratio > 1000, "darboux:verlet is a thousand times closer", f"a factor of {ratio:.3g}")
+    require(ratio > 1000, "darboux:verlet is a thousand times more accurate", f"a factor of {ratio:.3g}")
     cure = rows["strang"]["norm"] / rows["strang/suzuki4"]["norm"]
-    require(cure > 1e5, "order four is a hundred thousand times closer", f"a factor of {cure:.3g}")
+    require(cure > 1e5, "order four is a hundred thousand times more accurate", f"a factor of {cure:.3g}")
     gain = rows["strang"]["norm"] / fine["norm"]
-    require(gain > 10, "an eighth of the step makes strang ten times closer", f"a factor of {gain:.3g}")
+    require(gain > 10, "an eighth of the step makes strang ten times more accurate", f"a factor of {gain:.3g}")
     fast = numbers.speeds["part"] / numbers.speeds["all"]
-    require(fast > 5, "a part alone moves the lattice over five times as fast as all together", f"{fast:.3g} times")
+    require(fast > 5, "a part alone moves the lattice over five times as fast as all parts together", f"{fast:.3g} times")
     return SimpleNamespace(row=rows, unbounded=unbounded, fine=fine, share=share, ratio=ratio, fast=fast, cost=numbers.cost)
 
 
 def check_body(frame: pd.DataFrame, trajectories: pd.DataFrame) -> SimpleNamespace:
-    """Test who stays on the sphere, who keeps the energy, and who is a Poisson map: RATTLE above all three."""
+    """Test which methods stay on the sphere, keep the energy, and are Poisson maps; lifted RATTLE has all three properties."""
     rows: dict[Any, Any] = {row["method"]: row for row in frame.to_dict("records")}
     for name, row in rows.items():
         if row["claimed_poisson"]:
@@ -62,7 +62,7 @@ def check_body(frame: pd.DataFrame, trajectories: pd.DataFrame) -> SimpleNamespa
     for name in ("midpoint", "lifted:rattle"):
         both = max(rows[name]["energy"], rows[name]["C"])
         require(both <= ROUND_OFF, f"{name} keeps energy and Casimir function", both)
-    require(rows["midpoint"]["defect"] > VISIBLE, "midpoint is no Poisson map", rows["midpoint"]["defect"])
+    require(rows["midpoint"]["defect"] > VISIBLE, "midpoint is not a Poisson map", rows["midpoint"]["defect"])
     require(rows["lifted:rattle"]["claimed_poisson"], "RATTLE on the constrained system claims to be a Poisson map", "no claim")
     for quantity in ("energy", "C"):
         require(rows["rk4"][f"{quantity}_kind"] == "linear", f"rk4 loses {quantity} linearly", rows["rk4"][f"{quantity}_kind"])
@@ -70,12 +70,14 @@ def check_body(frame: pd.DataFrame, trajectories: pd.DataFrame) -> SimpleNamespa
     best, worst = min(energies, key=energies.__getitem__), max(energies, key=energies.__getitem__)
     factor = energies[worst] / energies[best]
     require(factor > 3, "the order of the factors changes the energy error over threefold", f"a factor of {factor:.3g}")
-    require(rows["strang@top"]["energy"] < energies[best], "the symmetric top is closer than every order", rows["strang@top"]["energy"])
+    require(
+        rows["strang@top"]["energy"] < energies[best], "the symmetric top is more accurate than every order", rows["strang@top"]["energy"]
+    )
     return SimpleNamespace(row=rows, best=best, worst=worst, factor=factor, **check_picture(trajectories))
 
 
 def check_picture(trajectories: pd.DataFrame) -> dict[str, float]:
-    """Test that with the large step of the picture rk4 alone leaves the sphere."""
+    """Test that with the large step of the picture only rk4 leaves the sphere."""
     length = np.sqrt((trajectories[["y1", "y2", "y3"]] ** 2).sum(axis=1))
     rk4_mask = trajectories["method"] == "rk4"
     off = float((length[~rk4_mask] - 1).abs().max())
@@ -85,8 +87,8 @@ def check_picture(trajectories: pd.DataFrame) -> dict[str, float]:
     energy = {str(name): float(rows["energy"].abs().max()) for name, rows in trajectories.groupby("method")}
     require(energy["midpoint"] <= ROUND_OFF, "midpoint is on the energy curves", f"{energy['midpoint']:.2e}")
     shifted, tilted = energy["strang@top"] / ENERGY_RANGE, energy["strang@123"] / ENERGY_RANGE
-    require(shifted < 0.15, "strang@top is off by less than 15 % of all energies on the sphere", f"{shifted:.3g}")
-    require(tilted > 0.5, "strang@123 is off by over half of all energies on the sphere", f"{tilted:.3g}")
+    require(shifted < 0.15, "the energy error of strang@top is below 15 % of the range on the sphere", f"{shifted:.3g}")
+    require(tilted > 0.5, "the energy error of strang@123 is over half of the range on the sphere", f"{tilted:.3g}")
     lengths = {"off": off, "shortest": float(length[rk4_mask & last].min()), "longest": float(length[rk4_mask & last].max())}
     return lengths | {"tilted": energy["strang@123"], "shifted": energy["strang@top"]}
 

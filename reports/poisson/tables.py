@@ -47,7 +47,7 @@ def all_slopes(numbers: Numbers) -> pd.DataFrame:
 
 
 def orbits_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what became of the orbits of Fig. 4.1."""
+    """Return the table of the orbits of Fig. 4.1."""
     orbits = frame[frame["method"].isin(METHODS)].reset_index(drop=True)
     shown = orbits.assign(case=[f"({case})" for case in orbits["case"]])
     formats: Formats = {"method": code, "case": text, "revolutions": count, "period": partial(number, digits=3), "spread": number}
@@ -58,7 +58,7 @@ def orbits_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def casimirs_table(frame: pd.DataFrame, break_off: pd.DataFrame, caption: str) -> Markup:
-    """Return what became of Casimir functions and energy, system by system."""
+    """Return the errors of Casimir functions and energy, system by system."""
     first = frame["problem"] != frame["problem"].shift()
     times = break_off.set_index("method")["t"]
     ends = [
@@ -78,7 +78,7 @@ def casimirs_table(frame: pd.DataFrame, break_off: pd.DataFrame, caption: str) -
 
 
 def lattice_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what became of the integrals of the lattice."""
+    """Return the errors of the integrals of the lattice."""
     formats: Formats = {"method": code, "h": number}
     formats |= dict.fromkeys(QUANTITIES, tiny) | {"energy_kind": text, "us": number}
     headings = {"h": "<i>h</i>", "energy_kind": "energy<small>becomes</small>", "us": "µs<small>per step</small>"}
@@ -86,7 +86,7 @@ def lattice_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def body_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what became of energy and Casimir function of the rigid body, the order of the factors in the name."""
+    """Return the errors of energy and Casimir function of the rigid body, with the order of the factors in the name."""
     formats: Formats = {"method": code, "C": tiny, "C_kind": text, "energy": tiny, "energy_kind": text, "defect": tiny}
     headings = {"C": "Casimir function<small>largest error</small>", "C_kind": "<small>which is</small>"}
     headings |= {"energy": "energy<small>largest error</small>", "energy_kind": "<small>which is</small>"}

@@ -1,4 +1,4 @@
-"""The constrained problems, a section each: picture, definition, degrees of freedom, and what each family of methods does on it."""
+"""The constrained problems, one section each: picture, definition, degrees of freedom, and the results of each family of methods."""
 
 from pathlib import Path
 from types import SimpleNamespace

@@ -12,10 +12,10 @@ from daebench.reports.problems.runs import METHODS, ROUND_OFF
 
 NO_DRIFT = ("bounded", "kept")
 ON_PATH = 1e-9
-"""A drawn path that is off its constraints by less than this is on them."""
+"""A drawn path whose constraint residual is below this satisfies its constraints."""
 
 PASSING = ("rattle", "lobatto3")
-"""Methods of which the text says that they pass a loss of rank on the branch that they came on."""
+"""Methods that, according to the text, pass a loss of rank on the same branch."""
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
@@ -25,7 +25,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def check_drawings(numbers: Numbers) -> None:
-    """Test that every problem has a drawing, and that what is drawn is on the manifold."""
+    """Test that every problem has a drawing, and that the drawn path is on the manifold."""
     for problem in numbers.facts:
         require(problem.name in numbers.drawings, f"there is a picture of {problem.name}", "none declared")
         require(
@@ -34,7 +34,7 @@ def check_drawings(numbers: Numbers) -> None:
 
 
 def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
-    """Test that methods that claim to stay on the manifold do wherever they get to the end; count what else the text says."""
+    """Test that methods that claim to stay on the manifold do so wherever they reach the end; return the other counts of the text."""
     ran = runs[runs["end"] == "reached"]
     for row in ran[ran["claims_manifold"].astype(bool)].to_dict("records"):
         where = f"{row['method']} stays on the manifold of {row['problem']}"
@@ -67,7 +67,7 @@ def at_most(frame: pd.DataFrame, column: str) -> dict[Any, Any] | None:
 
 
 def across(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return a row a method: on how many problems it got to the end, kept the manifold and had no drift of the energy."""
+    """Return one row per method: on how many problems it reached the end, kept the manifold and had no drift of the energy."""
     rows = []
     for name in METHODS:
         method_runs = runs[(runs["method"] == name) & (runs["end"] != "not run")]
@@ -83,7 +83,7 @@ def across(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def per_problem(runs: pd.DataFrame) -> dict[str, SimpleNamespace]:
-    """Return what the text says of each problem."""
+    """Return the numbers of the text on each problem."""
     summaries = {}
     for problem, problem_runs in runs.groupby("problem", sort=False):
         done = problem_runs[problem_runs["end"] == "reached"]
@@ -101,7 +101,7 @@ def per_problem(runs: pd.DataFrame) -> dict[str, SimpleNamespace]:
 
 
 def check_rank(numbers: Numbers) -> SimpleNamespace:
-    """Test that every method that is to stop does so before G loses rank and says so, and where RATTLE and Lobatto go."""
+    """Test that every method that is set to stop does so before G loses rank and says so, and which branch RATTLE and Lobatto take."""
     rows = numbers.rank
     for row in rows[rows["mode"] == "stop"].to_dict("records"):
         t, who = numbers.losses[row["problem"]], f"{row['method']} on {row['problem']}"

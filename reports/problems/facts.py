@@ -16,32 +16,32 @@ from daebench.reference.keep.places import DATA
 from daebench.reports.problems.ivps import definition, ivp_of
 
 LONGEST = 45
-"""Operations of an expression that is written out."""
+"""Largest number of operations of an expression that is written out."""
 
 SHOWN = 3
-"""Constraints that are written out."""
+"""Largest number of constraints that are written out."""
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What is said of a problem before anything is run.
+    """Facts of a problem that are known before any run.
 
     Parameters
     ----------
     name, summary, case : str
-        Its name, what it is in a line, and its first case.
+        Its name, a description in one line, and its first case.
     about : Markup
-        What its definition says of it beyond formulas: source, and what it teaches.
+        The text of its definition without formulas: its source and its purpose.
     d, m, dof : int
         Positions, constraints, and degrees of freedom d - rank G.
     structure : str
-        What the mass matrix is: "constant diagonal", "constant", "M(q)", or "H(p, q)".
+        Kind of the mass matrix: "constant diagonal", "constant", "M(q)", or "H(p, q)".
     separable : bool
         Whether H = T(p) + U(q).
     formulas : list of (str, Markup)
-        Names and MathML of what is written out, or words where it is too long.
+        Names and MathML of the formulas, or words if a formula is too long.
     integrals, has : list of str
-        First integrals besides H; what else it declares: chart, kinetic flow, closed form.
+        First integrals other than H; further declarations: chart, kinetic flow, closed form.
     cases : list of dict
         name, about, on_singular, certified (end of its reference, or None).
     """
@@ -62,7 +62,7 @@ class Facts:
 
 
 def facts(name: str) -> Facts:
-    """Return what is said of a problem."""
+    """Return the facts of a problem."""
     problem, ivp = find_problem(name), ivp_of(name)
     declared = definition(ivp)
     has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
@@ -84,14 +84,14 @@ def facts(name: str) -> Facts:
 
 
 def case(problem: str, name: str, declared: Any) -> dict[str, Any]:
-    """Return a case, and until when it has a certified reference."""
+    """Return a case, and the end of its certified reference."""
     known = f"{problem}-{name}" in store.names(DATA)
     certified = float(store.load(f"{problem}-{name}", DATA).t[-1]) if known else None
     return {"name": name, "about": declared.about, "on_singular": declared.on_singular, "certified": certified}
 
 
 def told(text: str) -> Markup:
-    """Return the prose of the docstring of ``problem`` in a file's text: no first line, formulas, parameters, or halves of sentences."""
+    """Return the prose of the docstring of ``problem`` in a file's text: without first line, formulas, parameters, half sentences."""
     tree = ast.parse(text)
     function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem")
     doc = inspect.cleandoc(ast.get_docstring(function) or "").partition("\nParameters\n")[0]
@@ -104,7 +104,7 @@ def told(text: str) -> Markup:
 
 
 def whole(paragraph: str) -> str:
-    """Return a paragraph without the sentence at its end that a formula would finish, and the one at its start that goes on from one."""
+    """Return a paragraph without a last sentence that ends in a formula, and without a first sentence that begins with one."""
     if not paragraph.endswith("."):
         head, stop, _ = paragraph.rpartition(". ")
         paragraph = head + stop.strip()
@@ -112,7 +112,7 @@ def whole(paragraph: str) -> str:
 
 
 def structure(declared: Any) -> str:
-    """Return what the mass matrix is."""
+    """Return the kind of the mass matrix."""
     if declared.M is None:
         return "H(p, q)"
     if declared.M.free_symbols & set(declared.q):
@@ -121,7 +121,7 @@ def structure(declared: Any) -> str:
 
 
 def formulas(declared: Any) -> list[tuple[str, Markup]]:
-    """Return what defines the problem, as MathML where it is short, else in words."""
+    """Return the definition of the problem, as MathML if it is short, otherwise in words."""
     definitions = [("H", written(declared.H))] if declared.M is None else [("M", mass(declared)), ("U", written(declared.U))]
     definitions += [(f"g{k}", written(constraint)) for k, constraint in enumerate(declared.g[:SHOWN], start=1)]
     left = len(declared.g) - SHOWN
@@ -129,7 +129,7 @@ def formulas(declared: Any) -> list[tuple[str, Markup]]:
 
 
 def mass(declared: Any) -> Markup:
-    """Return the mass matrix: its diagonal, or all of it where it is small, or its size."""
+    """Return the mass matrix: its diagonal, or the whole matrix if it is small, or its size."""
     import sympy as sp
 
     M = declared.M
@@ -142,11 +142,11 @@ def mass(declared: Any) -> Markup:
         return written(sp.Matrix(M))
     filled = sum(M[i, j] != 0 for i in range(M.shape[0]) for j in range(M.shape[0]))
     where = "depending on q" if M.free_symbols & set(declared.q) else "constant"
-    return Markup("{} by {}, {}, {} entries that are not zero").format(*M.shape, where, filled)
+    return Markup("{} by {}, {}, {} non-zero entries").format(*M.shape, where, filled)
 
 
 def written(expression: Any) -> Markup:
-    """Return an expression as MathML, or how long it is where it is too long to be read."""
+    """Return an expression as MathML, or its length if it is too long to be read."""
     import sympy as sp
     from sympy.printing.mathml import mathml
 

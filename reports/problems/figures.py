@@ -1,4 +1,4 @@
-"""The figures of the report on problems: a drawing of each scene, all of them in one figure, and what happens where G loses rank."""
+"""The figures of the report on problems: a drawing of each scene, all scenes in one figure, and positions where G loses rank."""
 
 import math
 from pathlib import Path
@@ -21,7 +21,7 @@ from daebench.runs.ivp import Array
 STROKE = {name: stroke_of(name) for name in rank.METHODS}
 COLUMNS = 5
 THINNED = 5
-"""Every so many rows of the paths are beside the figure of all scenes; each scene has all of its own beside it."""
+"""Stride of the rows of the paths in the data of the figure of all scenes; the data of each scene has all rows."""
 
 PATHS = (BLUE, ORANGE, GREEN, PURPLE, SKY)
 
@@ -35,7 +35,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
 
 
 def draw_scene(scene: Drawing, folder: Path) -> Path:
-    """Draw one scene, with axes in the plane, with their directions in space."""
+    """Draw one scene, with axes in the plane, or with their directions in space."""
     figure, axes = grid_of_axes(1, 1, 4.4)
     mechanism(axes[0, 0], scene, large=True)
     return save(figure, folder, scene.problem, scene.table())
@@ -87,7 +87,7 @@ def position(ax: Any, scene: Drawing, points: Array, *, alpha: float, large: boo
 
 
 def triad(ax: Any, scene: Drawing, flat: Array) -> None:
-    """Draw the three directions of space beside the scene, all to the scale of a bar whose length is written at it."""
+    """Draw the three directions of space beside the scene, to the scale of a bar that is labelled with its length."""
     everything = np.concatenate([flat.reshape(-1, 2), projected(scene.surface).reshape(-1, 2)])
     low, high = everything.min(axis=0), everything.max(axis=0)
     length = 10.0 ** math.floor(math.log10(max(high - low)))
@@ -98,7 +98,7 @@ def triad(ax: Any, scene: Drawing, flat: Array) -> None:
         ax.annotate(
             "", xy=tip, xytext=corner, arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
         )
-        ax.plot(*np.array([corner, tip + 0.3 * (tip - corner)]).T, alpha=0)  # arrows and letters count for no limits
+        ax.plot(*np.array([corner, tip + 0.3 * (tip - corner)]).T, alpha=0)  # arrows and letters do not change the limits
         ax.text(*(tip + 0.22 * (tip - corner)), f"${name}$", ha="center", va="center")
     bar = corner + np.array([[-0.5, -0.75], [0.5, -0.75]]) * length
     ax.plot(*bar.T, color="black", linewidth=1.6)
@@ -107,7 +107,7 @@ def triad(ax: Any, scene: Drawing, flat: Array) -> None:
 
 
 def draw_rank(numbers: Numbers, folder: Path) -> Path:
-    """Draw a position over time where G loses rank: a row a scene, stopped on the left, continued on the right."""
+    """Draw a position over time where G loses rank: one row per scene, stopped on the left, continued on the right."""
     figure, axes = grid_of_axes(len(rank.IVPS), len(rank.MODES), 5.6, x="time $t$  [s]", sharex=True, sharey="row")
     for axes_row, (problem, case) in zip(axes, rank.IVPS, strict=True):
         axes_row[0].set_ylabel(rank.SHOWN[problem][1])

@@ -1,4 +1,4 @@
-"""The energy error of each method on each problem in one picture: colour by size, a sign for what its trend is."""
+"""The energy error of each method on each problem in one picture: colour by size, a sign for its trend."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from daebench.pages.report import NONE, TIMES
 from daebench.reports.problems.claims import NO_DRIFT
 
 SIZES = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0)
-"""Energy errors between which colours change, in parts of the largest kinetic energy."""
+"""Energy errors at which colours change, relative to the largest kinetic energy."""
 
 COLORS = ("#fffdf0", "#fff1b3", "#fed976", "#feb24c", "#fd8d3c", "#e8601c", "#a63603", "#5c1d00")
 """Colours from small errors to large ones."""
@@ -28,7 +28,7 @@ def draw_heat_map(runs: pd.DataFrame, folder: Path) -> Path:
     Parameters
     ----------
     runs : DataFrame
-        A row a pair: problem, method, end, energy, kind.
+        One row per pair: problem, method, end, energy, kind.
     folder : Path
         Folder of the figures.
     """
@@ -56,11 +56,11 @@ def draw_heat_map(runs: pd.DataFrame, folder: Path) -> Path:
 
 
 SHOWN = ("problem", "method", "end", "energy", "kind")
-"""Columns beside the picture."""
+"""Columns of the data beside the picture."""
 
 
 def _sign(axis: Any, x: float, y: float, row: dict[Any, Any]) -> None:
-    """Draw what a square's colour does not say: a drift, a run that stopped, a refusal."""
+    """Draw the sign of a square: a drift, a run that stopped, a refusal."""
     if row["end"] == "reached":
         sign = "/" if row["kind"] in LAWS else "" if row["kind"] in NO_DRIFT else "?"
     else:

@@ -21,16 +21,16 @@ TOL = 1e-8
 
 @dataclass(frozen=True)
 class Horizon:
-    """How far an initial value problem is run.
+    """Horizon of an initial value problem.
 
     Parameters
     ----------
     t_end : float
         End of all runs, in the problem's unit of time.
     drawn : float
-        Until when the path is drawn; beyond, it would cover itself.
+        End of the drawn path; beyond this time it would cover itself.
     why : str
-        What there is to see until the end, as the end of a sentence.
+        The reason for the end, as the end of a sentence.
     unit : str
         Unit of time.
     length : str
@@ -67,11 +67,11 @@ HORIZONS: Mapping[str, Horizon] = MappingProxyType(
         "rigid_body_rotation": Horizon(20.0, 9.0, "a few turns"),
     }
 )
-"""Ends that suit the motions of the first cases; a problem that is not here gets :data:`UNDECLARED`."""
+"""Ends that suit the motions of the first cases; a problem that is not listed gets :data:`UNDECLARED`."""
 
 
 def names() -> list[str]:
-    """Return the constrained problems of the catalogue, those that take long first: unknown ones, then as :data:`HORIZONS` ends."""
+    """Return the constrained problems of the catalogue, slow ones first: unlisted problems, then :data:`HORIZONS` from its end."""
     ends = list(HORIZONS)
     return sorted(problems("constrained"), key=lambda name: (-ends.index(name) if name in ends else -len(ends), name))
 
@@ -83,7 +83,7 @@ def ivp_of(name: str, case: str | None = None) -> ConstrainedIvp:
 
 
 def horizon(name: str) -> Horizon:
-    """Return how far the first case of a problem is run."""
+    """Return the horizon of the first case of a problem."""
     return HORIZONS.get(name, UNDECLARED)
 
 
@@ -93,7 +93,7 @@ def step_size(name: str) -> float:
 
 
 def definition(ivp: ConstrainedIvp) -> ConstrainedHamiltonian:
-    """Return what a problem declares, a chain written out."""
+    """Return the definition of a problem, with a chain written out."""
     problem = find_problem(ivp.problem)
     parameters = ivp.facts.CASES[ivp.case]["parameters"]
     declared = problem.define(**{name: int(value) for name, value in parameters.items() if name in problem.structure})

@@ -1,4 +1,4 @@
-"""Everything that the report on problems measures, with both cores where there are two; no judgement here, and no text."""
+"""Everything that the report on problems measures, in parallel on up to two cores; no judgement here, and no text."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,17 +20,17 @@ class Numbers:
     Parameters
     ----------
     facts : list of Facts
-        What each problem is.
+        Facts of each problem.
     drawings : mapping of str to Drawing
-        What is drawn of each problem that declares a picture.
+        Drawing of each problem that declares a picture.
     runs : DataFrame
-        A row a problem and method.
+        One row per problem and method.
     rank : DataFrame
         One row for each problem that loses rank, method and mode.
     rank_paths : DataFrame
         Positions over time of these runs.
     losses : mapping of str to float
-        When G loses rank, by problem.
+        Time at which G loses rank, by problem.
     """
 
     facts: list[Facts]
@@ -42,26 +42,26 @@ class Numbers:
 
 
 def jobs() -> list[Job]:
-    """Return what is measured; the methods of a problem are one job, for they share what is derived, and the dearest come first."""
+    """Return the measurements; the methods of a problem are one job, because they share its derivation; the most expensive come first."""
     queue: list[Job] = [(problem_rows, (name,)) for name in names()]
     queue += [(rank_rows, (problem, case)) for problem, case in rank.IVPS]
     return queue + [(work, (name,)) for name in names() for work in (facts, drawing_of)]
 
 
 def problem_rows(problem: str) -> list[dict[str, Any]]:
-    """Return a row for each method on a problem, those that are left out included."""
+    """Return a row for each method on a problem, including methods that are left out."""
     against = runs.sizes_of(problem)
     return [runs.row(problem, name, against) for name in runs.METHODS]
 
 
 def rank_rows(problem: str, case: str) -> tuple[list[dict[str, Any]], pd.DataFrame]:
-    """Return what each method does where G loses rank, in each mode, and the positions that are drawn."""
+    """Return the behaviour of each method where G loses rank, in each mode, and the drawn positions."""
     rows, paths = zip(*(rank.behaviour(problem, case, name, mode) for name in rank.METHODS for mode in rank.MODES), strict=True)
     return list(rows), pd.concat(paths, ignore_index=True)
 
 
 def measure(tell: Progress) -> Numbers:
-    """Return the numbers; ``tell`` is told the fraction done and what was done."""
+    """Return the numbers; ``tell`` receives the fraction done and a description of the finished work."""
     results = dict(computed(jobs(), tell, "measured"))
     about: list[Facts] = sorted((results[facts, (name,)] for name in names()), key=lambda entry: (entry.m, entry.d, entry.name))
     problem_names = [entry.name for entry in about]

@@ -12,15 +12,15 @@ from daebench.runs.ivp import Array
 from daebench.runs.request import Request
 
 FINE = 1000
-"""Steps of the fine run over the time that is drawn."""
+"""Number of steps of the fine run over the drawn time."""
 
 SHARES = (0.08, 0.2, 0.36, 0.6)
-"""When later positions are drawn, as parts of the time that is drawn."""
+"""Times of later positions, as fractions of the drawn time."""
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is drawn of an initial value problem.
+    """Drawing of an initial value problem.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class Drawing:
     points : ndarray, shape(n, k, dimension)
         All points of the picture over time: those of the rods, then the masses, then the fixed ones.
     rods : list of list of int
-        Which points each rod leads through.
+        Points that each rod connects.
     masses, fixed : list of int
-        Which points are masses, and which do not move.
+        Points that are masses, and points that do not move.
     surface : ndarray, shape(lines, ALONG, 3)
-        Lines on the surface; none where there is none.
+        Lines on the surface; empty if there is no surface.
     off : float
         Largest |g| of the path.
     """
@@ -55,12 +55,12 @@ class Drawing:
 
     @property
     def frames(self) -> list[int]:
-        """Which times are drawn: the start and a few later ones."""
+        """Indices of the drawn times: the start and a few later ones."""
         return [0, *(round(share * (len(self.t) - 1)) for share in SHARES)]
 
     @property
     def moving(self) -> list[int]:
-        """Points whose paths are drawn: masses and points of rods, once each, that move."""
+        """Points whose paths are drawn: moving masses and points of rods, once each."""
         return moving(self.points, [*self.masses, *(k for rod in self.rods for k in rod)])
 
     def table(self) -> pd.DataFrame:
@@ -72,7 +72,7 @@ class Drawing:
 
 
 def drawing_of(problem: str) -> Drawing | None:
-    """Return what is drawn of the first case of a problem, None where it declares no picture."""
+    """Return the drawing of the first case of a problem, None if it declares no picture."""
     ivp = ivp_of(problem)
     layout = layout_of(ivp)
     if layout is None:

@@ -1,4 +1,4 @@
-"""The initial value problems in which G loses rank: when, by an equation of motion of one angle, and what each method does there."""
+"""Initial value problems in which G loses rank: the time, from an equation of motion of one angle, and the behaviour of each method."""
 
 import math
 from collections.abc import Callable
@@ -22,11 +22,11 @@ IVPS = MappingProxyType({("four_bar", "iftomm"): 1.2, ("slider_crank", "lock_up"
 """The initial value problems, each with its end, s."""
 
 SHOWN = MappingProxyType({"four_bar": (3, "height of the middle joint $B_1$ [m]"), "slider_crank": (2, "place of the slider $x_2$ [m]")})
-"""Number of the position that is drawn, and its name."""
+"""Index of the drawn position, and its name."""
 
 
 def loss(problem: str) -> float:
-    """Return when G loses rank, s, by integration of one angle with SciPy, which knows nothing of constraints."""
+    """Return the time at which G loses rank, s, by integration of one angle with SciPy, without constraints."""
     from scipy.integrate import solve_ivp
 
     rate, start, place = MOTIONS[problem]
@@ -61,7 +61,7 @@ MOTIONS: dict[str, Motion] = {
 
 
 def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Return what a method does in an initial value problem with ``on_singular``, and the position that is drawn over time.
+    """Return the outcome of a method in an initial value problem with ``on_singular``, and the drawn position over time.
 
     Parameters
     ----------
@@ -99,6 +99,6 @@ def behaviour(problem: str, case: str, name: str, mode: str) -> tuple[dict[str, 
 
 
 def told_in(sentence: str) -> float:
-    """Return the time that a message tells for the loss of rank, NaN if it tells none."""
+    """Return the time that a message gives for the loss of rank, NaN if it gives none."""
     _, separator, rest = sentence.partition("G loses rank at about t = ")
     return float(rest.split()[0].rstrip(".,;")) if separator else math.nan

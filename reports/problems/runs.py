@@ -1,4 +1,4 @@
-"""One row a method: what becomes of energy, manifold and integrals of a problem, and what it costs; or why there is no run."""
+"""One row per method: errors of energy, manifold and integrals of a problem, and the cost; or the reason why there is no run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ from daebench.studies.claims.bench import ROUNDINGS
 FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "on the manifold, symplectic": ("symplectic_euler", "rattle", "rattle/suzuki4", "lobatto3", "strang"),
-        "positions on it, symplectic": ("shake",),
+        "positions on the manifold, symplectic": ("shake",),
         "index-reduced ODE": ("se", "midpoint", "rk4"),
         "with projection": ("seproj", "rk4+proj"),
         "local coordinates": ("local:midpoint",),
@@ -36,11 +36,11 @@ FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 METHODS = tuple(name for members in FAMILIES.values() for name in members)
 FAMILY = {name: family for family, members in FAMILIES.items() for name in members}
 
-BUTANE = "the torsion force, differentiated as they need it, is left out for the time that deriving and compiling takes"
-SQUEEZER = "M(q) of seven bodies on three loops, differentiated as they need it, is left out for the time that deriving and compiling takes"
-BODY = "nine positions under six constraints, differentiated as they need it, are left out for the time that deriving and compiling takes"
-WATER = "the attitude of a molecule, differentiated as it needs it, is left out for the time that deriving and compiling takes"
-REDUNDANT = "so many positions under redundant constraints are left out for the time that deriving and compiling takes"
+BUTANE = "the derivation and compilation of the derivatives of the torsion force that they need takes too long"
+SQUEEZER = "the derivation and compilation of the derivatives of M(q) of seven bodies on three loops that they need takes too long"
+BODY = "the derivation and compilation of the derivatives that they need for nine positions under six constraints takes too long"
+WATER = "the derivation and compilation of the derivatives that it needs for the attitude of a molecule takes too long"
+REDUNDANT = "the derivation and compilation for so many positions under redundant constraints takes too long"
 SOLVERS = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams", "scipy:DOP853")
 LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
     {("butane", name): BUTANE for name in ("local:midpoint", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
@@ -54,14 +54,14 @@ LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
 OUTPUTS = 101
 
 ROUND_OFF = ROUNDINGS * STEPS * float(np.finfo(float).eps)
-"""Residuals and errors of up to this part of their size are round-off: what ``daebench check`` allows a run of so many steps."""
+"""Relative residuals and errors up to this are round-off: the tolerance of ``daebench check`` for a run of so many steps."""
 
 EVALUATIONS = ("H_p", "H_q", "g", "G", "second", "residual", "rhs")
 SOLVES = ("solve", "jacobian")
 
 
 def method(name: str) -> Method[ConstrainedIvp, Trajectory]:
-    """Return a method, uncompiled if it has fixed steps: runs are so short that compiling would take longer."""
+    """Return a method, uncompiled if it has fixed steps: runs are so short that compilation would take longer."""
     solver = parse(name)
     return replace(solver, compiled=False) if isinstance(solver, FixedStep) else solver
 
@@ -73,7 +73,7 @@ def sizes_of(problem: str) -> Sizes:
 
 
 def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
-    """Return what becomes of the first case of a problem with a method, errors as parts of sizes; one that is left out has the reason."""
+    """Return the result of a method on the first case of a problem, with errors relative to sizes; a left-out pair has the reason."""
     ivp, solver = ivp_of(problem), method(name)
     about: dict[str, Any] = {"problem": problem, "case": ivp.case, "family": FAMILY[name], "method": name, "knob": solver.knob}
     about |= {"claims_manifold": isinstance(solver, FixedStep) and solver.claims.on_manifold}
@@ -96,10 +96,10 @@ def solve(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Traj
 
 
 def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
-    """Return what a run, complete or not, did to energy, manifold and integrals, and its work.
+    """Return the errors of energy, manifold and integrals of a run, complete or not, and its work.
 
-    Errors are the largest over the outputs, those of energy and integrals as parts of their sizes. ``g_rounding`` and ``Gv_rounding`` are
-    the residuals that rounding explains.
+    Errors are the largest over the outputs; errors of energy and integrals are relative to their sizes. ``g_rounding`` and ``Gv_rounding``
+    are the residuals that rounding explains.
     """
     error = energy_error(ivp, run) / against.energy
     relative_errors = {name: largest(errors) / against.integrals[name] for name, errors in integral_errors(ivp, run).items()}
@@ -125,12 +125,12 @@ def largest(values: Any) -> float:
 
 
 def kind(run: Trajectory, error: Any) -> str:
-    """Return what becomes of a relative energy error: "kept", or what :func:`daebench.diagnostics.energy.energy_drift` says in brief."""
+    """Return the verdict on a relative energy error: "kept", or the short form of :func:`daebench.diagnostics.energy.energy_drift`."""
     if largest(error) <= ROUND_OFF:
         return "kept"
     return energy_drift(run.t, error).brief
 
 
 def total(work: Mapping[str, int], kinds: Sequence[str]) -> int:
-    """Return how often anything of these kinds was done."""
+    """Return the total count of the given kinds of work."""
     return sum(count for name, count in work.items() if name in kinds)

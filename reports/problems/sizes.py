@@ -1,4 +1,4 @@
-"""Sizes that errors of all runs on a problem are parts of: largest values along the run of RATTLE."""
+"""Sizes by which the errors of all runs on a problem are divided: largest values along the run of RATTLE."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +10,7 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.trajectory import Trajectory
 
 TINY = 1e-6
-"""Relative change of a state by which slopes of integrals are taken: a size needs no more than a few digits."""
+"""Relative change of a state for the slopes of integrals: a size needs only a few digits."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Sizes:
     g, Gv : float
         Largest :func:`daebench.diagnostics.manifold.residual_scales`.
     integrals : mapping of str to float
-        The same of each first integral besides H: what a change of p and q by a relative unit makes of it.
+        The size of each other first integral: its change under a change of p and q by a relative unit.
     """
 
     energy: float
@@ -43,7 +43,7 @@ def sizes(ivp: ConstrainedIvp, run: Trajectory) -> Sizes:
 def integral_sizes(ivp: ConstrainedIvp, P: Array, Q: Array) -> dict[str, float]:
     """Return sum_j |I_q_j| max |q| + sum_j |I_p_j| max |p| of each first integral I, the largest over states of shape(n, d), by name.
 
-    It is not |I|, for the terms of an integral that is zero are rounded, too.
+    It is not |I|, because the terms of an integral that is zero are rounded, too.
     """
     if not ivp.integrals:
         return {}

@@ -35,7 +35,7 @@ def tables(numbers: Numbers, across: pd.DataFrame, folder: Path) -> Mapping[str,
 
 
 def overview_frame(facts: Sequence[Facts]) -> pd.DataFrame:
-    """Return a row a problem: sizes, structure, what is declared, references, and the step and end of its runs."""
+    """Return one row per problem: sizes, structure, declarations, references, and the step and end of its runs."""
     rows = []
     for problem in facts:
         certified = [case["name"] for case in problem.cases if case["certified"] is not None]
@@ -50,7 +50,7 @@ def overview_frame(facts: Sequence[Facts]) -> pd.DataFrame:
 
 
 def overview_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what there is, a row a problem that leads to its section."""
+    """Return the overview, one row per problem with a link to its section."""
     shown = frame.assign(
         integrals=frame["integrals"].replace("", NONE),
         references=[f"{done} of {all_}" for done, all_ in zip(frame["certified"], frame["cases"], strict=True)],
@@ -64,12 +64,12 @@ def overview_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def link(name: str) -> Markup:
-    """Return the name of a problem that leads to its section."""
+    """Return the name of a problem with a link to its section."""
     return Markup('<a href="#{0}"><code>{0}</code></a>').format(name)
 
 
 def across_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what each method did on all problems together."""
+    """Return the results of each method on all problems together."""
     first = frame["family"] != frame["family"].shift()
     shown = frame.assign(group=frame["family"].where(first, ""))
     formats: Formats = {"method": code, "group": text, "asked": count, "refused": count, "stopped": count, "reached": count}
@@ -87,7 +87,7 @@ def across_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def runs_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what each method did on one problem; why there is no full run is told in place of numbers."""
+    """Return the results of each method on one problem; a reason takes the place of numbers if there is no full run."""
     whole = frame.reindex(columns=[*frame.columns, *(column for column in COLUMNS if column not in frame)])
     shown = whole.assign(became=[outcome(row) for row in whole.to_dict("records")])
     formats: Formats = {"method": code, "became": text, "energy": number, "kind": present, "g": fine, "Gv": fine}
@@ -129,7 +129,7 @@ def counted(value: float) -> Markup:
 
 
 def rank_table(numbers: Numbers, caption: str) -> Markup:
-    """Return what each method did where G loses rank."""
+    """Return the behaviour of each method where G loses rank."""
     frame = numbers.rank
     first = frame["problem"] != frame["problem"].shift()
     shown = frame.assign(
@@ -139,13 +139,13 @@ def rank_table(numbers: Numbers, caption: str) -> Markup:
     )
     formats: Formats = {"method": code, "scene": text, "mode": text, "ended": text, "told": partial(number, digits=5), "went": text}
     formats |= {"turn": number, "pivot": number, "energy": number}
-    headings = {"mode": "on singular", "ended": "run<small>t, s</small>", "told": "rank lost<small>told, s</small>"}
+    headings = {"mode": "on singular", "ended": "run<small>t, s</small>", "told": "rank lost<small>reported, s</small>"}
     headings |= {"went": "branch", "turn": "turn<small>degrees</small>", "pivot": "smallest<small>pivot</small>"}
     return table("rank", shown, formats, headings | {"energy": "energy error<small>J</small>"}, caption)
 
 
 def went(row: Mapping[Any, Any]) -> str:
-    """Return which branch a run took, a dash where it stopped."""
+    """Return the branch of a run, a dash if it stopped."""
     return row["branch"] if isinstance(row["branch"], str) and row["branch"] else NONE
 
 

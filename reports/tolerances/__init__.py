@@ -1,4 +1,4 @@
-"""What IDA's tolerance buys: asked tolerance against reached accuracy by formulation and treatment, drift laws, cost, its own estimate."""
+"""The error of IDA against its tolerance, by formulation and treatment, with drift laws, costs, and an estimate of the error."""
 
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What the starts of a system have in common: medians and deciles of errors by formulation and tolerance."""
+"""Medians and deciles of errors over the starts of a system, by formulation and tolerance."""
 
 import numpy as np
 import pandas as pd
@@ -6,19 +6,19 @@ import pandas as pd
 from daebench.reports.tolerances.runs import REACHED
 
 LOW, HIGH = 0.1, 0.9
-"""Parts of the starts below and above a band."""
+"""Quantiles over the starts at the lower and upper edge of a band."""
 
 
 def typical(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row for each problem, formulation and tolerance: what is so from half of the starts, and deciles of the error.
+    """Return one row for each problem, formulation and tolerance: medians over the starts, and deciles of the error.
 
-    A run that did not reach its end has an error that is larger than any; a median or a decile among such runs is NaN.
+    A run that did not reach its end counts as an infinite error; a median or a decile among such runs is NaN.
 
     Returns
     -------
     DataFrame
-        ``error``, ``low`` and ``high``, m; ``residuals``, the median; ``floor``, the largest; ``done``, the part of the starts from which
-        the end was reached.
+        ``error``, ``low`` and ``high``, m; ``residuals``, the median; ``floor``, the largest; ``done``, the fraction of the starts from
+        which the end was reached.
     """
     keys = ["scene", "formulation", "tol"]
     groups = runs.assign(error=runs["error"].fillna(np.inf)).groupby(keys, sort=False)

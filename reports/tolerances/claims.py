@@ -17,13 +17,13 @@ from daebench.reports.tolerances.tables import WANTED, to_ask
 from daebench.reports.tolerances.treatment_claims import check_treatments
 
 TIGHT = 1e-12
-"""The tolerance that people take for safe."""
+"""A tolerance that is usually considered safe."""
 
 CLOSE = 2.0
 """An estimate is close if it is within this factor of the true error, either way."""
 
 SMALL = 0.1
-"""Errors from this on, in lengths of a rod, are of the size of the motion: nothing is estimated there."""
+"""Errors from this on, in lengths of a rod, are of the size of the motion: such errors are not estimated."""
 
 EXPONENTS: Mapping[str, Mapping[str, float]] = {
     "index1": {"g": 2, "energy": 2, "error": 3},
@@ -34,13 +34,13 @@ EXPONENTS: Mapping[str, Mapping[str, float]] = {
 """Powers of time that the text explains."""
 
 MOST = 0.9
-"""Part of the starts that a sentence on most of them takes."""
+"""Fraction of the starts that counts as most."""
 
 BAND = 0.5
-"""A fitted exponent agrees with a whole number within this."""
+"""Tolerance for the agreement of a fitted exponent with a whole number."""
 
 BOUNDED = 0.5
-"""Growth with an exponent below this is said to be slow."""
+"""Growth with an exponent below this is called slow."""
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
@@ -64,7 +64,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def check_headline(default: pd.DataFrame, done: pd.DataFrame) -> SimpleNamespace:
-    """Test that no run is as accurate as it was asked to be; return how far it is."""
+    """Test that the error of each run exceeds its tolerance; return by what factors."""
     beyond = int(np.sum(done["error"] > done["tol"]))
     require(beyond == len(done), "every position error is larger than its tolerance", f"{beyond} of {len(done)}")
     ratio = done["error"] / done["tol"]
@@ -80,9 +80,9 @@ def check_headline(default: pd.DataFrame, done: pd.DataFrame) -> SimpleNamespace
 
 
 def check_tight(rows: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
-    """Test what is said of the tolerance 1e-12, problem by problem and start by start."""
+    """Test the statements about the tolerance 1e-12, problem by problem and start by start."""
     errors = bands.pivot(index="scene", columns="formulation", values="error").reindex(list(IVPS))
-    require((bands["done"] == 1).all(), "every formulation gets to the end at 1e-12 from every start", bands["done"].min())
+    require((bands["done"] == 1).all(), "every formulation reaches the end at 1e-12 from every start", bands["done"].min())
     require(errors.min().min() > 10 * TIGHT, "at 1e-12 every median error is over ten times that", errors.min().min())
     each = rows.pivot(index=["scene", "start"], columns="formulation", values="error")
     worst = float(np.mean(each.idxmax(axis=1) == "index3"))
@@ -110,7 +110,7 @@ def check_tight(rows: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
 
 
 def luck(done: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
-    """Return what a single start hides: how far errors spread, and how far that of the case is from the median."""
+    """Return the spread of errors over the starts, and the ratio of the error from the case's start to the median."""
     spread = (bands["high"] / bands["low"])[bands["done"] == 1]
     keys = ["scene", "formulation", "tol"]
     one = done[done["start"] == 0].set_index(keys)["error"] / bands.set_index(keys)["error"]
@@ -120,9 +120,9 @@ def luck(done: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
 
 
 def check_floor(done: pd.DataFrame) -> SimpleNamespace:
-    """Test that no error is smaller than what it is taken against can tell."""
+    """Test that no error is below the resolution of its reference."""
     clear = float((done["error"] / done["floor"]).min())
-    require(clear > 10, "every error is over ten times what its reference may be wrong by", f"{clear:.3g}")
+    require(clear > 10, "every error is over ten times the error bound of its reference", f"{clear:.3g}")
     growth = done[done["start"] == 0].groupby("scene")["amplification"].max().reindex(list(IVPS)).rename(IVPS).sort_values()
     return SimpleNamespace(
         largest=done["floor"][done["start"] == 0].max(),
@@ -147,7 +147,7 @@ def slopes(bands: pd.DataFrame) -> pd.DataFrame:
 
 
 def last_decade(bands: pd.DataFrame) -> pd.DataFrame:
-    """Return what the tightest tolerance costs, and reaches, in parts of what one decade before does; medians over the starts."""
+    """Return cost and error of the tightest tolerance relative to one decade before; medians over the starts."""
     columns = ["residuals", "error"]
     tols = sorted(bands["tol"].unique())
     end, before = (bands[bands["tol"] == tol].set_index(["scene", "formulation"])[columns] for tol in tols[:2])
@@ -157,25 +157,25 @@ def last_decade(bands: pd.DataFrame) -> pd.DataFrame:
 
 
 def check_cost(bands: pd.DataFrame) -> SimpleNamespace:
-    """Test that index 3 is the dearest way to a given accuracy; return by how much, and where it does not get there."""
+    """Test that index 3 is the most expensive way to a given accuracy; return by what factor, and where it does not reach it."""
     calls = {key: calls_for(rows, WANTED) for key, rows in bands.groupby(["scene", "formulation"])}
     table = pd.Series(calls).unstack().reindex(list(IVPS))
     require(table.drop(columns="index3").notna().all().all(), f"all but index 3 reach {WANTED:g} m on every system", table.to_dict())
     ratio = table["index3"] / table.min(axis=1)
     dearest = (table["index3"] >= table.max(axis=1)) | table["index3"].isna()
-    require(dearest.all(), f"index 3 is the dearest way to {WANTED:g} m on every system", table.to_dict())
+    require(dearest.all(), f"index 3 is the most expensive way to {WANTED:g} m on every system", table.to_dict())
     never = [IVPS[str(ivp)] for ivp in ratio.index[ratio.isna()]]
     return SimpleNamespace(least=ratio.min(), most=ratio.max(), never=never)
 
 
 def calls_for(rows: pd.DataFrame, wanted: float) -> float:
-    """Return the residual calls of the run with the loosest tolerance that is to be asked for an accuracy, NaN if there is none."""
+    """Return the residual calls of the run with the loosest tolerance that reaches an accuracy, NaN if there is none."""
     calls = rows["residuals"][rows["tol"] == to_ask(rows, wanted)]
     return float(calls.iloc[0]) if len(calls) else float("nan")
 
 
 def check_estimate(done: pd.DataFrame) -> SimpleNamespace:
-    """Test that the difference from the run at a tenth of the tolerance tells the error."""
+    """Test that the difference from the run at a tenth of the tolerance estimates the error."""
     rows = done[done["estimate"].notna() & (done["error"] < SMALL)]
     ratio = rows["estimate"] / rows["error"]
     close = int(np.sum((ratio > 1 / CLOSE) & (ratio < CLOSE)))
@@ -198,7 +198,7 @@ def check_laws(laws: pd.DataFrame) -> SimpleNamespace:
 
 
 def law_of(laws: pd.DataFrame, formulation: str, quantity: str) -> Any:
-    """Return the row of a law among those of one tolerance."""
+    """Return the row of a law from the rows of one tolerance."""
     return laws[(laws["formulation"] == formulation) & (laws["quantity"] == quantity)].iloc[0]
 
 

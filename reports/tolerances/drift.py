@@ -15,7 +15,7 @@ from daebench.runs.ivp import Array
 T_LONG = 100.0
 TOL = 1e-12
 OTHER_TOLERANCES = (1e-8, 1e-10, 1e-14)
-"""For index 1 beside ``TOL``."""
+"""Further tolerances for index 1, in addition to ``TOL``."""
 
 RUNS = (("index1", TOL), ("index2", TOL), ("ggl", TOL), ("index3", TOL), *(("index1", tol) for tol in OTHER_TOLERANCES))
 QUANTITIES = ("g", "energy", "error")
@@ -26,10 +26,10 @@ SATURATED = 0.1
 """An error from this on, in lengths of the rod, no longer grows by the law of small errors."""
 
 CLEAR = 100.0
-"""A value up to this many times what it may be wrong by is not used."""
+"""A value up to this many times its possible error is not used."""
 
 FEWEST = 5
-"""Fewest windows of a fit."""
+"""Smallest number of windows of a fit."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def fit_power(t: Array, value: Array, *, floor: float, ceiling: float = np.inf) 
     t, value : ndarray, shape(n,)
         As ``windows`` returns them.
     floor : float
-        What a value may be wrong by.
+        Possible error of a value.
     ceiling : float
         Where the law ends.
     """
@@ -93,7 +93,7 @@ def fit_power(t: Array, value: Array, *, floor: float, ceiling: float = np.inf) 
 
 
 def laws(run: pd.DataFrame, floor: float) -> list[dict[str, Any]]:
-    """Return one row a quantity: its law of growth along a run whose reference is known to ``floor``."""
+    """Return one row per quantity: its law of growth along a run whose reference is known to ``floor``."""
     eps = float(np.finfo(float).eps)
     limits = {"g": (eps, np.inf), "energy": (eps, np.inf), "error": (floor, SATURATED)}
     rows = []

@@ -1,4 +1,4 @@
-"""Reference motions of the report on tolerances, from the start of a case and from starts beside it, and bounds of their errors."""
+"""Reference motions of the report on tolerances, from the start of a case and from starts near it, and bounds of their errors."""
 
 from dataclasses import dataclass
 
@@ -10,18 +10,18 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 
 REFINED = "rattle/kahan_li8"
-"""The method of motions that have no certified reference, with compensated sums: of order 8, and none of those that are judged."""
+"""The method for motions without a certified reference, with compensated sums: of order 8, and not among the methods under test."""
 
 HALVINGS = (8, 16, 32, 64, 128, 256)
-"""Its steps from one output to the next, until the motion no longer changes by less."""
+"""Its numbers of steps from one output to the next, tried until the motion no longer changes."""
 
 ROUNDINGS = 8.0
-"""By so many roundings of the largest coordinate a refined motion may be wrong besides."""
+"""Additional error bound of a refined motion, in roundings of the largest coordinate."""
 
 
 @dataclass(frozen=True)
 class Exact:
-    """The motion of an initial value problem at the equidistant times that its reference has.
+    """The motion of an initial value problem at the equidistant times of its reference.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Exact:
     q : ndarray, shape(n, d)
         Positions, rounded to double precision.
     floor : float
-        Largest error of any of them: the reference's bound and the rounding.
+        Largest error of any position: the reference's bound and the rounding.
     amplification : float
         Largest growth of a perturbation of the start up to the last time; NaN where it is not known.
     p : ndarray, shape(n, d)
@@ -52,7 +52,7 @@ def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
     BadInput
         If the initial value problem has no reference.
     RunFailed
-        If its reference ends before, or no run in double precision can follow it so far.
+        If its reference ends earlier, or no run in double precision can follow it so far.
     """
     from daebench.reference.keep import store
     from daebench.reference.keep.record import EPS
@@ -60,7 +60,9 @@ def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
     reference = store.find(ivp.problem, ivp.case)
     limit = min(reference.horizon, reference.double_horizon)
     if limit < t_end:
-        raise RunFailed(f"the reference {reference.name} is of use up to t = {limit:g} only, and {t_end:g} is needed; build a longer one.")
+        raise RunFailed(
+            f"the reference {reference.name} can be used only up to t = {limit:g}, and {t_end:g} is needed; build a longer one."
+        )
     time_mask = reference.t <= t_end
     q = reference.q[time_mask]
     floor = float(np.max(reference.bound["q"][time_mask])) + EPS * float(np.max(np.abs(q)))
@@ -68,9 +70,9 @@ def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
 
 
 def refined(ivp: ConstrainedIvp, t: Array) -> Exact:
-    """Return the motion at equidistant times by :data:`REFINED`, whose step is halved until that changes nothing but roundings.
+    """Return the motion at equidistant times by :data:`REFINED`, whose step is halved until only round-off changes.
 
-    What the last two halvings changed bounds the error, for at order 8 the second of them leaves less than a hundredth of it.
+    The changes by the last two halvings bound the error, because at order 8 the second halving leaves less than a hundredth of it.
 
     Raises
     ------

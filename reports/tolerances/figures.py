@@ -25,7 +25,7 @@ EDGE = (3e1, 1e4)
 """Where runs without a result are marked, above all errors."""
 
 FEWEST = 20
-"""Runs of a decade of errors of which percentiles are drawn."""
+"""Smallest number of runs in a decade of errors for which percentiles are drawn."""
 
 ERROR, ASKED = "largest position error  [m]", "tolerance asked for"
 TIME = "time $t$  [s]"
@@ -47,7 +47,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
 
 
 def shown(rows: pd.DataFrame) -> "pd.Series[float]":
-    """Return errors as they are drawn: none below what its reference can tell."""
+    """Return errors as they are drawn: at least the error bound of the reference."""
     return rows["error"].clip(lower=rows["floor"])
 
 
@@ -70,7 +70,7 @@ def draw_accuracy(bands: pd.DataFrame, folder: Path) -> Path:
 
 
 def mark_losses(ax: Any, rows: pd.DataFrame, color: str, k: int, of: int) -> None:
-    """Mark, at the upper edge, tolerances at which some starts have no result, with the part that has none."""
+    """Mark, at the upper edge, tolerances at which some starts have no result, with their fraction."""
     y = EDGE[0] * (EDGE[1] / EDGE[0]) ** ((k + 0.5) / of)
     for tol, done in rows.loc[rows["done"] < 1, ["tol", "done"]].to_numpy():
         ax.plot(tol, y, linestyle="none", marker="x", markersize=4, markeredgewidth=1.2, color=color)
@@ -86,7 +86,7 @@ def mark_losses(ax: Any, rows: pd.DataFrame, color: str, k: int, of: int) -> Non
 
 
 def diagonal(ax: Any, tolerances: "pd.Series[float]") -> None:
-    """Draw where error and tolerance are the same."""
+    """Draw the diagonal, where error and tolerance are equal."""
     ends = np.array([tolerances.min(), tolerances.max()])
     ax.plot(ends, ends, color=QUIET, linewidth=1.0)
 
@@ -119,7 +119,7 @@ def explain(ax: Any, source: Any) -> None:
 
 
 def draw_treatments(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw the same for all treatments on the fast pendulum: a panel a formulation."""
+    """Draw the same for all treatments on the fast pendulum: one panel per formulation."""
     fast = runs[runs["scene"] == FAST]
     figure, axes = grid_of_axes(2, 2, 5.2, x=ASKED, y=ERROR, sharex=True, sharey=True)
     for ax, formulation in zip(axes.flat, FORMULATIONS, strict=True):
@@ -165,7 +165,7 @@ def draw_drift(numbers: Numbers, folder: Path) -> Path:
 
 
 def draw_cost(bands: pd.DataFrame, folder: Path) -> Path:
-    """Draw the residual calls that an error costs, medians over the starts: one panel for each problem."""
+    """Draw residual calls against the error reached, medians over the starts: one panel per problem."""
     done = bands[bands["error"].notna()]
     figure, axes = grid_of_axes(2, 3, 5.2, x=ERROR, y="calls of the residual", sharex=True, sharey=True)
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
@@ -188,7 +188,7 @@ def legend_panel(axes: Any, x: str) -> None:
 
 
 def draw_projected(rows: pd.DataFrame, folder: Path) -> Path:
-    """Draw the error against the time it took: CVODE with and without projected steps, and RATTLE for the time of the former."""
+    """Draw the error against CPU time: CVODE with and without projected steps, and RATTLE for the time of the former."""
     figure, axes = grid_of_axes(2, 3, 5.4, x="time of the run  [ms]", y=ERROR, sharex=True, sharey=True)
     frames = []
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
@@ -207,7 +207,7 @@ def draw_projected(rows: pd.DataFrame, folder: Path) -> Path:
 
 
 def draw_estimate(runs: pd.DataFrame, folder: Path) -> Path:
-    """Draw how many times the true error the difference from the run at a tenth of the tolerance is: medians and percentiles by decade."""
+    """Draw the ratio of the estimate at a tenth of the tolerance to the true error: medians and percentiles by decade."""
     rows = runs[runs["default"] & runs["estimate"].notna() & (runs["error"] < SMALL)]
     figure, axes = grid_of_axes(1, 1, 3.4)
     ax = axes[0, 0]

@@ -1,4 +1,4 @@
-"""Everything that the report on tolerances measures, with both cores where there are two; no judgement here, and no text."""
+"""Everything that the report on tolerances measures, in parallel on up to two cores; no judgement here, and no text."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from daebench.reports.tolerances.drift import RUNS, T_LONG, drift_run, laws
 from daebench.reports.tolerances.runs import FAST, IVPS, STARTS, exact_of, member
 
 LONG_PART = 0.85
-"""Part of the time that is not timed."""
+"""Fraction of the work that is not timed."""
 
 
 @dataclass(frozen=True)
@@ -21,13 +21,14 @@ class Numbers:
     Parameters
     ----------
     runs : DataFrame
-        One row a run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, start, formulation, treatment and tolerance.
+        One row per run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, start, formulation, treatment and
+        tolerance.
     drift : DataFrame
-        The long runs below one another: formulation, tol, t, g, energy, error.
+        The long runs, one after the other: formulation, tol, t, g, energy, error.
     laws : DataFrame
         Fitted powers of time: formulation, tol, quantity, exponent, error, factor, windows.
     projected : DataFrame
-        CVODE with projected steps beside others, see :func:`daebench.reports.tolerances.projection.compared`.
+        CVODE with projected steps and other methods, see :func:`daebench.reports.tolerances.projection.compared`.
     example : DataFrame
         SUNDIALS' example of a projected pendulum, see :func:`daebench.reports.tolerances.projection.example`.
     """
@@ -40,13 +41,13 @@ class Numbers:
 
 
 def measure(tell: Progress) -> Numbers:
-    """Return the numbers; ``tell`` is told the fraction done and what was done.
+    """Return the numbers; ``tell`` receives the fraction done and a description of the finished work.
 
-    The dearest problems come first, so that both cores end at about the same time. What is timed comes last, and alone.
+    The most expensive problems come first, so that both cores finish at about the same time. Timed runs come last, one at a time.
     """
     members: list[Job] = [(member, (name, start)) for name in reversed(IVPS) for start in range(STARTS)]
     long: list[Job] = [(drift_run, run) for run in RUNS]
-    exact_of(FAST, T_LONG)  # a reference that is missing is found out before anything is computed
+    exact_of(FAST, T_LONG)  # a missing reference is found before anything is computed
     results = dict(computed([*members, *long], lambda part, what: tell(LONG_PART * part, what), "IDA"))
     in_order = sorted(members, key=lambda job: list(IVPS).index(job[1][0]))
     runs = pd.DataFrame([row for job in in_order for row in results[job]])

@@ -1,4 +1,4 @@
-"""CVODE with projected steps beside CVODE without, and RATTLE for the same time; and SUNDIALS' own example of a projected pendulum."""
+"""CVODE with and without projected steps, and RATTLE for the same time; and SUNDIALS' own example of a projected pendulum."""
 
 from typing import Any
 
@@ -15,20 +15,20 @@ from daebench.runs.trajectory import Trajectory
 
 PLAIN, PROJECTED = "cvode:bdf", "cvode:bdf:projected"
 FIXED = ("rattle", "rattle/kahan_li8")
-"""What is given the time that CVODE with projected steps took."""
+"""Methods that run for the CPU time of CVODE with projected steps."""
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 STARTS = 16
 """Starts of each system."""
 
 STEPS = 20_000
-"""Steps by which a fixed-step method is timed first."""
+"""Number of steps of the first timing of a fixed-step method."""
 
 REPEATS = 3
-"""Of so many runs the shortest time is taken."""
+"""Number of runs, of which the shortest time is taken."""
 
 EXAMPLE = {"gravity": 13.750371636040745}
-"""Of the example of SUNDIALS: the pendulum that has period 2 if it falls from the horizontal."""
+"""The example of SUNDIALS: a pendulum of period 2 that is released from the horizontal."""
 
 EXAMPLE_END = 30.0
 EXAMPLE_TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -45,13 +45,13 @@ PRINTED = {
     (1e-9, PROJECTED): (1.79e-6, 1.11e-16, 6542),
     (1e-9, PLAIN): (1.70e-3, 5.67e-6, 6661),
 }
-"""What cvPendulum_dns of SUNDIALS 7.5.0 prints by tolerance and method: the larger error of x and y, | x^2 + y^2 - 1 |, steps."""
+"""Output of cvPendulum_dns of SUNDIALS 7.5.0 by tolerance and method: the larger error of x and y, | x^2 + y^2 - 1 |, steps."""
 
 Row = dict[str, Any]
 
 
 def compared(name: str, start: int) -> list[Row]:
-    """Return a row a tolerance and method, from one start: error, seconds and steps; run while nothing else is, for it is timed."""
+    """Return one row per tolerance and method, from one start: error, seconds and steps; it is timed, so nothing else should run."""
     ivp, reference = motion(name, start)
     paces = {method: pace(ivp, method, reference) for method in FIXED}
     rows: list[Row] = []
@@ -66,7 +66,7 @@ def compared(name: str, start: int) -> list[Row]:
 
 
 def fastest(ivp: ConstrainedIvp, method: str, request: Request) -> Trajectory:
-    """Return the run that took the least time of a few that are the same."""
+    """Return the fastest of a few identical runs."""
     runs: list[Trajectory] = [parse(method).solve(ivp, request).complete() for _ in range(REPEATS)]
     return min(runs, key=lambda run: run.seconds)
 
@@ -79,14 +79,14 @@ def pace(ivp: ConstrainedIvp, method: str, reference: Exact) -> float:
 
 
 def in_time(ivp: ConstrainedIvp, method: str, reference: Exact, steps: float) -> Trajectory:
-    """Return a run of about so many steps that has states at the times of the reference."""
+    """Return a run of about the given number of steps that has states at the times of the reference."""
     outputs = len(reference.t) - 1
     between = max(1, round(steps / outputs))
     return fastest(ivp, method, Request(value=float(reference.t[1]) / between, steps=between * outputs, every=between, watch=()))
 
 
 def outcome(name: str, run: Trajectory, reference: Exact) -> Row:
-    """Return the error of a run and its price; on the spherical pendulum what became of speed and angular velocity, too."""
+    """Return the error and the cost of a run; on the spherical pendulum also the errors of speed and angular velocity."""
     row = {"error": float(np.max(np.abs(run.q - reference.q))), "seconds": run.seconds, "steps": run.steps, "floor": reference.floor}
     if name != FAST:
         return row | {"speed": float("nan"), "turning": float("nan")}
@@ -96,12 +96,12 @@ def outcome(name: str, run: Trajectory, reference: Exact) -> Row:
 
 
 def speed_of_turning(q: Any, v: Any) -> float:
-    """Return by what angle a second a position turns about the origin, |q x v| / |q|^2."""
+    """Return the angular velocity of a position about the origin, |q x v| / |q|^2."""
     return float(np.linalg.norm(np.cross(q, v)) / (q @ q))
 
 
 def example() -> list[Row]:
-    """Return a row a tolerance and method on the pendulum of SUNDIALS' example: what SUNDIALS prints, and what HLW (1.18) gives here."""
+    """Return one row per tolerance and method on the pendulum of SUNDIALS' example: the output of SUNDIALS, and the result of (1.18)."""
     ivp = constrained(initial_value_problem("planar_pendulum", "horizontal", parameters=EXAMPLE, q0=(1.0, 0.0), p0=(0.0, 0.0)))
     rows = []
     for tol in EXAMPLE_TOLERANCES:

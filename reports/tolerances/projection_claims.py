@@ -13,17 +13,17 @@ SMALL = 0.1
 """Errors from this on, in lengths of a rod, are of the size of the motion."""
 
 HELPED = "double_pendulum-horizontal"
-"""Where projection helps most."""
+"""The system on which projection helps most."""
 
 TURNS_WITH = 0.5
-"""Without projection angular velocity is off by less than this part of what the speed is."""
+"""Bound on the error of the angular velocity without projection, as a fraction of the error of the speed."""
 
 NEAR = 0.3
-"""Relative difference of errors that are the same to the eye."""
+"""Relative difference of errors that count as equal."""
 
 
 def check_projected(rows: pd.DataFrame) -> SimpleNamespace:
-    """Test where projection helps and where it harms, what happens there, and what fixed steps give for the same time."""
+    """Test where projection helps and where it harms, why, and how accurate fixed steps are for the same time."""
     table = rows.pivot(index=["scene", "start", "tol"], columns="method", values="error")
     medians = table.groupby(["scene", "tol"]).median()
     ratio = (table[PROJECTED] / table[PLAIN]).groupby(["scene", "tol"]).median()
@@ -54,24 +54,26 @@ def check_projected(rows: pd.DataFrame) -> SimpleNamespace:
 
 
 def check_cause(rows: pd.DataFrame) -> SimpleNamespace:
-    """Test that without projection speed and radius shrink alike, and that with it the speed alone does; return the numbers at 1e-6."""
+    """Test that speed and radius shrink alike without projection, and that only the speed shrinks with it; return the numbers at 1e-6."""
     off = rows.assign(speed=rows["speed"].abs(), turning=rows["turning"].abs()).groupby(["method", "tol"])[["speed", "turning"]].median()
     plain, projected = off.loc[PLAIN], off.loc[PROJECTED]
     share = (plain["turning"] / plain["speed"])[plain["speed"] < 1e-3]
-    require(bool((share < TURNS_WITH).all()), "without projection the angular velocity is much better than the speed", share.to_dict())
+    require(
+        bool((share < TURNS_WITH).all()), "without projection the angular velocity is much more accurate than the speed", share.to_dict()
+    )
     same = projected["turning"] / projected["speed"]
-    require(bool(np.allclose(same, 1, atol=1e-3)), "with it the angular velocity is off as the speed is", same.to_dict())
+    require(bool(np.allclose(same, 1, atol=1e-3)), "with projection the angular velocity has the error of the speed", same.to_dict())
     return SimpleNamespace(tol=1e-6, plain=plain.loc[1e-6], projected=projected.loc[1e-6], share=share)
 
 
 def check_example(rows: pd.DataFrame) -> SimpleNamespace:
-    """Test that projected steps come out as SUNDIALS prints them but for the other right side; return both."""
+    """Test that projected steps agree with the output of SUNDIALS except for the right side; return both."""
     projected, plain = (rows[rows["method"] == method].set_index("tol") for method in (PROJECTED, PLAIN))
     ratio = projected["error"] / projected["printed_error"]
     tight = ratio[ratio.index < 1e-5]
     require(bool(np.all(np.abs(tight - 1) < NEAR)), "projected, both right sides give the same error", ratio.to_dict())
     unlike = (plain["printed_error"] / plain["error"]).sort_values()
     require(unlike.iloc[-1] > 100, "without projection they differ by over a hundred times", unlike.to_dict())
-    require(bool((unlike[unlike.index < 1e-5] > 1).all()), "without, (1.18) is the more accurate from 1e-6 on", unlike.to_dict())
+    require(bool((unlike[unlike.index < 1e-5] > 1).all()), "without projection (1.18) is more accurate from 1e-6 on", unlike.to_dict())
     require(plain["g"][1e-5] > SMALL, "at 1e-5 (1.18) leaves the circle", plain["g"].to_dict())
     return SimpleNamespace(off=np.abs(tight - 1).max(), unlike=unlike.iloc[-1], at=unlike.index[-1], g=plain["g"][1e-5])

@@ -1,4 +1,4 @@
-"""The runs of the report on tolerances: every formulation with every treatment at every tolerance, and what became of each."""
+"""The runs of the report on tolerances: every formulation with every treatment at every tolerance, and the outcome of each."""
 
 import re
 from collections.abc import Sequence
@@ -26,22 +26,22 @@ IVPS = {
     "double_pendulum-horizontal": "double pendulum",
     "pendulum_chain-horizontal5": "chain of five",
 }
-"""What is solved, by the names of the references, each with its name for people."""
+"""The initial value problems, by the names of the references, with their display names."""
 
 FORMULATIONS = ("index3", "index2", "index1", "ggl")
 TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 15))
 T_END = 10.0
 STARTS = 64
-"""Starts of each system: that of the case, and neighbours of it."""
+"""Starts of each system: the start of the case, and neighbours of it."""
 
 NEAR = 0.01
-"""How far neighbours are, relative to the largest position or momentum; see :func:`daebench.studies.initial_conditions.neighbour`."""
+"""Distance of neighbours, relative to the largest position or momentum; see :func:`daebench.studies.initial_conditions.neighbour`."""
 
 WORK_LIMIT = WorkLimit(calls=450_000, slow_calls=20_000, slow_part=150)
-"""When a run is given up."""
+"""Limits at which a run is given up."""
 
 SHORT_WORK_LIMIT = WorkLimit(calls=150_000, slow_calls=20_000, slow_part=40)
-"""When a run whose multipliers are left as they are is given up: most fail, and half of all work would go into them."""
+"""Limits for a run without a treatment of the multipliers: most such runs fail, and would take half of all work."""
 
 REACHED = "reached"
 KINDS = {
@@ -50,7 +50,7 @@ KINDS = {
     "the step size has collapsed": "step size",
     "calls of the residual": "patience",
 }
-"""Why a run ended early: what the sentence contains, and a name for it."""
+"""Reasons for an early end: a phrase that the message contains, and a name."""
 
 IN_WORDS = {
     "error test": "the local error test failed even with the smallest step",
@@ -60,7 +60,7 @@ IN_WORDS = {
     "other": "it stopped for another reason",
 }
 STOPPED = ("error test", "Newton", "other")
-"""Ends that are IDA's own; the others are ours."""
+"""Ends by IDA itself; the other runs are stopped by daebench."""
 
 Row = dict[str, Any]
 
@@ -74,13 +74,13 @@ def ivp_of(name: str) -> ConstrainedIvp:
 
 @cache
 def exact_of(name: str, t_end: float) -> Exact:
-    """Return what an initial value problem's errors are taken against, read once in a process."""
+    """Return the reference motion of an initial value problem, read once in a process."""
     return exact(ivp_of(name), t_end)
 
 
 @lru_cache(maxsize=2)
 def motion(name: str, start: int) -> tuple[ConstrainedIvp, Exact]:
-    """Return an initial value problem and its motion to ``T_END``: start 0 is that of the case, and has a certified reference."""
+    """Return an initial value problem and its motion to ``T_END``: start 0 is the start of the case, and has a certified reference."""
     ivp, certified = ivp_of(name), exact_of(name, T_END)
     if start == 0:
         return ivp, certified
@@ -89,7 +89,7 @@ def motion(name: str, start: int) -> tuple[ConstrainedIvp, Exact]:
 
 
 def member(name: str, start: int) -> list[Row]:
-    """Return the runs from one start: those of all treatments from that of the case, from others those of the default treatments."""
+    """Return the runs from one start: with all treatments from the start of the case, with the default treatments from other starts."""
     return [
         row
         for formulation in FORMULATIONS
@@ -98,7 +98,7 @@ def member(name: str, start: int) -> list[Row]:
 
 
 def series(name: str, start: int, formulation: str, tolerances: Sequence[float], treatments: Sequence[str]) -> list[Row]:
-    """Return one row a treatment and tolerance; those of a treatment know what the next tolerance gives, as a user could.
+    """Return one row per treatment and tolerance; each row has the difference from the next tolerance, an estimate that a user could make.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def difference(one: Trajectory, other: Trajectory) -> float:
 
 
 def row(reference: Exact, run: Trajectory, estimate: float) -> Row:
-    """Return what became of a run: ``error`` is the largest of a component of q at any output, NaN if the run ended early."""
+    """Return the outcome of a run: ``error`` is the largest error of a component of q at any output, NaN if the run ended early."""
     return {
         "tol": run.value,
         "error": float("nan") if run.failure else float(np.max(np.abs(run.q - reference.q))),
@@ -157,7 +157,7 @@ def row(reference: Exact, run: Trajectory, estimate: float) -> Row:
 
 
 def reason(failure: str | None) -> str:
-    """Return why a run ended early, without where and advice; empty if it did not."""
+    """Return why a run ended early, without place and advice; empty if it did not."""
     match = re.search(r"\(tol = [^)]*\): (.*); [^;]*\.$", failure or "")
     return match[1] if match else failure or ""
 

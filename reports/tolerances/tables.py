@@ -21,7 +21,7 @@ from daebench.reports.tolerances.runs import FORMULATIONS, IN_WORDS, IVPS, KINDS
 
 SHOWN_TOLERANCES = (1e-6, 1e-9, 1e-12)
 WANTED = 1e-6
-"""Accuracy, m, for which the table says what to ask for."""
+"""Accuracy, m, for which the table gives the required tolerance."""
 
 
 def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
@@ -36,9 +36,9 @@ def tables(numbers: Numbers, folder: Path) -> Mapping[str, Tabulate]:
 
 
 def to_ask(rows: pd.DataFrame, wanted: float) -> float:
-    """Return the loosest tolerance from which on every tighter one gives the wanted accuracy, NaN if there is none.
+    """Return the loosest tolerance such that it and every tighter one give the wanted accuracy, NaN if there is none.
 
-    A run without a result does not give it.
+    A run without a result does not give the accuracy.
     """
     rows = rows.sort_values("tol")
     good = np.cumprod((rows["error"] <= wanted).to_numpy(dtype=int)).astype(bool)
@@ -46,7 +46,7 @@ def to_ask(rows: pd.DataFrame, wanted: float) -> float:
 
 
 def reached(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row for each problem and formulation, default treatments: errors at chosen tolerances, and what to ask for."""
+    """Return one row for each problem and formulation, default treatments: errors at chosen tolerances, and the required tolerance."""
     bands, rows = typical(runs[runs["default"]]), list[dict[str, Any]]()
     for ivp, name in IVPS.items():
         for formulation in FORMULATIONS:
@@ -60,7 +60,7 @@ def reached(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def reached_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what was reached, problem by problem: medians, and deciles below them."""
+    """Return the errors reached, problem by problem: medians, and deciles below them."""
     first = frame["scene"] != frame["scene"].shift()
     shown = pd.DataFrame({"scene": frame["scene"].where(first, ""), "formulation": frame["formulation"]}, dtype=object)
     headings = {"scene": "problem", "ask": f"ask for<small>to get {power_of_ten(WANTED)} m</small>", "best": "best<small>of all, m</small>"}
@@ -76,13 +76,13 @@ def reached_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def _with_deciles(error: float, low: float, high: float) -> Markup:
-    """Return a median with the deciles in small below it; a dash for what is not finite."""
+    """Return a median with the deciles in small below it; a dash if it is not finite."""
     parts = [number(value, 2) if np.isfinite(value) else Markup(NONE) for value in (error, low, high)]
     return Markup("{}<br><small>{} to {}</small>").format(*parts)
 
 
 def example_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return SUNDIALS' example of a projected pendulum: what SUNDIALS prints, and what HLW (1.18) gives."""
+    """Return SUNDIALS' example of a projected pendulum: the output of SUNDIALS, and the result of HLW (1.18)."""
     shown = frame.assign(method=["projected" if method == PROJECTED else "not" for method in frame["method"]])
     first = shown["tol"] != shown["tol"].shift()
     powers = [power_of_ten(tol) if new else "" for tol, new in zip(shown["tol"], first, strict=True)]
@@ -104,7 +104,7 @@ def example_table(frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def zero_or_number(value: float) -> Markup:
-    """Return a number, a zero as such."""
+    """Return a number; zero is printed as 0."""
     return number(value) if value else Markup("0")
 
 
@@ -114,7 +114,7 @@ def power(value: float) -> Markup:
 
 
 def ends(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a formulation and treatment: how many runs ended how, over all problems, those without a failure included."""
+    """Return one row per formulation and treatment: the number of runs by outcome, over all problems, including runs without a failure."""
     names = (REACHED, *KINDS.values(), "other")
     rows = []
     for formulation in FORMULATIONS:
@@ -174,7 +174,7 @@ def laws_table(laws: pd.DataFrame, caption: str) -> Markup:
 
 
 def sentences(failed: pd.DataFrame) -> Markup:
-    """Return runs that ended early, in words: from how many starts, which, and why."""
+    """Return a sentence on runs that ended early: from how many starts, which, and why."""
     phrases = []
     for (formulation, scene, tol, end), rows in failed.groupby(["formulation", "scene", "tol", "end"], sort=False):
         phrases.append(

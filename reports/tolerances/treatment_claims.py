@@ -10,7 +10,7 @@ from daebench.reports.tolerances.runs import FAST, FORMULATIONS, REACHED, STOPPE
 
 
 def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
-    """Test where the treatments are needed, where they work and which is the better one."""
+    """Test where the treatments are needed, where they work and which one is more accurate."""
 
     def share(formulation: str, treatment: str) -> float:
         ends = runs["end"][(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
@@ -19,7 +19,7 @@ def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
     for formulation in ("index2", "ggl"):
         for treatment in ("derivative", "atol"):
             require(
-                share(formulation, treatment) == 1, f"{formulation} with {treatment} always gets to the end", share(formulation, treatment)
+                share(formulation, treatment) == 1, f"{formulation} with {treatment} always reaches the end", share(formulation, treatment)
             )
     for formulation, treatment in (("index3", "none"), ("index3", "derivative"), ("index2", "none"), ("ggl", "none")):
         require(share(formulation, treatment) < 0.5, f"{formulation} with {treatment} fails in most runs", share(formulation, treatment))
@@ -48,13 +48,13 @@ def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
 
 
 def _against(rows: pd.DataFrame, others: pd.DataFrame, column: str) -> "pd.Series[float]":
-    """Return a column as a multiple of what the default treatment has at the same tolerance, by tolerance."""
+    """Return a column as a multiple of the value for the default treatment at the same tolerance, by tolerance."""
     default_values = others[others["formulation"] == "index1"].set_index("tol")[column]
     return (rows.set_index("tol")[column] / default_values).dropna()
 
 
 def _check_suppressed(runs: pd.DataFrame) -> SimpleNamespace:
-    """Test that IDASetSuppressAlg fails at tight tolerances, in Newton's iteration, and is no worse where it gets through."""
+    """Test that IDASetSuppressAlg fails at tight tolerances, in Newton's iteration, and is no worse where it reaches the end."""
     rows = runs[(runs["cure"] == "suppress") & runs["formulation"].isin(["index3", "index2", "ggl"])]
     lost = rows[rows["end"] != REACHED]
     for keys, group in rows.groupby(["formulation", "scene"]):
@@ -64,7 +64,7 @@ def _check_suppressed(runs: pd.DataFrame) -> SimpleNamespace:
     newton = float(np.mean(lost["end"] == "Newton"))
     require(newton > 0.5, "it is Newton's iteration that fails", newton)
     gain = {formulation: _gain(runs, formulation, "suppress") for formulation in ("index3", "index2", "ggl")}
-    require(min(gain.values()) > 1, "where suppress gets through it is the more accurate", gain)
+    require(min(gain.values()) > 1, "where suppress reaches the end it is more accurate", gain)
     ends = {str(name): (len(group), len(rows[rows["formulation"] == name])) for name, group in lost.groupby("formulation")}
     require(set(ends) == {"index3", "index2", "ggl"}, "suppress fails at index 3, 2 and GGL", ends)
     return SimpleNamespace(lost=ends, newton=newton, gain=gain, loosest=lost.groupby("formulation")["tol"].max())

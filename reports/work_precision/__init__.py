@@ -1,4 +1,4 @@
-"""What accuracy costs: error against CPU time and evaluations for methods of all families, what each keeps, and which to take."""
+"""Error against CPU time and evaluations for methods of all families, what each conserves, and which to choose."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,7 +23,7 @@ CONSTANTS = constants(_grid_measure, recommend, study, ivps, claims, _numbers)
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`.
 
-    Runs are kept in the folder: interrupted, it goes on where it stopped when it is called again.
+    Runs are stored in the folder: after an interruption, the next call continues from there.
     """
 
     def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:

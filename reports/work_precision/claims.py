@@ -35,7 +35,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def check_defects(frame: pd.DataFrame) -> None:
-    """Test that methods keep the two-form, or the structure matrix, exactly where they say so."""
+    """Test that methods keep the two-form, or the structure matrix, if and only if they claim it."""
     for row in frame.dropna(subset=["defect"]).to_dict("records"):
         good = (row["defect"] <= ROUND_OFF) == row["claimed"]
         require(
@@ -44,7 +44,7 @@ def check_defects(frame: pd.DataFrame) -> None:
 
 
 def check_work(work: Work, table: pd.DataFrame) -> SimpleNamespace:
-    """Test runs, front and recommendations of a motion, and return what is said of it."""
+    """Test runs, front and recommendations of a motion, and return the numbers of its section."""
     failed = table[table["failure"] != ""]
     shown = failed[[work.error, "seconds"]].notna().any(axis=1)
     require(not shown.any(), f"failed runs on {work.key} show no number", f"{int(shown.sum())} that do")
@@ -73,15 +73,15 @@ def winners(work: Work, table: pd.DataFrame) -> pd.DataFrame:
     """Return the cheapest method for each accuracy: by time, and by evaluations."""
     winners_by_cost = {cost: cheapest(table, work.error, cost, LEVELS).set_index("level") for cost in ("seconds", "evaluations")}
     joined = winners_by_cost["seconds"].join(winners_by_cost["evaluations"].add_suffix("_counted"))
-    words = dict.fromkeys(("method_counted", "next_counted"), "")  # where no method that counts evaluations gets there
+    words = dict.fromkeys(("method_counted", "next_counted"), "")  # if no method that counts evaluations reaches the accuracy
     return joined.rename(columns={"evaluations_counted": "evaluations"}).fillna(words).reset_index()
 
 
 def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
-    """Return the winners by time in as few phrases as there are changes of the winner.
+    """Return the winners by time, one phrase for each range of accuracies with the same winner.
 
-    Each has first and last level, method, least and most factor to the next, the next methods, and who is first by evaluations, where that
-    is another one.
+    Each has the first and last level, the method, the smallest and largest factor to the next method, the next methods, and the winners by
+    evaluations if they differ.
     """
     stretches = []
     alone = frame["next"] == ""
@@ -95,7 +95,7 @@ def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
 
 
 def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a method: its smallest error, largest step size or tolerance that keeps the energy, and conserved quantities there.
+    """Return one row per method: its smallest error, largest step size or tolerance that keeps the energy, and conserved quantities there.
 
     Columns method, knob, error, claimed, energy (as measured; NaN if it is kept with none), then of the most accurate run: energy_drift,
     g, Gv or casimirs, and integrals.
@@ -116,9 +116,9 @@ def tally(frames: list[pd.DataFrame]) -> list[tuple[str, int]]:
 
 
 def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
-    """Return how many times the cost of the cheapest run the cheapest run that conserves something has, over motions and accuracies.
+    """Return the cost of the cheapest run that conserves a quantity over that of the cheapest run, over motions and accuracies.
 
-    Median and most are over those cases in which it costs more; cases counts all in which it could be asked for, n those with such a run.
+    Median and most are over the cases in which it costs more; cases counts all in which it could be required, n those with such a run.
     """
     ratios, cases = [], 0
     for frame in frames:
@@ -127,14 +127,14 @@ def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
             cases += int(costs["nothing"].notna().sum())
         if conserve in costs:
             ratios += list((costs[conserve] / costs["nothing"]).dropna())
-    require(all(ratio >= 1 for ratio in ratios), f"to conserve {conserve} is never cheaper than not to ask for it", ratios)
+    require(all(ratio >= 1 for ratio in ratios), f"a run that conserves {conserve} is never cheaper than the cheapest run", ratios)
     costly = [ratio for ratio in ratios if ratio > 1]
     worst = {"median": float(np.median(costly or [np.nan])), "most": max(costly, default=float("nan"))}
     return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(costly), **worst)
 
 
 def structure(numbers: Numbers) -> SimpleNamespace:
-    """Return how many pairs of method and motion claim energy without drift, and how many of these and of the others were measured so."""
+    """Return how many pairs of method and motion claim energy without drift, and how many of these and of the others have none."""
     frames = [keeps(work, numbers.runs[work.key]).assign(key=work.key) for work in numbers.works]
     every = pd.concat(frames, ignore_index=True)
     claiming, others = every[every["claimed"]], every[~every["claimed"]]

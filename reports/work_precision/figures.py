@@ -1,4 +1,4 @@
-"""The figures of the report on work against precision: one of all motions, and one each."""
+"""The figures of the report on work against precision: one of all motions, and one of each motion."""
 
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ def draw_all(numbers: Numbers, folder: Path) -> dict[str, Path]:
 
 
 def ratios(numbers: Numbers) -> pd.DataFrame:
-    """Return how many times the CPU time of the cheapest each method takes, at one accuracy: columns key, method, ratio."""
+    """Return the CPU time of each method over that of the cheapest, at one accuracy: columns key, method, ratio."""
     rows = []
     for work in numbers.works:
         costs = costs_at(numbers.runs[work.key], work.error, "seconds", MIDDLE)
@@ -38,7 +38,7 @@ def ratios(numbers: Numbers) -> pd.DataFrame:
 
 
 def draw_overview(numbers: Numbers, folder: Path) -> Path:
-    """Draw how many times the time of the cheapest each method takes: a row a method, the cheapest at the top, and a mark a motion."""
+    """Draw the time of each method over that of the cheapest: one row per method, the cheapest at the top, and one mark per motion."""
     frame = ratios(numbers)
     order = list(frame.groupby("method")["ratio"].median().sort_values(ascending=False).index)
     with drawing():

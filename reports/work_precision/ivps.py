@@ -1,4 +1,4 @@
-"""Motions of the report on work against precision: a small standard set, each of another character."""
+"""Motions of the report on work against precision: a small standard set, each of a different character."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ EVERY_OTHER = TOLERANCES[1::2]
 """Tolerances of long runs: 1e-4, 1e-6, ... 1e-12."""
 
 COARSE = MappingProxyType({"scipy:Radau": EVERY_OTHER[:4], "solve_dae:Radau": EVERY_OTHER})
-"""Tolerances of methods that would take as long as all others together if they were asked for what these are."""
+"""Tolerances of methods that would take as long as all others together at the tightest tolerances."""
 
 WANTED = (1e-3, 1e-6, 1e-9)
 """Accuracies for which a method is recommended."""
@@ -30,7 +30,7 @@ class Work:
     t_end : float
         Horizon, s.
     title, character : str
-        What it is, and what it is here for, as HTML.
+        Its name, and the reason why it is in the set, as HTML.
     tol : tuple of float
         Tolerances.
     """
@@ -54,7 +54,7 @@ class Work:
 
     @property
     def letter(self) -> str:
-        """What errors are of: q, or y."""
+        """Letter of the variable whose errors are measured: q, or y."""
         return "y" if self.poisson else "q"
 
     @property
@@ -63,7 +63,7 @@ class Work:
         return f"error_{self.letter}"
 
     def study(self) -> tuple[Study, Mapping[str, str]]:
-        """Return the standard study, and why methods of the standard set are not in it."""
+        """Return the standard study, and the reasons why methods of the standard set are not in it."""
         study, left_out = standard(self.problem, case=self.case, t_end=self.t_end, tol=self.tol, repeat=REPEAT)
         coarse_tols = {method: tol for method, tol in COARSE.items() if method in study.methods}
         return replace(study, values={**study.values, **coarse_tols}), left_out

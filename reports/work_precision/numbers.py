@@ -1,4 +1,4 @@
-"""Everything that the report on work against precision measures: runs timed one at a time and kept, and defects; no judgement here."""
+"""Everything that the report on work against precision measures: stored runs, timed one at a time, and defects; no judgement here."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,10 +26,10 @@ STORE = "studies.db"
 """File of the runs, in the folder of the report."""
 
 MADE = 0.95
-"""Part of the work that is done when all runs are."""
+"""Fraction of the work that is done when all runs are done."""
 
 COARSER = 2
-"""Defects are those of steps this many times as long as the middle one of a method's step sizes."""
+"""Defects are measured with steps this many times as long as the middle one of a method's step sizes."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ class Numbers:
     works : tuple of Work
         The motions.
     runs : mapping of str to DataFrame
-        One row a run, by key of the motion, with costs and what it keeps, see
+        One row per run, by key of the motion, with costs and conserved quantities, see
         :func:`daebench.studies.work_precision.recommend.with_conserved`.
     defects : DataFrame
-        Columns key, method, h, claimed, defect: of methods with fixed steps; claimed is whether the method says that there is none.
+        Columns key, method, h, claimed, defect: of fixed-step methods; claimed is whether the method claims that there is none.
     left_out : DataFrame
-        Columns key, method, why: of the methods of the standard set that a problem cannot be solved by.
+        Columns key, method, why: of the methods of the standard set that cannot solve a problem.
     """
 
     works: tuple[Work, ...]
@@ -56,12 +56,12 @@ class Numbers:
 
 
 def measure(folder: Path, tell: Progress, works: Sequence[Work] = WORKS, processes: Processes = two_processes) -> Numbers:
-    """Return the numbers; runs that the store in the folder has are not made again.
+    """Return the numbers; runs in the store of the folder are not repeated.
 
     Raises
     ------
     Interrupted
-        If Ctrl-C ends it; what was done is kept.
+        If Ctrl-C ends it; finished runs are stored.
     """
     studies = {work.key: work.study() for work in works}
     with opened(folder / STORE) as store:
@@ -87,7 +87,7 @@ def _by_method(frame: pd.DataFrame, key: str) -> dict[str, float]:
 
 
 def defects(work: Work, study: Study) -> list[dict[str, object]]:
-    """Return what each method with fixed steps makes of the two-form, or of the structure matrix: exactly, and uncompiled."""
+    """Return the defect of the two-form, or of the structure matrix, of each fixed-step method, uncompiled."""
     ivp = study.specifications()[0].ivp
     rows: list[dict[str, object]] = []
     for name, solver in zip(study.methods, methods_of(ivp, study.methods, anyway=study.anyway), strict=True):

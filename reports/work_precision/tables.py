@@ -66,7 +66,7 @@ def named(value: str) -> Markup:
 
 
 def summary_table(numbers: Numbers, summaries: Mapping[str, SimpleNamespace], caption: str) -> Markup:
-    """Return what to take on each motion at one accuracy, a column for each thing that must be conserved."""
+    """Return the recommended method on each motion at one accuracy, with a column for each conserved quantity."""
     asked = [name for name in CONSERVED if any(name in set(summary.advice["conserve"]) for summary in summaries.values())]
     rows = []
     for work in numbers.works:
@@ -115,7 +115,7 @@ def front_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def keeps_table(work: Work, frame: pd.DataFrame, defects: pd.DataFrame, caption: str) -> Markup:
-    """Return what each method keeps."""
+    """Return the quantities that each method conserves."""
     defect = frame["method"].map(defects.set_index("method")["defect"])
     shown = frame.assign(defect=defect, kept=column([verdict(row) for row in frame.to_dict("records")], frame))
     formats: Formats = {"method": code, "error": number, "kept": text, "energy_error": tiny}
@@ -128,7 +128,7 @@ def keeps_table(work: Work, frame: pd.DataFrame, defects: pd.DataFrame, caption:
 
 
 def verdict(row: Mapping[Any, Any]) -> Markup:
-    """Return whether a method claims energy without drift, and from where on it was measured to have none."""
+    """Return whether a method claims energy without drift, and from which step size or tolerance on none was measured."""
     if not row["claimed"]:
         return Markup("not claimed")
     if row["all"]:
@@ -157,7 +157,7 @@ def advice_table(work: Work, frame: pd.DataFrame, caption: str) -> Markup:
 
 
 def sentence(value: str) -> Markup:
-    """Return a sentence that may take several lines."""
+    """Return a sentence that may wrap over several lines."""
     return Markup('<span class="long">{}</span>').format(value)
 
 

@@ -109,7 +109,7 @@ def test_the_digits_that_ida_is_said_to_reach_are_those_of_the_picture_below():
 def test_se_with_half_the_step_ends_as_said(uncompiled_schemes):
     run = library.run("spherical_pendulum", case="fig1.2", method="se", h=0.005, steps=1000)
     text = (DOCS / "how-to" / "messages.md").read_text(encoding="utf-8")
-    assert f"With h halved this run gets to t = {run.t[-1]:.2f} and ends in the same way, with |g| = {run.maxima['g']:.2f}" in text
+    assert f"With h halved this run reaches t = {run.t[-1]:.2f} and ends in the same way, with |g| = {run.maxima['g']:.2f}" in text
     assert "did not converge" in run.failure
 
 

@@ -61,7 +61,7 @@ def test_a_run_that_keeps_the_energy_and_does_not_end_refutes_it():
     assert limits(steps).room == pytest.approx([5.0])
     two = pd.concat([steps, steps.assign(method="b", h=[0.5, 0.25], fails=[float("inf"), 0.3])])
     assert (limits(two).most, limits(two).least, limits(two).best) == (["b"], True, ["b"])
-    with pytest.raises(ClaimRefuted, match="does not come to its end"):
+    with pytest.raises(ClaimRefuted, match="reaches its end"):
         limits(changed(steps, 1, h=0.6))
 
 

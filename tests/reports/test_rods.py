@@ -43,8 +43,8 @@ def test_numbers_of_the_picture_are_those_of_the_runs(story):
     [
         ("rattle", made_up(T_END, 1e-5, 1e-4, (1.0, 1.0)), "RATTLE is bounded"),
         ("rattle", made_up(T_END, 0.0, 1e-4, (1.0, 1.0 - 1e-9)), "rod's length"),
-        ("rattle", made_up(4000.0, 0.0, 1e-4, (1.0, 1.0), "no"), "comes to the end"),
-        ("rk4", made_up(T_END, 3e-7, 1e-9, (1.0, 0.9)), "RK4 does not come to the end"),
+        ("rattle", made_up(4000.0, 0.0, 1e-4, (1.0, 1.0), "no"), "reaches the end"),
+        ("rk4", made_up(T_END, 3e-7, 1e-9, (1.0, 0.9)), "RK4 does not reach the end"),
         ("rk4", made_up(2500.0, 1e-5, 0.0, (1.0, 0.9), "not finite"), "RK4 starts"),
         ("se", made_up(25.0, 1e-2, 0.0, (1.0, 0.9), "no solution"), "shorter"),
     ],

@@ -144,7 +144,7 @@ def test_a_difference_needs_two_complete_runs():
 def test_a_reference_that_is_too_short_is_refused(get_ivp, monkeypatch):
     short = SimpleNamespace(name="planar_pendulum-rotating", horizon=100.0, double_horizon=7.5)
     monkeypatch.setattr(store, "find", lambda problem, case: short)
-    with pytest.raises(RunFailed, match=r"of use up to t = 7\.5 only, and 10 is needed"):
+    with pytest.raises(RunFailed, match=r"can be used only up to t = 7\.5, and 10 is needed"):
         exact(get_ivp("planar"), 10.0)
 
 
