@@ -1,8 +1,8 @@
-"""daebench: what a treatment of constraints really costs, and what it breaks.
+"""daebench: what a treatment of constraints costs, and what it breaks.
 
-One constrained Hamiltonian problem, written once, is posed as index-3, -2, -1 and stabilised DAE and handed to structure-preserving
-schemes; energy drift, manifold drift, order, symplecticity and cost are measured side by side. Notation and equation numbers are those
-of Hairer, Lubich and Wanner, *Geometric Numerical Integration*, chapter VII (HLW).
+A constrained Hamiltonian problem is written once. It is posed as an index-3, -2, -1 and stabilised DAE, and integrated by
+structure-preserving schemes. Energy drift, manifold drift, order, symplecticity and cost are measured side by side. Notation and equation
+numbers are those of Hairer, Lubich and Wanner, *Geometric Numerical Integration*, chapter VII (HLW).
 """
 
 from importlib import import_module
@@ -140,13 +140,13 @@ _HOME = {
 }
 
 _PACKAGES = ("joints", "methods", "problems")
-"""Packages that are there without an import of their own."""
+"""Packages that are attributes without a separate import."""
 
 find_renamed_modules()
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for when it is asked for: NumPy alone takes longer than ``daebench list`` may."""
+    """Import a public name on first access: the import of NumPy alone would take longer than ``daebench list`` should."""
     if name in _PACKAGES:
         return import_module(f"daebench.{name}")
     if name == "__version__":
@@ -160,5 +160,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return all names, those too that are imported when they are asked for."""
+    """Return all names, including those that are imported on first access."""
     return sorted((*globals(), *__all__, *_PACKAGES, "__version__"))

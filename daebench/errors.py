@@ -1,4 +1,4 @@
-"""Errors as a small tree, and the validation of names and numeric input: every message says what, where, and what to do."""
+"""The tree of errors, and the validation of names and numeric input: every message says what is wrong, where, and what to do."""
 
 import math
 from collections.abc import Collection, Iterable
@@ -6,11 +6,11 @@ from difflib import get_close_matches
 from typing import Any
 
 LONGEST = 2000
-"""Most characters of a message: names and values that it quotes may be of any length."""
+"""Largest number of characters of a message, because quoted names and values may have any length."""
 
 
 def bounded(text: str) -> str:
-    """Return a text of at most :data:`LONGEST` characters; of a longer one the beginning and the end, which says what to do."""
+    """Return a text of at most :data:`LONGEST` characters; a longer text keeps its beginning and its end, which says what to do."""
     if len(text) <= LONGEST:
         return text
     part = LONGEST // 2 - 40
@@ -18,14 +18,14 @@ def bounded(text: str) -> str:
 
 
 class DaebenchError(Exception):
-    """Anything daebench refuses or cannot finish; its text is one sentence for the person at the keyboard."""
+    """Base of all errors: a request that daebench refuses or cannot finish. Its message is one sentence for the user."""
 
     def __str__(self) -> str:
         return bounded(super().__str__())
 
 
 class BadInput(DaebenchError):
-    """The request itself cannot be met: unknown names, values out of range, files that are not what they should be."""
+    """A request that cannot be met: unknown names, values out of range, invalid files."""
 
 
 class InconsistentStart(BadInput):
@@ -41,28 +41,28 @@ class RunFailed(DaebenchError):
 
 
 class LostMotion(UserWarning):
-    """A run that came to its end and is no good all the same: its energy or its constraints are lost."""
+    """A run that reached its end but is of no use: its energy or its constraints are lost."""
 
 
 class Interrupted(DaebenchError):
-    """The person at the keyboard, or the system, ended what was being done; what is kept of it is in the message."""
+    """An interruption by the user or the system; the message says which results are stored."""
 
 
 LONGEST_NAME = 200
-"""Most characters of a name that is held against others: that takes time by their product."""
+"""Largest length of a name that is compared with others, because the time of a comparison grows with the product of the lengths."""
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> BadInput:
-    """Return the error for a name that is not among the known ones, with the nearest of them.
+    """Return the error for an unknown name, with the nearest known names.
 
     Parameters
     ----------
     kind : str
-        What the name stands for, as "case of spherical_pendulum".
+        Kind of the name, for example "case of spherical_pendulum".
     name : str
         The name.
     known : iterable of str
-        The names that there are.
+        The known names.
     """
     names = sorted(known)
     near = get_close_matches(name, names, n=3, cutoff=0.5) if len(name) <= LONGEST_NAME else []
@@ -76,9 +76,9 @@ def require_known(required: tuple[str, str, Collection[str]], *optional: tuple[s
     Parameters
     ----------
     required : tuple of str, str and collection of str
-        What the name stands for, the name, and the known ones.
+        Kind of the name, the name, and the known names.
     *optional : tuple of str, str and collection of str
-        The same of names that may be empty.
+        The same for names that may be empty.
 
     Raises
     ------

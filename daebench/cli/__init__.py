@@ -1,1 +1,1 @@
-"""The command line, one command a file; the pytest plugin; and the names of the release before."""
+"""The command line, one file per command; the pytest plugin; and the names of the previous release."""

@@ -1,4 +1,4 @@
-"""``daebench`` and ``python -m daebench``: the command line, which Ctrl-C ends in one sentence even while it is being loaded."""
+"""``daebench`` and ``python -m daebench``: the command line; Ctrl-C ends it with one sentence even while it is being loaded."""
 
 import os
 import signal
@@ -11,7 +11,7 @@ INTERRUPTED = 130
 def main() -> None:
     """Load the command line and run it."""
     handler = signal.getsignal(signal.SIGINT)
-    if handler is not signal.SIG_IGN:  # as the shell sets it for what runs in the background
+    if handler is not signal.SIG_IGN:  # as the shell sets it for background processes
         signal.signal(signal.SIGINT, _leave)
     from daebench.cli.app import main as called
 
@@ -20,7 +20,7 @@ def main() -> None:
 
 
 def _leave(*_: object) -> None:
-    """End the process at once: nothing is under way, and a library half loaded may take an exception for one of its own."""
+    """End the process at once: no work is in progress, and a partially loaded library may handle the exception itself."""
     if sys.stderr is not None:
         os.write(2, b"daebench: interrupted.\n")
     os._exit(INTERRUPTED)

@@ -1,4 +1,4 @@
-"""``daebench advise``: which method to take for an accuracy, and what it will cost."""
+"""``daebench advise``: the method for an accuracy, and its cost."""
 
 import sys
 from collections.abc import Mapping
@@ -17,32 +17,30 @@ if TYPE_CHECKING:
     from daebench.studies.advise.work import Progress
 
 TABLE = "advise.csv"
-"""Table that is written, a row a run."""
+"""Name of the written table, one row per run."""
 
 
 def advise(
     problem: Problem,
     accuracy: Annotated[float, typer.Option("--accuracy", help="Largest error of a position, or of a component of y, in its unit.")],
     t_end: Annotated[float, typer.Option("--t-end", help="Horizon, s.")],
-    keep: Annotated[str | None, typer.Option("--keep", help="What has to be kept: energy, constraints, casimirs, two-form.")] = None,
+    keep: Annotated[str | None, typer.Option("--keep", help="What has to be conserved: energy, constraints, casimirs, two-form.")] = None,
     budget: Annotated[str | None, typer.Option("--budget", help="Largest CPU time of the run, as 1s, 20ms or a number of seconds.")] = None,
     ensemble: Annotated[int, typer.Option("--ensemble", parser=whole, help="Number of other starts from which the choice is run.")] = 16,
-    methods: Annotated[str | None, typer.Option("--methods", help=f"Methods that are tried, comma-separated; {OUTSIDE}.")] = None,
-    also: Annotated[str | None, typer.Option("--also", help="Methods that are tried besides, as your own integrator.")] = None,
+    methods: Annotated[str | None, typer.Option("--methods", help=f"Methods to try, comma-separated; {OUTSIDE}.")] = None,
+    also: Annotated[str | None, typer.Option("--also", help="Further methods to try, for example your own integrator.")] = None,
     case: Case = None,
     param: Param = None,
     seed: Annotated[int, typer.Option("--seed", help="Seeds the starts of --ensemble.")] = 0,
-    store: Annotated[
-        Path | None, typer.Option("--store", help="File in which runs are kept; beside the compiled kernels if left out.")
-    ] = None,
+    store: Annotated[Path | None, typer.Option("--store", help="File of the stored runs; beside the compiled kernels if left out.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of runs.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Find the cheapest method for an accuracy, with its step size or tolerance; exit 1 if nothing tried does what is asked.
+    """Find the cheapest method for an accuracy, with its step size or tolerance; exit 1 if no run meets the request.
 
-    The choice is held against its accuracy from other starts; what it keeps is what it claims to keep and was seen to keep over ten times
-    the horizon. Runs are kept: a second question takes little time.
+    The error of the choice is measured from other starts as well. The choice conserves a quantity if it claims this and a run over ten
+    times the horizon shows it. Runs are stored, so a second question takes little time.
     """
     from daebench.studies.advise.run import advise as made
 
@@ -63,7 +61,7 @@ def advise(
 
 
 def _planned(progress: "Progress") -> "Progress":
-    """Return what tells the progress, and prints the plan, which comes first, beside the answer."""
+    """Return the function that shows the progress, and that prints the plan, which comes first."""
     told: list[str] = []
 
     def tell(fraction: float, what: str) -> None:
@@ -98,10 +96,10 @@ def _write(folder: Folder, advice: "Advice") -> list[str]:
 
 
 def _print(advice: "Advice") -> None:
-    """Print the answer on one screen."""
+    """Print the answer."""
     asked, choice = advice.question, advice.choice
     print(f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error of {asked.part} at most {asked.accuracy:g}")
-    print(f"errors are against: {advice.reference}, which may be wrong by {advice.bound:.1e}")
+    print(f"errors are against: {advice.reference}, with an error of at most {advice.bound:.1e}")
     if choice is None:
         print(advice.why)
         return
@@ -118,7 +116,7 @@ def _print(advice: "Advice") -> None:
     for name, became in advice.outside.items():
         print(f"{name}: {became}")
     if advice.left_out:
-        print(f"not tried, or passed over: {', '.join(advice.left_out)}; --json says why")
+        print(f"not tried, or left out: {', '.join(advice.left_out)}; --json says why")
 
 
 def _cells(some: "Choice", choice: "Choice") -> list[str]:
@@ -132,7 +130,7 @@ def _kept(name: str, row: Mapping[str, Any]) -> list[str]:
 
 
 def _from_starts(advice: "Advice") -> str:
-    """Return what becomes of the choice from other starts, as a sentence."""
+    """Return a sentence on the error of the choice from other starts."""
     starts, accuracy = advice.starts, advice.question.accuracy
     if not starts.errors:
         return f"from other starts nothing is known: {starts.failure or 'their references are not good enough'}"
@@ -152,5 +150,5 @@ def _factor(advice: "Advice", change: Any) -> str:
 
 
 def _clause(sentence: str) -> str:
-    """Return what comes before the first colon or semicolon of a sentence."""
+    """Return the part of a sentence before its first colon or semicolon."""
     return sentence.partition(":")[0].partition(";")[0]

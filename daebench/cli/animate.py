@@ -1,4 +1,4 @@
-"""``daebench animate``: several methods on one scene, moving side by side."""
+"""``daebench animate``: several methods on one problem, animated side by side."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,15 +28,15 @@ Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays
 
 def animate(
     problem: Problem,
-    methods: Annotated[str, typer.Option("--methods", help=f"Names of methods, comma-separated; each has its scene; {OUTSIDE}.")],
+    methods: Annotated[str, typer.Option("--methods", help=f"Names of methods, comma-separated; each has its own picture; {OUTSIDE}.")],
     t_end: TEnd,
     out: Out,
     case: Case = None,
     h: StepSize = None,
     tol: Tolerance = 1e-8,
-    fps: Annotated[float, typer.Option("--fps", help="Frames a second, at most.")] = 25.0,
-    seconds: Annotated[float | None, typer.Option("--seconds", help="How long it lasts [12].")] = None,
-    speed: Annotated[float | None, typer.Option("--speed", help="Units of physical time a second, in place of --seconds.")] = None,
+    fps: Annotated[float, typer.Option("--fps", help="Largest number of frames per second.")] = 25.0,
+    seconds: Annotated[float | None, typer.Option("--seconds", help="Length of the animation, s [12].")] = None,
+    speed: Annotated[float | None, typer.Option("--speed", help="Units of physical time per second, in place of --seconds.")] = None,
     param: Param = None,
     option: Free = None,
     project: Project = False,
@@ -47,7 +47,7 @@ def animate(
     size: Annotated[str | None, typer.Option("--size", help="Pixels of a .gif or .mp4: 1920x1080, say.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Animate methods on one problem: the scene of each above its energy error and what the structure keeps; exit 1 if one stops early."""
+    """Animate methods on one problem: the motion of each above its energy error and conserved quantities; exit 1 if one stops early."""
     wanted = method_names(methods)
     from daebench.pages.animation.animation import animation
 

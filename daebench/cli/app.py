@@ -1,4 +1,4 @@
-"""The command line: one command a file, and one place where errors become a sentence and an exit status."""
+"""The command line: one file per command, and one place where errors become a sentence and an exit status."""
 
 import sys
 import warnings
@@ -42,13 +42,13 @@ app = typer.Typer(
     invoke_without_command=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    help="What a treatment of constraints really costs, and what it breaks.",
+    help="What a treatment of constraints costs, and what it breaks.",
 )
 
 
 @app.callback()
-def top(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
-    """What a treatment of constraints really costs, and what it breaks."""
+def top(version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False) -> None:
+    """What a treatment of constraints costs, and what it breaks."""
     if version:
         from importlib.metadata import version as version_of
 
@@ -96,7 +96,7 @@ def main() -> None:
     sys.unraisablehook = keep_interrupts
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")  # what the terminal's encoding does not have is no reason to stop
+            stream.reconfigure(errors="backslashreplace")  # a character that the terminal's encoding lacks is no reason to stop
     try:
         status = _called()
     except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  each ends as a sentence of its own
@@ -112,7 +112,7 @@ def _called() -> int | None:
         status = stop.exit_code
     if status == INTERRUPTED:
         raise KeyboardInterrupt
-    if sys.stdout is not None:  # it is None where standard output is closed
+    if sys.stdout is not None:  # it is None if standard output is closed
         sys.stdout.flush()
     return status
 

@@ -11,11 +11,11 @@ from daebench.cli.grids import require_store
 
 
 def archive(
-    store: Annotated[Path, typer.Argument(help="File in which a study keeps its runs, such as output/work-precision/studies.db.")],
+    store: Annotated[Path, typer.Argument(help="File of the stored runs of a study, such as output/work-precision/studies.db.")],
     out: Annotated[Path | None, typer.Option("--out", help="FILE.zip to write; STORE.zip if left out.", show_default=False)] = None,
     json: Json = False,
 ) -> None:
-    """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and how all of it was made, in words."""
+    """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and a text that says how they were made."""
     from daebench.runs.files import check_zip
     from daebench.studies.grid.archive import write_archive
     from daebench.studies.grid.store import opened

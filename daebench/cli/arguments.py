@@ -15,10 +15,13 @@ Case = Annotated[
     str | None, typer.Option("--case", help="Named initial values; the problem's first if left out.", autocompletion=case_names)
 ]
 OUTSIDE = "FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed"
-"""What the help of methods says of code from outside."""
+"""Note on code from outside in the help of methods."""
 
 Method = Annotated[
-    str, typer.Option("--method", "--methods", help=f"Name of a method, as rattle or ida:index2; {OUTSIDE}.", autocompletion=method_names)
+    str,
+    typer.Option(
+        "--method", "--methods", help=f"Name of a method, for example rattle or ida:index2; {OUTSIDE}.", autocompletion=method_names
+    ),
 ]
 Methods = Annotated[
     str, typer.Option("--methods", "--method", help=f"Names of methods, comma-separated; {OUTSIDE}.", autocompletion=method_names)
@@ -26,47 +29,47 @@ Methods = Annotated[
 Param = Annotated[list[str] | None, typer.Option("--param", help="Value of a parameter, name=value; repeatable.")]
 Free = Annotated[list[str] | None, typer.Option("--option", help="Free number of a method, name=value; repeatable.")]
 Project = Annotated[bool, typer.Option("--project", help="Project the initial values onto the manifold.")]
-Anyway = Annotated[bool, typer.Option("--anyway", help="Run a scheme on a structure matrix B for which it is no Poisson integrator.")]
+Anyway = Annotated[bool, typer.Option("--anyway", help="Run a scheme on a structure matrix B for which it is not a Poisson integrator.")]
 Algebra = Annotated[
-    str, typer.Option("--algebra", help="How vectors are held: values, or arrays, for a chain of nodes; if left out, as its size suggests.")
+    str, typer.Option("--algebra", help="Form of vectors: values, or arrays, for a chain of nodes; by its size if left out.")
 ]
 OnSingular = Annotated[
     str | None,
     typer.Option(
         "--on-singular",
-        help="Where G loses rank: stop, continue, or least-squares, also for redundant constraints; else as the case declares.",
+        help="Where G loses rank: stop, continue, or least-squares, also for redundant constraints; as the case declares if left out.",
     ),
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file at --out that another command, or another program, made.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file at --out that was made by another command or program.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Workers = Annotated[
-    int | None, typer.Option("--workers", help="Processes of this machine that compute runs which are not timed; all cores if left out.")
+    int | None, typer.Option("--workers", help="Number of processes on this machine for runs that are not timed; all cores if left out.")
 ]
 Scheduler = Annotated[
     str | None,
     typer.Option(
         "--scheduler",
-        help="Address of a Dask scheduler whose workers compute in their place: tls://host:port, or tcp://host:port, where whoever reaches "
+        help="Address of a Dask scheduler whose workers compute instead: tls://host:port, or tcp://host:port, where anybody who reaches "
         "the scheduler can run any code on the workers and on this machine.",
     ),
 ]
 TlsCaFile = Annotated[
-    Path | None, typer.Option("--tls-ca-file", help="For tls://, in PEM: certificate of the authority of that cluster alone.")
+    Path | None, typer.Option("--tls-ca-file", help="For tls://, in PEM: certificate of the authority, which is for that cluster only.")
 ]
 TlsCert = Annotated[Path | None, typer.Option("--tls-cert", help="For tls://: certificate of this machine, signed by that authority.")]
-TlsKey = Annotated[Path | None, typer.Option("--tls-key", help="For tls://: its key; in the same file if left out.")]
+TlsKey = Annotated[Path | None, typer.Option("--tls-key", help="For tls://: the key of that certificate; in the same file if left out.")]
 SideBySide = Annotated[
-    bool, typer.Option("--side-by-side", help="Let runs that are timed run beside others too, whose load is then in their times.")
+    bool, typer.Option("--side-by-side", help="Make timed runs side by side with others, whose load then affects the times.")
 ]
 TEnd = Annotated[float, typer.Option("--t-end", help="End time.")]
 StepSize = Annotated[float | None, typer.Option("--h", help="Step size of the fixed-step methods.")]
 Tolerance = Annotated[float, typer.Option("--tol", help="Tolerance of the tolerance-driven methods.")]
-Compensated = Annotated[bool, typer.Option("--compensated", help="Compensate sums over steps for rounding.")]
+Compensated = Annotated[bool, typer.Option("--compensated", help="Use compensated summation over steps.")]
 StudyMethods = Annotated[
     str | None,
     typer.Option("--methods", "--method", help=f"Names of methods, comma-separated; some of each family by default; {OUTSIDE}."),
 ]
 StudyTEnd = Annotated[float | None, typer.Option("--t-end", help="End of all runs; 10 or the end of the reference if left out.")]
-Repeat = Annotated[int, typer.Option("--repeat", min=0, help="Runs that are timed, of which the best counts; 0: no times.")]
-Store = Annotated[Path | None, typer.Option("--store", help="File in which runs are kept; studies.db in the folder if left out.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Say how many runs are to be made, and about how long they take.")]
+Repeat = Annotated[int, typer.Option("--repeat", min=0, help="Number of timed runs, of which the best counts; 0: no times.")]
+Store = Annotated[Path | None, typer.Option("--store", help="File of the stored runs; studies.db in the folder if left out.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Print the number of runs to make and about how long they take.")]

@@ -1,4 +1,4 @@
-"""``daebench baumgarte``: stabilised and soft constraints over their numbers."""
+"""``daebench baumgarte``: stabilised and soft constraints over their parameters."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from daebench.studies.baumgarte.run import BaumgarteMap
 
 TABLE = "baumgarte.csv"
-"""Table that is written, a row a run."""
+"""Name of the written table, one row per run."""
 
 
 def baumgarte(
@@ -25,16 +25,21 @@ def baumgarte(
     t_end: Annotated[float, typer.Option("--t-end", help="End of the runs, s.")] = 10.0,
     methods: Annotated[
         str | None,
-        typer.Option("--methods", "--method", help="Schemes to map, as rk4, gauss2, and fixed-step methods beside them, as rattle."),
+        typer.Option(
+            "--methods",
+            "--method",
+            help="Schemes to map, for example rk4 or gauss2, and fixed-step methods beside them, for example rattle.",
+        ),
     ] = None,
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances of IDA, comma-separated [1e-6,1e-9].")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of all runs.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Map what stabilised constraints do to energy, constraints and cost, and where they become unstable.
+    """Map the effect of stabilisation on energy, constraints and cost, and the limits of stability.
 
-    Baumgarte's alpha and beta times the step, soft constraints with the same roots, a penalty, and IDA over alpha, beta and the tolerance.
+    The maps are over Baumgarte's alpha and beta times the step, soft constraints with the same roots, and a penalty; for IDA over alpha,
+    beta and the tolerance.
     """
     from daebench.studies.baumgarte.run import SCHEMES, TOLERANCES
     from daebench.studies.baumgarte.run import baumgarte as made

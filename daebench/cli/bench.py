@@ -1,4 +1,4 @@
-"""``daebench bench``: time per step and time to the first step, best of several, beside hand-written C where there is a compiler."""
+"""``daebench bench``: time per step and time to the first step, best of several, beside hand-written C if there is a compiler."""
 
 from typing import Annotated, Any
 
@@ -19,7 +19,7 @@ Ensemble = Annotated[
 Rows = Annotated[bool, typer.Option("--rows", help="Time steps of long chains per link instead, and of a problem in time.")]
 
 STARTS = 3
-"""Fresh processes of which the best counts."""
+"""Number of new processes, of which the best counts."""
 
 
 def bench(
@@ -32,7 +32,7 @@ def bench(
     methods: Annotated[str | None, typer.Option("--methods", help="Fixed-step methods, comma-separated; all if left out.")] = None,
     h: Annotated[float, typer.Option("--h", help="Step size.")] = 0.01,
     steps: Annotated[int, typer.Option("--steps", parser=whole, help="Steps of one timed run.")] = 300_000,
-    repeat: Annotated[int, typer.Option("--repeat", help="Runs, of which the best counts.")] = 7,
+    repeat: Annotated[int, typer.Option("--repeat", help="Number of runs, of which the best counts.")] = 7,
     anyway: Anyway = False,
     solvers: Solvers = False,
     gradients: Gradients = False,
@@ -40,11 +40,11 @@ def bench(
     rows: Rows = False,
     as_json: Json = False,
 ) -> None:
-    """Measure nanoseconds per step of fixed-step methods, and seconds to the first step on an empty and on a full cache."""
+    """Measure nanoseconds per step of fixed-step methods, and seconds to the first step with an empty and with a full cache."""
     others = {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensemble, "--rows": rows}
     if asked := [name for name, wanted in others.items() if wanted]:
         if len(asked) > 1:
-            raise BadInput(f"{' and '.join(asked)} are several measurements; ask for one at a time.")
+            raise BadInput(f"{' and '.join(asked)} are different measurements; give one at a time.")
         MEASUREMENTS[asked[0]](steps, repeat, as_json=as_json)
         return
     from daebench.methods.initial_value_problem import initial_value_problem
@@ -59,7 +59,7 @@ def bench(
 
 
 def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, repeat: int, more: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return a row a method, and those of programs in C and of numba alone."""
+    """Return one row per method, and the rows of programs in C and of numba alone."""
     from daebench.methods.catalogue import schemes
     from daebench.methods.registry import poisson_registry
     from daebench.studies.start_up import first_step, numba_alone

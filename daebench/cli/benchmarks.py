@@ -1,4 +1,4 @@
-"""What ``daebench bench`` measures in place of steps, and how it prints that."""
+"""Further measurements of ``daebench bench``, and their output."""
 
 from collections.abc import Callable
 from types import MappingProxyType
@@ -7,7 +7,7 @@ from daebench.cli.console import bar, print_json, print_table
 
 
 def solvers(steps: int, repeat: int, *, as_json: bool) -> None:
-    """Print what IDA takes."""
+    """Print the times of IDA."""
     from daebench.studies.solver_timing import measure_solvers
 
     with bar("bench --solvers"):
@@ -21,7 +21,7 @@ def solvers(steps: int, repeat: int, *, as_json: bool) -> None:
 
 
 def gradients(steps: int, repeat: int, *, as_json: bool) -> None:
-    """Print what gradients take."""
+    """Print the times of gradients."""
     from daebench.studies.gradient_timing import measure_gradients
 
     with bar("bench --gradients"):
@@ -34,7 +34,7 @@ def gradients(steps: int, repeat: int, *, as_json: bool) -> None:
 
 
 def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
-    """Print what a step of a member takes."""
+    """Print the time of a step of a member."""
     from daebench.studies.ensemble_timing import measure_ensembles, measure_heyoka, measure_narrow
 
     with bar("bench --ensemble"):
@@ -51,7 +51,7 @@ def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
 
 
 def rows(steps: int, repeat: int, *, as_json: bool) -> None:
-    """Print what a step takes per link of long chains, and on a problem in time."""
+    """Print the time of a step per link of long chains, and on a time-dependent problem."""
     from daebench.studies.row_timing import H, measure_rows
 
     with bar("bench --rows"):
@@ -63,7 +63,7 @@ def rows(steps: int, repeat: int, *, as_json: bool) -> None:
 
 
 def cell(value: object) -> str:
-    """Return a value as it is printed."""
+    """Return a value as text."""
     if value is None:
         return ""
     return f"{value:.4g}" if isinstance(value, float) else str(value)
@@ -72,4 +72,4 @@ def cell(value: object) -> str:
 MEASUREMENTS: MappingProxyType[str, Callable[..., None]] = MappingProxyType(
     {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensembles, "--rows": rows}
 )
-"""By the option that asks for them."""
+"""Measurements by their option."""

@@ -1,4 +1,4 @@
-"""``daebench certificate``: what can be done with a certificate that is there."""
+"""``daebench certificate``: commands on an existing certificate."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,12 +9,12 @@ from daebench.cli.arguments import Json
 from daebench.cli.certify import SecondsLimit
 from daebench.cli.console import bar, print_json, printable
 
-app = typer.Typer(no_args_is_help=True, help="Certificates of codes: see whether what they say is so.")
+app = typer.Typer(no_args_is_help=True, help="Certificates of codes: verify them.")
 
 
 @app.callback()
 def top() -> None:
-    """Certificates of codes: see whether what they say is so."""
+    """Certificates of codes: verify them."""
 
 
 @app.command()
@@ -23,11 +23,11 @@ def verify(
     seconds_limit: SecondsLimit = 300.0,
     as_json: Json = False,
 ) -> None:
-    """Make a certificate again: run the same code on the same problems, and compare; exit 1 if something does not agree.
+    """Verify a certificate: run the same code on the same problems, and compare; exit 1 if a number does not agree.
 
-    First the files of the code are held against their hashes; where one is missing or another, nothing is run. Then THE CODE THAT STANDS
-    BESIDE THE CERTIFICATE IS EXECUTED: read it first, or verify only those of people you trust. Numbers agree to the bit, or within what
-    rounding on another machine makes of them. Times are not compared.
+    First the hashes of the code's files are checked; if a file is missing or differs, nothing is run. Then THE CODE BESIDE THE CERTIFICATE
+    IS EXECUTED: read it first, or verify only certificates of people you trust. Numbers agree if they are equal to the bit, or within the
+    effect of round-off on another machine. Times are not compared.
     """
     from daebench.studies.certificate.read import Unverified
     from daebench.studies.certificate.verify import verify_certificate

@@ -1,4 +1,4 @@
-"""``daebench certify``: a code measured, and written down with all that is needed to measure it again."""
+"""``daebench certify``: measure a code, and write a certificate that allows the measurement to be repeated."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +10,7 @@ from daebench.cli.console import bar, pairs, print_json, printable
 from daebench.errors import BadInput
 
 CLAIMED = {"yes": True, "true": True, "no": False, "false": False}
-"""Words for what holds and what does not."""
+"""Words for claims that hold and claims that do not."""
 
 SecondsLimit = Annotated[float, typer.Option("--seconds-limit", help="Wall-clock limit on each problem, s.")]
 
@@ -26,7 +26,7 @@ def certify(
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the orders; a small part of the motion if left out.")] = None,
     param: Param = None,
     claim: Annotated[
-        list[str] | None, typer.Option("--claim", help="What is claimed of the code, as order=2 or symplectic=yes; repeatable.")
+        list[str] | None, typer.Option("--claim", help="A claim of the code, for example order=2 or symplectic=yes; repeatable.")
     ] = None,
     include: Annotated[list[Path] | None, typer.Option("--include", help="Another file that the code reads or loads; repeatable.")] = None,
     option: Free = None,
@@ -34,11 +34,11 @@ def certify(
     seconds_limit: SecondsLimit = 300.0,
     as_json: Json = False,
 ) -> None:
-    """Certify a code: a page and a JSON certificate of what it was found to do, beside copies of its files.
+    """Certify a code: write a page and a JSON certificate with measurements, beside copies of its files.
 
     Order, symmetry, two-form, constraints, energy and first integrals are measured, claimed or not, and the error against certified
-    references. What the code does not solve is noted; where it solves none of the problems, no certificate is written. Claims that do not
-    hold are in the certificate, and no error. THE CODE IS EXECUTED.
+    references. Problems that the code does not solve are noted; if it solves none, no certificate is written. Claims that do not hold are
+    in the certificate; they are not an error. THE CODE IS EXECUTED.
     """
     from daebench.pages.certificate.certify import certify as certified
 
@@ -68,13 +68,13 @@ def _claims(given: list[str]) -> dict[str, Any]:
     for text in given:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not equals:
-            raise BadInput(f"--claim {text!r} must be of the form name=value, as order=2 or symplectic=yes.")
+            raise BadInput(f"--claim {text!r} must be of the form name=value, for example order=2 or symplectic=yes.")
         claims[name] = CLAIMED.get(value.lower(), int(value) if value.isdecimal() else value)
     return claims
 
 
 def _said(certificate: Any, out: Path) -> list[str]:
-    """Return what is said of a certificate: claims, problems, and where it is."""
+    """Return the summary of a certificate: claims, problems, and its place."""
     whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
     lines = [
         f"{certificate.method}: {len(certificate.holds)} of {whole} claims hold."
@@ -91,7 +91,7 @@ def _said(certificate: Any, out: Path) -> list[str]:
 
 
 def _numbers(problem: Any) -> str:
-    """Return the numbers of a problem in a line."""
+    """Return the numbers of a problem in one line."""
     numbers, h = problem["numbers"], problem["setting"]["h"]
     components = numbers["orders"]["components"].items()
     orders = ", ".join(f"{name} {'-' if part['order'] is None else format(part['order'], '.3f')}" for name, part in components)

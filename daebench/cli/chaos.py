@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from daebench.studies.chaos.result import Chaos
 
 TABLE = "chaos.csv"
-"""Table that is written, a row a cell."""
+"""Name of the written table, one row per cell."""
 
 
 def chaos(
@@ -29,28 +29,28 @@ def chaos(
         str | None,
         typer.Option(
             "--plane",
-            help="Two coordinates, q1=-1:1,p2=-2:2, or q1,p2 for bounds about the start; the first two that are independent if left out.",
+            help="Two coordinates, q1=-1:1,p2=-2:2, or q1,p2 for bounds about the start; the first two independent ones if left out.",
         ),
     ] = None,
     cells: Annotated[int, typer.Option("--cells", help="Cells along a side.")] = 64,
     energy: Annotated[
-        str | None, typer.Option("--energy", help="Energy of all starts, or case for that of the case; each has its own if left out.")
+        str | None, typer.Option("--energy", help="Energy of all starts, or case for the energy of the case; not prescribed if left out.")
     ] = None,
     section: Annotated[
-        str | None, typer.Option("--section", help="A third coordinate and its value in all starts, q3=0, for a Poincare section.")
+        str | None, typer.Option("--section", help="A third coordinate and its value in all starts, for a Poincare section: q3=0.")
     ] = None,
     case: Case = None,
     param: Param = None,
     option: Free = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seeds the directions of tangent vectors.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the directions of tangent vectors.")] = 0,
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for chaos.csv and a picture.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Say which starts of a plane are chaotic, by the tangent map of the scheme; exit 1 if a run stops early.
+    """Find the chaotic starts of a plane by the tangent map of the scheme; exit 1 if a run stops early.
 
-    Regular means that no exponential growth was seen in this time t: an exponent below about 10/t is not told from none.
+    Regular means that no exponential growth was observed in this time t: an exponent below about 10/t cannot be distinguished from zero.
     """
     from daebench.studies.chaos.run import chaos as made
 
@@ -71,7 +71,7 @@ def chaos(
 
 
 def _plane(given: str | None) -> dict[str, tuple[float, float] | None] | None:
-    """Return two coordinates with their bounds, None where these are left out."""
+    """Return two coordinates with their bounds, None if these are left out."""
     if given is None:
         return None
     texts = words(given)
@@ -110,6 +110,6 @@ def _print(summary: Mapping[str, Any], result: "Chaos") -> None:
         print(f"median exponent of chaotic starts {summary['median']:.4g} 1/s")
     if summary[REGULAR]:
         t, least = summary["t"], TOLD / summary["t"]
-        print(f"regular: no exponential growth seen in {t:g} s; an exponent below about {least:.2g} 1/s is not told from none")
+        print(f"regular: no exponential growth in {t:g} s; an exponent below about {least:.2g} 1/s cannot be distinguished from zero")
     for i in result.growth.status.nonzero()[0][:1]:
         print(f"first that stopped: {result.growth.sentence(int(i))}")

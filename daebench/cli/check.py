@@ -1,4 +1,4 @@
-"""``daebench check``: what a method claims, or what a problem declares, and what is measured."""
+"""``daebench check``: claims of a method, or declarations of a problem, and their measurement."""
 
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
@@ -20,17 +20,19 @@ def check(
     problem: Problem,
     method: Annotated[
         str | None,
-        typer.Option("--method", help=f"Name of a fixed-step method, as rattle; if left out, the problem is checked; {OUTSIDE}."),
+        typer.Option("--method", help=f"Name of a fixed-step method, for example rattle; if left out, the problem is checked; {OUTSIDE}."),
     ] = None,
     case: Case = None,
     h: Annotated[float | None, typer.Option("--h", help="Step size of all but the order; a small part of the motion if left out.")] = None,
-    steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Steps along which what is kept is monitored [200].")] = None,
+    steps: Annotated[
+        int | None, typer.Option("--steps", parser=whole, help="Number of steps along which conserved quantities are monitored [200].")
+    ] = None,
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,
     as_json: Json = False,
 ) -> None:
-    """Hold the claims of a fixed-step method, or what a problem declares, against what is measured; exit 1 if one falls short.
+    """Measure the claims of a fixed-step method, or check the declarations of a problem; exit 1 if one does not hold.
 
     Without --method the problem itself is checked, in all its cases or in one: initial values, mass matrix, second derivatives, first
     integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
@@ -63,14 +65,14 @@ def check(
 
 
 def _refuse_idle(given: "Mapping[str, object]") -> None:
-    """Refuse options that only the check of a method has."""
+    """Refuse options that belong to the check of a method."""
     for name, value in given.items():
         if value is not None:
-            raise BadInput(f"{name} is for the check of a method; add --method, or leave it out.")
+            raise BadInput(f"{name} belongs to the check of a method; add --method, or leave it out.")
 
 
 def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
-    """Say what was checked of a problem and what is wrong; return the exit status."""
+    """Print the checks of a problem and their failures; return the exit status."""
     from dataclasses import asdict
 
     from daebench.diagnostics.problem.check import Held, held

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 NAMED = ("method", "h", "tol", "steps", "t_end", "t_reached")
 TOLD = ("energy_error", "energy_size", "energy_verdict", "energy_law", "energy_reason", "energy_change_bound")
 ENDING = ("position_error", "position_bound", "position_reference", "seconds", "failure")
-"""Columns of a comparison that are in its JSON, in this order; the file of ``--out`` has all."""
+"""Columns of a comparison in its JSON, in this order; the file of ``--out`` has all columns."""
 
 
 def compare(
@@ -51,16 +51,18 @@ def compare(
         Path | None,
         typer.Option("--out", help="Folder for the table and the picture, with its data; or FILE.pdf, .svg or .png for the picture alone."),
     ] = None,
-    size: Annotated[str | None, typer.Option("--size", help="Width and height of FILE, inches: 16x9, say.")] = None,
-    labels: Annotated[str | None, typer.Option("--labels", help="Names of the methods in FILE, comma-separated.")] = None,
-    colors: Annotated[str | None, typer.Option("--colors", help="Their colours, comma-separated: black,#0072b2, say.")] = None,
+    size: Annotated[str | None, typer.Option("--size", help="Width and height of FILE in inches, for example 16x9.")] = None,
+    labels: Annotated[str | None, typer.Option("--labels", help="Display names of the methods in FILE, comma-separated.")] = None,
+    colors: Annotated[
+        str | None, typer.Option("--colors", help="Colours of the methods in FILE, comma-separated, for example black,#0072b2.")
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Compare methods on one problem: error, size and trend of the energy, error of the position, time; exit 1 if one stops early.
 
-    The position, or the state y of a Poisson system, is held against a certified reference where one fits, else against a closed form or a
-    finer run, which is said. The file that --out writes has more: manifold or Casimir functions, integrals, and work.
+    The position, or the state y of a Poisson system, is compared with a certified reference if there is one, otherwise with a closed form
+    or a finer run; the output says which. The file that --out writes also has manifold or Casimir errors, integrals, and work.
     """
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import methods_of
@@ -104,7 +106,7 @@ def _compared(ivp: Any, chosen: Sequence[Any], *, h: float | None, tol: float, t
 
 
 def _plain(ivp: Any, table: "pd.DataFrame") -> dict[str, Any]:
-    """Return what a comparison says as one mapping; a row has h or tol, whichever steers its method."""
+    """Return a comparison as one mapping; a row has h or tol, depending on its method."""
     rows = []
     for row in table.to_dict("records"):
         resolution = "h" if row.get("h") == row.get("h") and "h" in row else "tol"
@@ -114,7 +116,7 @@ def _plain(ivp: Any, table: "pd.DataFrame") -> dict[str, Any]:
 
 
 def _print(table: "pd.DataFrame", written: list[str]) -> None:
-    """Print what fits on 80 columns, then what positions were held against, why methods stopped, and what was written."""
+    """Print the columns that fit on 80 characters, then the references of positions, why methods stopped, and the written files."""
     from daebench.cli.comparison_table import notes, print_narrow
 
     print_narrow(table)

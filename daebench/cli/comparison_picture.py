@@ -1,4 +1,4 @@
-"""The picture of a comparison as a file of its own, for slides and papers: its options, checked before the runs."""
+"""The picture of a comparison as a separate file, for slides and papers: its options, checked before the runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from daebench.studies.comparison.figure import Look
 
 COMMAND = "daebench compare"
-"""Who made a file, as the text beside it says."""
+"""The command that made a file, as the text beside it says."""
 
 LEAST, MOST = 2.0, 60.0
 """Widths and heights, inches."""
@@ -20,25 +20,25 @@ LEAST, MOST = 2.0, 60.0
 
 @dataclass(frozen=True)
 class PictureFile:
-    """FILE.pdf, .svg or .png of ``compare --out``, and how it looks."""
+    """FILE.pdf, .svg or .png of ``compare --out``, and its layout."""
 
     path: Path
     look: "Look"
 
     @classmethod
     def of(cls, out: Path | None, methods: int, *, size: str | None, labels: str | None, colors: str | None) -> "PictureFile | None":
-        """Return the file that --out names; None where it is a folder, or is left out.
+        """Return the file that --out names; None if it is a folder, or is left out.
 
         Raises
         ------
         BadInput
-            If the options do not fit, or are of a folder.
+            If the options do not fit, or are given for a folder.
         """
         from daebench.draw.figures import PICTURES
 
         if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
             if size or labels or colors:
-                raise BadInput("--size, --labels and --colors are of one picture; add --out FILE.pdf, .svg or .png.")
+                raise BadInput("--size, --labels and --colors belong to one picture; add --out FILE.pdf, .svg or .png.")
             return None
         from daebench.studies.comparison.figure import Look
 
@@ -47,7 +47,7 @@ class PictureFile:
         return cls(out, Look(_size(size), named, painted))
 
     def check(self, *, overwrite: bool) -> None:
-        """Refuse, before the runs, a place that cannot be written to, and files of other commands."""
+        """Refuse, before the runs, a path that cannot be written to, and files of other commands."""
         from daebench.runs import provenance
         from daebench.runs.files import check_place
 
@@ -69,10 +69,10 @@ class PictureFile:
 
 
 def _of_each(option: str, text: str | None, methods: int) -> list[str]:
-    """Return the words of an option, one for each method."""
+    """Return the entries of an option, one for each method."""
     given = words(text or "")
     if given and len(given) != methods:
-        raise BadInput(f"{option} has {len(given)} entries for {methods} methods; give one for each, separated by commas.")
+        raise BadInput(f"{option} has {len(given)} entries for {methods} methods; give one entry per method, separated by commas.")
     return given
 
 
@@ -83,7 +83,7 @@ def _check_colors(colors: Sequence[str]) -> None:
 
     for color in colors:
         if not is_color_like(color):
-            raise BadInput(f"--colors: {color!r} is no colour; give names as black, or #rrggbb.")
+            raise BadInput(f"--colors: {color!r} is not a colour; give names such as black, or #rrggbb.")
 
 
 def _size(text: str | None) -> tuple[float, float] | None:
@@ -95,5 +95,5 @@ def _size(text: str | None) -> tuple[float, float] | None:
     except ValueError:
         width = height = 0.0
     if not (LEAST <= width <= MOST and LEAST <= height <= MOST):
-        raise BadInput(f"--size {text!r} must be width x height in inches, each from {LEAST:g} to {MOST:g}: 16x9, say.")
+        raise BadInput(f"--size {text!r} must be width x height in inches, each from {LEAST:g} to {MOST:g}, for example 16x9.")
     return width, height

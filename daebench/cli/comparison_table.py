@@ -9,17 +9,17 @@ if TYPE_CHECKING:
     import pandas as pd
 
 WIDTH = 80
-"""Columns of characters that a comparison fits."""
+"""Width of a comparison in characters."""
 
 HANGING: dict[str, Any] = {"subsequent_indent": "  ", "break_on_hyphens": False}
-"""How notes that take several lines are broken."""
+"""Line breaking of long notes."""
 
 LOST = 1.0
-"""Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
+"""Energy error relative to the mean kinetic energy above which a motion is lost."""
 
 
 def print_narrow(table: "pd.DataFrame") -> None:
-    """Print one line a method: its step size or tolerance, error, size and trend of the energy, error of the position, and time."""
+    """Print one line per method: its step size or tolerance, error, size and trend of the energy, error of the position, and time."""
     resolutions = [name for name in ("h", "tol") if name in table]
     columns = ["method", " or ".join(resolutions), "energy\nerror", "over\nmean T", "energy", "position\nerror", "seconds"]
     print_table(columns, [_line(row, resolutions) for row in table.to_dict("records")], width=WIDTH)
@@ -43,19 +43,19 @@ def _number(value: float) -> str:
 
 
 def _size(value: float) -> str:
-    """Return the size of an energy error, and that the motion is lost where it is."""
+    """Return the size of an energy error, and whether the motion is lost."""
     return f"{_number(value)}{' lost' if value > LOST else ''}"
 
 
 def _position(error: float, bound: float) -> str:
-    """Return an error of the position; one that is the bound of its reference is not known to be so large."""
+    """Return an error of the position; an error that equals the bound of its reference is marked as an upper bound."""
     if error != error:
         return "unknown" if bound == bound else ""
     return f"< {_number(error)}" if error == bound else _number(error)
 
 
 def notes(table: "pd.DataFrame") -> list[str]:
-    """Return what positions were held against, on 80 columns: a note for each reference, with its methods where there are several."""
+    """Return the references of positions, on 80 columns: a note for each reference, with its methods if there are several references."""
     compared_rows = table[table["position_reference"] != ""]
     remarks = []
     for words, rows in compared_rows.groupby("position_reference", sort=False):
@@ -65,4 +65,4 @@ def notes(table: "pd.DataFrame") -> list[str]:
 
 
 def _against(words: str, bound: float) -> str:
-    return words if words.startswith("unknown") else f"against {words}, which may be wrong by {bound:.1e}"
+    return words if words.startswith("unknown") else f"against {words}, with an error of at most {bound:.1e}"

@@ -1,4 +1,4 @@
-"""Input and output that commands share: parsing of lists, tables, JSON, and a progress bar that shows itself after two seconds."""
+"""Input and output that commands share: parsing of lists, tables, JSON, and a progress bar that appears after two seconds."""
 
 import json
 import math
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     import pandas as pd
 
 PATIENCE = 2.0
-"""Seconds before a progress bar is worth showing."""
+"""Seconds before a progress bar appears."""
 
 SILENCE = 20.0
-"""Seconds before a command says what it is doing where no bar can be seen."""
+"""Seconds before a command prints its progress if no bar can be shown."""
 
 REFRESH = 0.1
-"""Seconds between two looks at how far it is."""
+"""Seconds between two updates."""
 
 
 def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
-    """Return k=v texts as a mapping; refuse one that has no equals sign or no number after it."""
+    """Return k=v texts as a mapping; refuse a text without an equals sign or without a number after it."""
     values = {}
     for text in given:
         name, equals, value = text.partition("=")
@@ -36,13 +36,13 @@ def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
 
 
 def number(what: str, text: str) -> float:
-    """Return the finite number that a text is; refuse a text that is none."""
+    """Return the finite number of a text; refuse other texts."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise BadInput(f"{what}: {text!r} is no finite number.")
+        raise BadInput(f"{what}: {text!r} is not a finite number.")
     return value
 
 
@@ -57,7 +57,7 @@ def words(text: str) -> list[str]:
 
 
 def method_names(text: str) -> list[str]:
-    """Return the comma-separated names of methods; refuse a text with none."""
+    """Return the comma-separated names of methods; refuse a text without names."""
     if not (names := words(text)):
         raise BadInput("--methods names no method; give at least one, for example rattle.")
     return names
@@ -70,18 +70,18 @@ def print_json(value: Any) -> None:
 
 
 def print_written(paths: Iterable[object]) -> None:
-    """Print which files were written, if any were."""
+    """Print the names of the written files, if any."""
     if names := ", ".join(map(str, paths)):
         print(f"written: {names}")
 
 
 def printable(text: str) -> str:
-    """Return a text with what would steer a terminal written out: it may come from a file of somebody else's."""
+    """Return a text with escaped control characters, because it may come from an untrusted file."""
     return "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "", *, width: int = 0) -> None:
-    """Print a table, on so many columns of characters at most where a width is given."""
+    """Print a table, within a width in characters if one is given."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -109,7 +109,7 @@ def print_frame(frame: "pd.DataFrame", title: str) -> None:
 
 
 class Bar:
-    """A progress bar with time left on standard error, for what takes longer than two seconds; lines now and then in a file."""
+    """A progress bar with the remaining time on standard error, for work of more than two seconds; in a file, occasional lines."""
 
     def __init__(self, label: str) -> None:
         self._label, self._fraction = label, 0.0
@@ -119,11 +119,11 @@ class Bar:
         self._shows.start()
 
     def __call__(self, fraction: float, label: str | None = None) -> None:
-        """Show the fraction done, and what is being done."""
+        """Show the fraction done and the current work."""
         self._label, self._fraction = label or self._label, fraction
 
     def _show(self) -> None:
-        """Show the bar once it is worth it, and what it takes to draw one."""
+        """Show the bar after its delay."""
         if self._over.wait(PATIENCE):
             return
         from rich.console import Console
@@ -136,21 +136,21 @@ class Bar:
                 progress.update(task, description=self._label, completed=self._fraction, total=1.0 if self._fraction else None)
 
     def _tell(self) -> None:
-        """Say what is being done after a while, and again after twice the time."""
+        """Print the current work after a while, and again after twice the time."""
         seconds = waited = SILENCE
         while not self._over.wait(waited):
             print(f"daebench: {self._label}: {100 * self._fraction:.0f} % after {seconds:.0f} s", file=sys.stderr, flush=True)
             seconds, waited = 2 * seconds, seconds
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         self._over.set()
         self._shows.join()
 
 
 @contextmanager
 def bar(label: str) -> Iterator[Bar]:
-    """Show a progress bar while something long runs."""
+    """Show a progress bar during long work."""
     shown = Bar(label)
     try:
         yield shown

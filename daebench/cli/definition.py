@@ -1,4 +1,4 @@
-"""A problem's definition as text: what ``daebench show`` prints of either kind."""
+"""A problem's definition as text, as ``daebench show`` prints it for either kind."""
 
 import types
 from collections.abc import Mapping
@@ -9,9 +9,9 @@ Texts = tuple[dict[str, str], dict[str, dict[str, Any]]]
 
 
 def constrained(definition: Any, degrees: int | None = None) -> Texts:
-    """Return the definition of a constrained problem as text, and its cases; of a chain, what it has at one node.
+    """Return the definition of a constrained problem as text, and its cases; for a chain, the definition at one node.
 
-    ``degrees`` are those of freedom, if they are known; else as many as positions less constraints.
+    ``degrees`` is the number of degrees of freedom, if known; otherwise it is positions minus constraints.
     """
     if hasattr(definition, "nodes"):
         return _chain(definition), _cases(definition.cases, ("q", "p"))
@@ -30,7 +30,7 @@ def constrained(definition: Any, degrees: int | None = None) -> Texts:
 
 
 def _chain(definition: Any) -> dict[str, str]:
-    """Return what there is at node k, and at the joint that leads to it from node k - 1."""
+    """Return the parts of the definition at node k, and at the joint from node k - 1 to it."""
     joint = "at each joint "
     text = {
         "H": "1/2 p^T M^-1 p + U",
@@ -50,7 +50,7 @@ def _chain(definition: Any) -> dict[str, str]:
 
 
 def poisson(definition: Any, facts: types.ModuleType) -> Texts:
-    """Return the definition of a Poisson system as text, and its cases; of a lattice, what it has at one site."""
+    """Return the definition of a Poisson system as text, and its cases; for a lattice, the definition at one site."""
     text = _lattice(definition) if hasattr(definition, "sites") else _written_out(definition)
     text["domain"] = ", ".join(f"{expression} > 0" for expression in facts.DOMAIN)
     text |= {f"splitting {name}": ", then ".join(parts) for name, parts in facts.SPLITTINGS.items()}

@@ -18,25 +18,32 @@ MEASURED = {
     "G H_p": "largest |G H_p|",
     "H": "largest |H - H0|",
 }
-"""Words for what is measured."""
+"""Words for the measurements."""
 
 
 def diagnose(
     code: Annotated[str, typer.Argument(help="FILE.py:NAME, LIBRARY.so:NAME or exec:PROGRAM; it is executed.")],
     problem: Annotated[
         str | None,
-        typer.Option("--problem", help="The problem that the code solves, or the path of its file, which is executed; else it is sought."),
+        typer.Option(
+            "--problem", help="The problem that the code solves, or the path of its file, which is executed; searched for if left out."
+        ),
     ] = None,
     case: Case = None,
     param: Param = None,
-    scheme: Annotated[str, typer.Option("--as", help="What the code is meant to be. Faults are known for rattle alone.")] = "rattle",
-    h: Annotated[float | None, typer.Option("--h", help="Step size; a large one if left out, at which faults show.")] = None,
+    scheme: Annotated[
+        str, typer.Option("--as", help="The scheme that the code is meant to be. Faults are known only for rattle.")
+    ] = "rattle",
+    h: Annotated[
+        float | None, typer.Option("--h", help="Step size; if left out, a large one, with which faults have a visible effect.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Name the mistake in an integrator that is meant to be RATTLE; exit 1 unless it is correct.
 
-    Its steps are held against those of the scheme, of codes with one of 17 known faults, and of the schemes of daebench. A fault is named
-    where they agree to 1e-12, or where the parts of a step show it; where two faults would do, both are named and the verdict is unsure.
+    Its steps are compared with those of the scheme, of codes with one of 17 known faults, and of the schemes of daebench. A fault is named
+    if the steps agree to 1e-12, or if the parts of a step show it. If two faults explain the steps, both are named and the verdict is
+    unsure.
     """
     from dataclasses import asdict
 
@@ -45,7 +52,9 @@ def diagnose(
     from daebench.studies.diagnose.verdict import diagnose as diagnosed
 
     if problem is None and (case is not None or param):
-        raise BadInput(f"{'--case' if case is not None else '--param'} is of a problem; say which, as --problem double_pendulum.")
+        raise BadInput(
+            f"{'--case' if case is not None else '--param'} belongs to a problem; name it, for example --problem double_pendulum."
+        )
     with bar(f"diagnose {code}") as progress:
         if problem is None:
             shown = diagnose_somewhere(code, scheme=scheme, h=h, tell=progress)
@@ -70,7 +79,7 @@ def _print(shown: "Diagnosis") -> None:
     lines += [f"- {line.rstrip('.')}." for line in shown.evidence]
     lines += [f"- measured: {', '.join(_measured(name, value) for name, value in shown.measured.items())}."] if shown.measured else []
     if shown.not_seen:
-        lines.append(f"On this problem these would not show: {', '.join(shown.not_seen)}; try another with --problem.")
+        lines.append(f"On this problem these faults have no effect: {', '.join(shown.not_seen)}; try another with --problem.")
     print(printable("\n".join(lines)))
 
 

@@ -1,4 +1,4 @@
-"""Ends of commands that do not end well: one sentence and an exit status, whatever was raised."""
+"""Failed commands: one sentence and an exit status for every exception."""
 
 import os
 import select
@@ -16,43 +16,43 @@ from daebench.cli.console import printable
 from daebench.errors import BadInput, DaebenchError, Interrupted, bounded
 
 ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
-"""Base of the errors of the command line itself, wherever this version of typer keeps it."""
+"""Base of the errors of the command line itself, in any version of typer."""
 
 INTERRUPTED = 130
-"""Status of a command that Ctrl-C ended, which some versions of typer return without a word."""
+"""Status of a command that Ctrl-C ended, which some versions of typer return without a message."""
 
 FAULT = 70
-"""Status of a command that a fault of daebench ended, which is none of those of what was asked; sysexits.h has it so."""
+"""Status of a command that a fault of daebench ended, different from other statuses, as in sysexits.h."""
 
 TRACEBACK = "DAEBENCH_TRACEBACK"
-"""Variable of the environment that has a fault printed with its traceback."""
+"""Environment variable that prints the traceback of a fault."""
 
 AGAIN = 0.02
-"""Seconds after which a Ctrl-C that could not be raised comes again."""
+"""Seconds after which a Ctrl-C that could not be raised is repeated."""
 
 Ending = tuple[str, int]
 
 
 def ending(error: BaseException) -> Ending:
-    """Return the sentence and the exit status that an exception stands for."""
+    """Return the sentence and the exit status of an exception."""
     if _interrupted(error):
         return "interrupted.", INTERRUPTED
     return next(end(error) for kind, end in ENDINGS if isinstance(error, kind))
 
 
 def complain(message: str) -> None:
-    """Print one sentence on standard error, if that is there."""
+    """Print one sentence on standard error, if it is open."""
     if message and sys.stderr is not None:
         try:
             print(f"daebench: {bounded(printable(' '.join(message.split())))}", file=sys.stderr, flush=True)
-        except OSError:  # nobody reads it
+        except OSError:  # no reader
             _discard(sys.stderr)
 
 
 def keep_interrupts(unraisable: Any) -> None:
-    """Have Ctrl-C come again that came where no exception can be raised, as in the middle of an import.
+    """Repeat a Ctrl-C that came where no exception can be raised, for example in the middle of an import.
 
-    It comes a moment later, from another thread: raised here, it would be in the same place and be ignored once more.
+    It is repeated a moment later, from another thread: raised here, it would be in the same place and be ignored again.
     """
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
         again = threading.Timer(AGAIN, _interrupt)
@@ -63,7 +63,7 @@ def keep_interrupts(unraisable: Any) -> None:
 
 
 def _interrupt() -> None:
-    """Send Ctrl-C to the main thread, which it wakes where it waits."""
+    """Send Ctrl-C to the main thread, and wake it if it waits."""
     main = threading.main_thread().ident
     if hasattr(signal, "pthread_kill") and main is not None:
         signal.pthread_kill(main, signal.SIGINT)
@@ -72,7 +72,7 @@ def _interrupt() -> None:
 
 
 def _interrupted(error: BaseException) -> bool:
-    """Return whether an exception is Ctrl-C, or what a library makes of it that was being loaded."""
+    """Return whether an exception is Ctrl-C, or was made from it by a library that was being loaded."""
     seen: BaseException | None = error
     while seen is not None and not isinstance(seen, DaebenchError):
         if isinstance(seen, KeyboardInterrupt | typer.Abort):
@@ -82,13 +82,13 @@ def _interrupted(error: BaseException) -> bool:
 
 
 def _of_command_line(error: BaseException) -> Ending:
-    """Return what the command line itself has to say, and where to read on; its help needs no more words."""
+    """Return the message of the command line itself, and a reference to its help."""
     message: str = error.format_message()  # type: ignore[attr-defined]
     return (f"{bounded(message).rstrip('.')}; see daebench --help." if message else ""), 2
 
 
 def _unread(error: BaseException) -> Ending:
-    """Return nothing where nobody reads standard output any more, as after ``| head -1``; any other broken pipe is an error."""
+    """Return an empty message if standard output has no reader any more, as after ``| head -1``; any other broken pipe is an error."""
     if _hung_up():
         _discard(sys.stdout)
         return "", 1
@@ -97,7 +97,7 @@ def _unread(error: BaseException) -> Ending:
 
 def _hung_up() -> bool:
     try:
-        if not hasattr(select, "poll"):  # on Windows; there is no other pipe that daebench writes to in a command that prints
+        if not hasattr(select, "poll"):  # on Windows; a command that prints writes to no other pipe
             return True
         poll = select.poll()
         poll.register(sys.stdout.fileno(), select.POLLOUT)
@@ -107,13 +107,13 @@ def _hung_up() -> bool:
 
 
 def _printing(error: BaseException) -> bool:
-    """Return whether an exception was raised in printing: commands write nothing else themselves, and files have names."""
+    """Return whether an exception was raised in printing: commands write nothing else to a stream, and files have names."""
     last = traceback.extract_tb(error.__traceback__)[-1:]
     return any(Path(frame.filename).parent.name in ("cli", "reference", "rich") for frame in last)
 
 
 def _discard(stream: Any) -> None:
-    """Have a stream that takes no more lead nowhere, or Python complains at exit."""
+    """Redirect a closed stream to nowhere, because Python complains at exit otherwise."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     except (OSError, ValueError, AttributeError):
@@ -140,7 +140,7 @@ def _fault(error: BaseException) -> Ending:
     *_, last = traceback.extract_tb(error.__traceback__) or [None]
     where = f" in {Path(last.filename).name}, line {last.lineno}" if last else ""
     what = f"{type(error).__name__}: {bounded(str(error))}"
-    return f"this is a fault of daebench{where}: {what.rstrip('. ')}; report it with all that {TRACEBACK}=1 prints.", FAULT
+    return f"this is a fault of daebench{where}: {what.rstrip('. ')}; report it with the output of {TRACEBACK}=1.", FAULT
 
 
 ENDINGS: tuple[tuple[type[BaseException], Callable[[BaseException], Ending]], ...] = (
@@ -153,4 +153,4 @@ ENDINGS: tuple[tuple[type[BaseException], Callable[[BaseException], Ending]], ..
     (MemoryError, _of_memory),
     (BaseException, _fault),
 )
-"""What each kind of exception is said to be; the first that fits."""
+"""Message of each kind of exception; the first that fits is used."""

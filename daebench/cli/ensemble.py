@@ -38,32 +38,34 @@ if TYPE_CHECKING:
 
 
 TABLES = ("starts.csv", "ends.csv", "bands.csv")
-"""Tables that are written: a row a member, and a row a stored time."""
+"""Names of the written tables: one row per member, and one row per stored time."""
 
 
 Workers = Annotated[
-    int | None, typer.Option("--workers", help="Processes of this machine that make pieces of what is kept; this one alone if left out.")
+    int | None, typer.Option("--workers", help="Number of processes on this machine that compute stored members; one if left out.")
 ]
 
 
 def ensemble(
     problem: Problem,
     method: Method,
-    h: Annotated[float | None, typer.Option("--h", help="Step size, s, where it is not in a --grid.")] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Step size, s, if it is not in a --grid.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
     steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps, in place of --t-end.")] = None,
-    members: Annotated[int | None, typer.Option("--members", parser=whole, help="Number of starts [1024]; a grid has its own.")] = None,
+    members: Annotated[
+        int | None, typer.Option("--members", parser=whole, help="Number of starts [1024]; a grid determines its own.")
+    ] = None,
     starts: Starts = Distribution.neighbourhood,
     size: Size = None,
     box: Box = None,
     energy: Energy = None,
     grid: Annotated[list[str] | None, typer.Option("--grid", help="Values of a parameter, coordinate or h, name=5:15:64.")] = None,
-    vary: Annotated[list[str] | None, typer.Option("--vary", help="Bounds of a parameter that is drawn, gravity=5:15.")] = None,
+    vary: Annotated[list[str] | None, typer.Option("--vary", help="Bounds of a random parameter, gravity=5:15.")] = None,
     case: Case = None,
     param: Param = None,
     option: Free = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seeds starts and parameters.")] = 0,
-    points: Annotated[int, typer.Option("--points", parser=whole, help="States of each member that are stored, about.")] = 101,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of starts and parameters.")] = 0,
+    points: Annotated[int, typer.Option("--points", parser=whole, help="Approximate number of stored states per member.")] = 101,
     compensated: Compensated = False,
     on_singular: OnSingular = None,
     anyway: Anyway = False,
@@ -79,7 +81,7 @@ def ensemble(
 ) -> None:
     """Run one method on many starts at once, several in the vectors of each core; exit 1 if a member stops early.
 
-    With --out or --store, members are kept piece by piece: what was made is not made again, and Ctrl-C loses little.
+    With --out or --store, members are stored piece by piece: stored members are not run again, and Ctrl-C loses little.
     """
     from daebench.studies.ensemble.run import ensemble as made
 
@@ -99,7 +101,7 @@ def ensemble(
 
 
 def _tell(result: "Ensemble", written: list[str], *, as_json: bool) -> None:
-    """Print what came out, and what was written."""
+    """Print the results, and the names of the written files."""
     if as_json:
         print_json(result.summary() | {"written": written})
     else:
@@ -108,15 +110,15 @@ def _tell(result: "Ensemble", written: list[str], *, as_json: bool) -> None:
 
 
 def _executors(workers: int | None, scheduler: str | None, tls: Tls, *, kept: bool) -> Executors:
-    """Return what makes the pieces of an ensemble: this process, unless others are asked for."""
+    """Return the executor of the pieces of an ensemble: this process, unless others are requested."""
     if not kept and (workers is not None or scheduler is not None):
-        raise BadInput("--workers and --scheduler make pieces of an ensemble that are kept; name a file by --store, or a folder by --out.")
+        raise BadInput("--workers and --scheduler need a stored ensemble; name a file by --store, or a folder by --out.")
     return Executors(timed=False, workers=1 if scheduler is None and workers is None else workers, scheduler=scheduler, tls=tls)
 
 
 @contextmanager
 def _kept(store: Path | None, out: Path | None) -> "Iterator[GridStore | None]":
-    """Open the store of an ensemble that is kept for the time of a block: the file that is named, or that in its folder."""
+    """Open the store of an ensemble for the time of a block: the named file, or the file in its folder."""
     from daebench.studies.grid.store import opened
 
     if store is None and out is None:

@@ -14,20 +14,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Executors:
-    """Where runs are computed, as the options of a command say.
+    """Executor of runs, according to the options of a command.
 
     Parameters
     ----------
     timed : bool
-        Whether runs are timed; then they are made in this process, one at a time, unless they may run side by side.
+        Whether runs are timed; timed runs are made in this process, one at a time, unless they may run side by side.
     workers : int, optional
-        Processes of this machine; as many as it has cores if left out.
+        Number of processes on this machine; the number of cores if left out.
     scheduler : str, optional
         Address of a Dask scheduler, in their place.
     tls : Tls
         Certificates for that address.
     side_by_side : bool
-        Whether runs that are timed may run beside others.
+        Whether timed runs may run beside others.
 
     Raises
     ------
@@ -45,11 +45,11 @@ class Executors:
         if self.workers is not None and self.workers < 1:
             raise BadInput(f"--workers {self.workers} must be at least 1.")
         if self.workers is not None and self.scheduler is not None:
-            raise BadInput("--workers are processes of this machine, and --scheduler has workers of its own; leave out one of them.")
+            raise BadInput("--workers are processes on this machine, and --scheduler has its own workers; leave out one of them.")
         if self.tls and self.scheduler is None:
-            raise BadInput(f"{', '.join(OPTIONS)} are for --scheduler tls://host:port, which is not given.")
+            raise BadInput(f"{', '.join(OPTIONS)} need --scheduler tls://host:port, which is not given.")
         if self._alone and (self.scheduler is not None or (self.workers or 1) > 1):
-            raise BadInput("runs that are timed are made one at a time; take --repeat 0 for no times, or --side-by-side for worse ones.")
+            raise BadInput("timed runs are made one at a time; give --repeat 0 for no times, or --side-by-side for less accurate ones.")
 
     @property
     def _alone(self) -> bool:
@@ -62,7 +62,7 @@ class Executors:
 
     @property
     def processes(self) -> int | None:
-        """How many processes of this machine compute; None where those of a cluster do."""
+        """Number of processes on this machine; None if a cluster computes."""
         if self.scheduler is not None:
             return None
         from daebench.runs.machine import cores
@@ -71,7 +71,7 @@ class Executors:
 
     @contextmanager
     def opened(self) -> "Iterator[Executor | None]":
-        """Open what computes for the time of a block; None is this process, run after run."""
+        """Open the executor for the time of a block; None is this process, run after run."""
         from daebench.studies.grid.schedulers import dask_cluster, local_processes
 
         if self.scheduler is not None:

@@ -11,11 +11,11 @@ from daebench.cli.grids import require_store
 
 
 def export(
-    store: Annotated[Path, typer.Argument(help="File in which a study keeps its runs, such as output/work-precision/studies.db.")],
+    store: Annotated[Path, typer.Argument(help="File of the stored runs of a study, such as output/work-precision/studies.db.")],
     file: Annotated[Path, typer.Argument(help="FILE.csv or FILE.parquet to write.")],
     json: Json = False,
 ) -> None:
-    """Write all runs of a store as one table, a row a run, with what made it and how long it took; CSV, or Parquet (extra scale)."""
+    """Write all runs of a store as one table, one row per run, with its provenance and time; CSV, or Parquet (extra scale)."""
     from daebench.runs import provenance
     from daebench.studies.grid.export import check_file, described, table_of, write
     from daebench.studies.grid.run_specification import code_version

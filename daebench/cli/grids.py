@@ -1,4 +1,4 @@
-"""Runs of a study from the command line: what is asked, the plan of a dry run, the store, and a progress bar."""
+"""Runs of a study from the command line: the request, the plan of a dry run, the store, and a progress bar."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StudyCommand:
-    """What a command on a study is given besides the study.
+    """Arguments of a command on a study other than the study itself.
 
     Parameters
     ----------
@@ -30,11 +30,11 @@ class StudyCommand:
     out : Path
         Folder of tables and pictures.
     executors : Executors
-        Where runs are made.
+        Executors of the runs.
     left_out : mapping of str to str
         Methods that are left out, each with the reason.
     dry_run, json : bool
-        Whether the plan alone is printed, and whether results are printed as JSON.
+        Whether only the plan is printed, and whether results are printed as JSON.
     """
 
     store: Path | None
@@ -45,12 +45,12 @@ class StudyCommand:
     json: bool
 
     def runs(self, specifications: "Sequence[GridRun]", label: str) -> "AbstractContextManager[tuple[Runs, str]]":
-        """Give the function that makes the rows of a study, see :func:`study_runs`."""
+        """Yield the function that makes the rows of a study, see :func:`study_runs`."""
         return study_runs(specifications, self.store, self.out, self.executors, label, dry_run=self.dry_run)
 
 
 def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
-    """Return what is asked by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
+    """Return the request by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
     from daebench.studies.stability.extreme import Asked
 
     return Asked(
@@ -64,19 +64,19 @@ def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | No
 
 
 def require_store(store: Path) -> None:
-    """Refuse the path of a store that is not there."""
+    """Refuse the path of a missing store."""
     if not store.is_file():
-        raise BadInput(f"there is no store {store}; a study makes one, by daebench work-precision say.")
+        raise BadInput(f"there is no store {store}; a study makes one, for example daebench work-precision.")
 
 
 def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executors) -> str:
-    """Return how many runs a study has, how many are kept, and about how long the others take."""
+    """Return the number of runs of a study, the number of stored ones, and about how long the others take."""
     from daebench.studies.grid.estimate import estimate
     from daebench.studies.grid.specification_key import key_of
 
     missing = [specification for specification in specifications if key_of(specification) not in store]
     runs, new = (sum(specification.count for specification in some) for some in (specifications, missing))
-    counts = f"{runs} runs, {runs - new} of them kept in {store.path}, {new} to make"
+    counts = f"{runs} runs, {runs - new} of them stored in {store.path}, {new} to make"
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
     time = f": {estimate(missing, store).sentence(count or 1, where)}" if missing else ""
@@ -84,7 +84,7 @@ def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executo
 
 
 def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
-    """Return how many kept runs of a study are of no use any more and will be made again, as a sentence; "" if none."""
+    """Return a sentence on the stored runs of a study that are outdated and will be made again; "" if there are none."""
     from daebench.studies.grid.specification_key import key_of
 
     keys = {key_of(specification): specification for specification in specifications}
@@ -96,7 +96,7 @@ def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
 
 @contextmanager
 def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
-    """Give the function that makes the rows of a study, with a progress bar, for the time of a block."""
+    """Yield the function that makes the rows of a study, with a progress bar, for the time of a block."""
     from daebench.studies.grid.runs import runs_of
 
     with bar(label) as progress, executors.opened() as executor:
@@ -109,7 +109,7 @@ def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]"
 def study_runs(
     specifications: "Sequence[GridRun]", store: Path | None, out: Path, executors: Executors, label: str, *, dry_run: bool
 ) -> "Iterator[tuple[Runs, str]]":
-    """Give the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and leaves."""
+    """Yield the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and exits."""
     from daebench.runs.files import make_folder
     from daebench.studies.grid.store import opened
 

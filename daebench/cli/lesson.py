@@ -1,4 +1,4 @@
-"""``daebench lesson``: something to play with, in the browser or as a page."""
+"""``daebench lesson``: an interactive lesson, in the browser or as a page."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,13 +10,13 @@ from daebench.cli.console import bar, print_table
 
 def lesson(
     name: Annotated[str | None, typer.Argument(help="Name of a lesson, for example why-symplectic; without it, all are listed.")] = None,
-    port: Annotated[int | None, typer.Option("--port", help="Port of 127.0.0.1; by default any that is free.")] = None,
+    port: Annotated[int | None, typer.Option("--port", help="Port of 127.0.0.1; any free port if left out.")] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether the browser is opened.")] = True,
-    export: Annotated[Path | None, typer.Option("--export", help="Write a static page below this folder in place of it.")] = None,
+    export: Annotated[Path | None, typer.Option("--export", help="Write a static page below this folder instead.")] = None,
 ) -> None:
-    """Open a lesson in the browser: sliders, pictures that follow them, questions with answers.
+    """Open a lesson in the browser: sliders, pictures that respond to them, questions with answers.
 
-    The address has a token, and is for this machine alone. The server ends with Ctrl-C, and with the program that started it.
+    The address has a token, and works only on this machine. The server ends with Ctrl-C, and with the program that started it.
     """
     if name is None:
         from daebench.methods.catalogue import lessons

@@ -1,4 +1,4 @@
-"""``daebench list``: what there is."""
+"""``daebench list``: problems, methods, reports and other names."""
 
 import sys
 from enum import StrEnum
@@ -29,11 +29,13 @@ class What(StrEnum):
 def listing(
     what: Annotated[
         str | None,
-        typer.Argument(help="problems, methods, compositions, projections, forms, formulations, faults, reports, lessons; or everything."),
+        typer.Argument(
+            help="problems, methods, compositions, projections, forms, formulations, faults, reports or lessons; all if left out."
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """List problems, methods and what they can be combined with, formulations, faults of integrators, reports and lessons."""
+    """List problems, methods and their combinations, formulations, faults of integrators, reports and lessons."""
     if what is not None and what not in list(What):
         raise unknown("listing", what, list(What))
     chosen = [What(what)] if what else list(What)
@@ -47,7 +49,7 @@ def listing(
 
 
 def _rows(what: What) -> list[dict[str, Any]]:
-    """Return what there is; rows of one listing need not have the same columns."""
+    """Return the listings; rows of one listing need not have the same columns."""
     if what is What.problems:
         return _problems()
     if what is What.methods:
@@ -75,7 +77,7 @@ def _rows(what: What) -> list[dict[str, Any]]:
 
 
 def _problems() -> list[dict[str, Any]]:
-    """Return daebench's own problems and those of other packages; what is broken there is said and does not spoil the list."""
+    """Return daebench's own problems and those of other packages; a broken problem of another package is reported in the list."""
     others = catalogue.plugins()
     for sentence in others.broken.values():
         print(f"daebench: {sentence}", file=sys.stderr)
@@ -111,7 +113,7 @@ def _constrained(method: Any) -> dict[str, Any]:
 
 
 def _poisson(method: Any) -> dict[str, Any]:
-    """Return a method for Poisson systems with its claims; ``poisson`` says for which B it is a Poisson integrator."""
+    """Return a method for Poisson systems with its claims; ``poisson`` is the class of B for which it is a Poisson integrator."""
     from daebench.methods.registry import poisson_registry
     from daebench.schemes.kernels.claims import CLASSES
 

@@ -1,4 +1,4 @@
-"""``daebench long``: what becomes of the energy over very many steps."""
+"""``daebench long``: the energy error over very many steps."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from daebench.studies.long.findings import Findings
 
 LINES = 14
-"""Windows that are printed, about; the CSV has all."""
+"""Approximate number of printed windows; the CSV has all."""
 
 
 def long(
@@ -25,7 +25,7 @@ def long(
     h: Annotated[float, typer.Option("--h", help="Step size.")],
     steps: Annotated[float, typer.Option("--steps", help="Number of steps, for example 1e8.")] = 1e8,
     case: Case = None,
-    ensemble: Annotated[int, typer.Option("--ensemble", parser=whole, help="Number of starts; 16 or more tell a random walk.")] = 1,
+    ensemble: Annotated[int, typer.Option("--ensemble", parser=whole, help="Number of starts; 16 or more can show a random walk.")] = 1,
     stride: Annotated[int | None, typer.Option("--stride", parser=whole, help="Steps between samples of the energy [16].")] = None,
     param: Param = None,
     option: Free = None,
@@ -34,16 +34,18 @@ def long(
     on_singular: OnSingular = None,
     anyway: Anyway = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables, pictures and checkpoints.")] = Path("output/long"),
-    workers: Annotated[int | None, typer.Option("--workers", help="Processes for the members; as many as cores if left out.")] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say how many steps there are to do, and about how long they take.")] = False,
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="Number of processes for the members; the number of cores if left out.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the number of steps to do and about how long they take.")] = False,
     json: Json = False,
 ) -> None:
     """Follow the energy error over very many steps, and say whether it is bounded, a random walk, or drifts.
 
-    Memory is bounded, however many the steps. To tell a random walk from a drift takes an ensemble of at least 16 starts. A drift of
-    each start's own that adds a third to the spread mostly passes as a walk of 256 starts, with an exponent of 0.51 to 0.55, and less
-    often of more. Ctrl-C and SIGTERM keep everything so far; the same command goes on from there, to the same bits. Exit 1 if a member
-    stops early.
+    Memory is bounded for any number of steps. The distinction of a random walk from a drift needs an ensemble of at least 16 starts. An
+    individual drift of each start that adds a third to the spread mostly passes as a random walk with 256 starts, with an exponent of 0.51
+    to 0.55, and less often with more starts. Ctrl-C and SIGTERM keep all results so far; the same command continues from there, to the same
+    bits. Exit 1 if a member stops early.
     """
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.runs.files import make_folder
@@ -74,7 +76,7 @@ def long(
 
 
 def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "Findings":
-    """Run an ensemble and show what it tells; an interruption shows what there is so far."""
+    """Run an ensemble and show its results; an interruption shows the results so far."""
     from daebench.errors import Interrupted
     from daebench.studies.long.findings import Findings
 
@@ -86,8 +88,8 @@ def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "
             progress.close()
             if not json and ensemble.kept():
                 _print(Findings(ensemble, ensemble.kept()))
-            part = f"{100 * ensemble.done():.3g} % of {spec.method} on {spec.problem} is kept in {ensemble.folder}"
-            raise Interrupted(f"interrupted; {part}: the same command goes on from there.") from stop
+            part = f"{100 * ensemble.done():.3g} % of {spec.method} on {spec.problem} is stored in {ensemble.folder}"
+            raise Interrupted(f"interrupted; {part}: the same command continues from there.") from stop
     findings = Findings(ensemble, ensemble.kept())
     path = findings.write(out)
     if not json:
@@ -102,11 +104,11 @@ def _print(findings: "Findings") -> None:
         _print_windows(findings.table, findings.name)
     print(findings.verdict)
     for number, why in findings.failures.items():
-        print(f"member {number}: {why} Its windows so far are kept.")
+        print(f"member {number}: {why} Its windows so far are stored.")
 
 
 def _print_windows(table: "pd.DataFrame", title: str) -> None:
-    """Print windows about equally far apart, the last among them."""
+    """Print about equidistant windows, including the last one."""
     spacing = max(1, len(table) // LINES)
     shown = table.iloc[(len(table) - 1) % spacing :: spacing].dropna(axis=1, how="all")
     rows = [[str(value) if name == "members" else f"{value:.3g}" for name, value in row.items()] for row in shown.to_dict("records")]
@@ -114,7 +116,7 @@ def _print_windows(table: "pd.DataFrame", title: str) -> None:
 
 
 def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
-    """Say how many steps there are to do, and about how long they take, as a short trial goes."""
+    """Print the number of steps to do, and about how long they take, estimated from a short trial."""
     from daebench.studies.grid.estimate import duration
 
     left = round((1 - ensemble.done()) * ensemble.members * ensemble.steps)
@@ -124,7 +126,7 @@ def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
 
 
 def _whole(steps: float) -> int:
-    """Return a number of steps, which may be written as 1e8."""
+    """Return a number of steps, which may have the form 1e8."""
     from daebench.errors import BadInput
 
     if not (steps >= 1 and steps == steps // 1 and steps <= 2.0**53):
@@ -133,7 +135,7 @@ def _whole(steps: float) -> int:
 
 
 def _at_once(workers: int | None, members: int) -> int:
-    """Return how many processes run side by side."""
+    """Return the number of parallel processes."""
     from daebench.errors import BadInput
     from daebench.runs.machine import cores
 

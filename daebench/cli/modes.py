@@ -1,4 +1,4 @@
-"""``daebench modes``: natural frequencies, and the spectrum of each formulation at rest."""
+"""``daebench modes``: natural frequencies, and the spectrum of each formulation at an equilibrium."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from daebench.studies.modes.run import Modes
 
 TABLE = "modes.csv"
-"""Table that is written, a row an eigenvalue."""
+"""Name of the written table, one row per eigenvalue."""
 
 
 def modes(
@@ -24,15 +24,15 @@ def modes(
     beta: Annotated[float | None, typer.Option("--beta", help="beta of it, 1/s [10].")] = None,
     stiff: Annotated[float | None, typer.Option("--stiff", help="Stiffness of a penalty in place of the constraints.")] = None,
     methods: Annotated[
-        str | None, typer.Option("--methods", "--method", help="Fixed-step methods whose usable step is looked for; some if left out.")
+        str | None, typer.Option("--methods", "--method", help="Fixed-step methods whose step limit is computed; some if left out.")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of eigenvalues.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Find a position of rest, and what each formulation makes of small oscillations about it.
+    """Find an equilibrium, and the small oscillations of each formulation about it.
 
-    The position is where a descent of the potential energy leads to from the case. Zeros are the directions in which a formulation drifts.
+    The equilibrium is found by a descent of the potential energy from the case. Zeros are the directions in which a formulation drifts.
     """
     from daebench.studies.modes.run import modes as made
     from daebench.studies.modes.usable import METHODS
@@ -69,11 +69,11 @@ def _print(found: "Modes") -> None:
     ]
     print_table(["formulation", "eigenvalues", "zeros", "largest real part", "largest modulus 1/s"], rows)
     steps = [[name, "none" if h is None else f"{h:.4g}"] for name, h in summary["steps"].items()]
-    print_table(["method", "limit of the step s"], steps)
+    print_table(["method", "step limit s"], steps)
 
 
 def _frequency(square: float) -> list[str]:
-    """Return a frequency in words: of a square that is not positive nothing oscillates."""
+    """Return a frequency as text; if its square is not positive, there is no oscillation."""
     if square <= 0:
         return ["free" if square > -1e-9 else f"grows by e in {1 / (-square) ** 0.5:.3g} s", "", ""]
     w = square**0.5

@@ -17,8 +17,8 @@ def order(
     methods: Methods,
     case: Case = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time T; some 256 steps of DOP853 at 1e-13 if left out.")] = None,
-    h: Annotated[float | None, typer.Option("--h", help="Largest step size, made T/(8 n); by the order claimed if left out.")] = None,
-    halvings: Annotated[int | None, typer.Option("--halvings", help="How often it is halved; until round-off if left out.")] = None,
+    h: Annotated[float | None, typer.Option("--h", help="Largest step size, rounded to T/(8 n); by the claimed order if left out.")] = None,
+    halvings: Annotated[int | None, typer.Option("--halvings", help="Number of halvings; until round-off if left out.")] = None,
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,
@@ -27,7 +27,7 @@ def order(
 ) -> None:
     """Measure the orders of methods; exit 1 if a method fails at every step size.
 
-    Errors of q, p, lam and stage multipliers apart, or of y of a Poisson system.
+    Errors of q, p, lam and stage multipliers are measured separately; for a Poisson system, errors of y.
 
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
@@ -73,7 +73,7 @@ def _line(series: "Series") -> list[str]:
 
 
 def _everything(result: "OrderStudy") -> dict[str, Any]:
-    """Return all that was measured."""
+    """Return all measurements."""
     return {
         "problem": result.ivp.problem,
         "case": result.ivp.case,

@@ -1,4 +1,4 @@
-"""``daebench precision``: what single, double and compensated arithmetic buy, and a Newton iteration that is ended early."""
+"""``daebench precision``: single, double and compensated arithmetic, and a Newton iteration that is ended early."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,7 @@ from daebench.cli.grids import asked_of, study_runs
 from daebench.studies.grid.tls import Tls
 
 SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "drifts", "g", "casimirs", "defect", "failure")
-"""Columns of the table on the screen."""
+"""Columns of the printed table."""
 
 
 Ways = Annotated[
@@ -28,7 +28,7 @@ def precision(
         str | None, typer.Option("--methods", help="Names of fixed-step methods, comma-separated; some if left out.")
     ] = None,
     ways: Ways = None,
-    h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; by the reference's times if left out.")] = None,
+    h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; from the times of the reference if left out.")] = None,
     t_end: arguments.StudyTEnd = None,
     repeat: arguments.Repeat = 3,
     store: arguments.Store = None,
@@ -44,7 +44,7 @@ def precision(
 ) -> None:
     """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time.
 
-    Newton's iteration is ended after 1, 2, 3 iterations or at a tolerance, and held against a converged one.
+    Newton's iteration is ended after 1, 2, 3 iterations or at a tolerance, and compared with a converged one.
     """
     from daebench.studies.precision.figure import draw
     from daebench.studies.precision.study import says, smallest_steps, specifications_of, table_of

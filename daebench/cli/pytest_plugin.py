@@ -32,7 +32,7 @@ def assert_solver_converges() -> Callable[..., None]:
 
 @pytest.fixture(scope="session")
 def assert_agrees() -> Callable[..., None]:
-    """``assert_agrees(problem, t=, q=, p=, digits=)``, or with ``y=``, asserts agreement of a trajectory to so many digits."""
+    """``assert_agrees(problem, t=, q=, p=, digits=)``, or with ``y=``, asserts agreement of a trajectory to a number of digits."""
     from daebench.testing import assert_agrees
 
     return assert_agrees
@@ -48,7 +48,7 @@ def assert_symplectic() -> Callable[..., None]:
 
 @pytest.fixture(scope="session")
 def assert_reversible() -> Callable[..., None]:
-    """``assert_reversible(step, problem)`` asserts that steps are undone by turning momenta round, or by steps of -h."""
+    """``assert_reversible(step, problem)`` asserts that steps with reversed momenta, or steps of -h, lead back."""
     from daebench.testing import assert_reversible
 
     return assert_reversible
@@ -72,7 +72,7 @@ def assert_no_drift() -> Callable[..., None]:
 
 @pytest.fixture(scope="session")
 def assert_order() -> Callable[..., None]:
-    """``assert_order(step, problem, order)`` asserts the order on a problem that has no certified reference."""
+    """``assert_order(step, problem, order)`` asserts the order on a problem without a certified reference."""
     from daebench.testing import assert_order
 
     return assert_order

@@ -1,4 +1,4 @@
-"""``daebench report``: a page that is computed as it is written, or all of them."""
+"""``daebench report``: write one page with its computations, or all pages."""
 
 import sys
 from pathlib import Path
@@ -18,25 +18,25 @@ ALL, COURT = "all", "court"
 def report(
     name: Annotated[str, typer.Argument(help="Name of a report, for example index-reduction; the path of a file; court; or all.")],
     certificates: Annotated[
-        Path | None, typer.Argument(help="With court: a folder of certificates, each in a folder of its own.", show_default=False)
+        Path | None, typer.Argument(help="With court: a folder of certificates, each in a separate folder.", show_default=False)
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path("output"),
-    anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only those that are stale.")] = False,
-    archive: Annotated[Path | None, typer.Option("--archive", help="With all: put the pages into this ZIP file as well.")] = None,
-    trust: Annotated[bool, typer.Option("--trust", help="With court: execute the code of the certificates: read it first.")] = False,
+    anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only stale ones.")] = False,
+    archive: Annotated[Path | None, typer.Option("--archive", help="With all: also put the pages into this ZIP file.")] = None,
+    trust: Annotated[bool, typer.Option("--trust", help="With court: execute the code of the certificates; read it first.")] = False,
 ) -> None:
     """Write a report: one HTML page, its figures as SVG and PNG, and every figure's data as CSV; or all pages and an index.
 
-    With all, pages that are as they should be are left alone: interrupted, the same command goes on where it stopped. With court, each
-    certificate of a folder is made again, which takes --trust, and those that are verified become a table of contestants.
+    With all, pages that are up to date are not changed; after an interruption, the same command continues. With court, each certificate of
+    a folder is verified, which requires --trust, and a table of the verified ones is written.
     """
     if name == COURT:
         _court(certificates, out, trust)
         return
     if certificates or trust:
-        raise BadInput(f"{certificates or '--trust'} goes with court; leave it out.")
+        raise BadInput(f"{certificates or '--trust'} belongs to court; leave it out.")
     if name != ALL and (anew or archive):
-        raise BadInput(f"--{'anew' if anew else 'archive'} goes with all; a single report is always made anew.")
+        raise BadInput(f"--{'anew' if anew else 'archive'} belongs to all; a single report is always made anew.")
     from daebench.runs.files import make_folder
 
     if name == ALL:
@@ -77,10 +77,11 @@ def _all(out: Path, anew: bool, archive: Path | None) -> None:
         try:
             build_all(out, pages(), progress, _tell, anew=anew)
         except (KeyboardInterrupt, Interrupted) as stop:
-            raise Interrupted(f"interrupted; what was made is in {out}: run again to go on.") from stop
+            raise Interrupted(f"interrupted; the finished pages are in {out}: run again to continue.") from stop
     if absent := missing():
         print(
-            f"daebench: the lessons are left out, for they need {' and '.join(absent)}: pip install 'daebench[lessons]'.", file=sys.stderr
+            f"daebench: the lessons are left out, because they need {' and '.join(absent)}: pip install 'daebench[lessons]'.",
+            file=sys.stderr,
         )
     print(f"written: {out / 'index.html'}")
     if archive:
@@ -88,6 +89,6 @@ def _all(out: Path, anew: bool, archive: Path | None) -> None:
 
 
 def _tell(made: "Made") -> None:
-    """Print what became of a page."""
-    outcome = f"failed: {made.failure}" if made.failure else f"made in {made.seconds:.0f} s" if made.seconds else "as it should be"
+    """Print the outcome of a page."""
+    outcome = f"failed: {made.failure}" if made.failure else f"made in {made.seconds:.0f} s" if made.seconds else "up to date"
     print(f"{made.name}: {outcome}", flush=True)

@@ -1,4 +1,4 @@
-"""``daebench reproduce``: an archive held against a new run."""
+"""``daebench reproduce``: compare an archive with new runs."""
 
 from collections.abc import Sequence
 from math import isnan
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from daebench.studies.grid.reproduce import Reproduced
 
 MOST = 20
-"""Most runs that differ and are named; --json has all."""
+"""Largest number of differing runs that are named; --json has all."""
 
 
 def reproduce(
     file: Annotated[Path, typer.Argument(help="Archive that daebench archive wrote.")],
-    rtol: Annotated[float, typer.Option("--rtol", help="Relative difference that is still within.")] = 1e-6,
-    atol: Annotated[float, typer.Option("--atol", help="Difference that is round-off, whatever the number.")] = 1e-12,
-    trust: Annotated[bool, typer.Option("--trust", help="Execute problem files that are in the archive: read them first.")] = False,
+    rtol: Annotated[float, typer.Option("--rtol", help="Relative tolerance.")] = 1e-6,
+    atol: Annotated[float, typer.Option("--atol", help="Absolute difference that counts as round-off.")] = 1e-12,
+    trust: Annotated[bool, typer.Option("--trust", help="Execute problem files in the archive; read them first.")] = False,
     json: Json = False,
 ) -> None:
-    """Make the runs of an archive again: which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
+    """Repeat the runs of an archive, and print which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
     from daebench.studies.grid.reproduce import DIFFERS, read, reproduced
 
     for name, value in (("--rtol", rtol), ("--atol", atol)):
@@ -50,7 +50,7 @@ def _makers(versions: dict[str, str]) -> str:
 
 
 def _told(runs: "Sequence[Reproduced]") -> list[str]:
-    """Return what is said: how many runs are equal, how many within and by what, and which differ."""
+    """Return the summary: how many runs are equal, how many are within tolerances and by how much, and which differ."""
     from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN
 
     lines = [f"equal to the bit: {sum(run.verdict == EQUAL for run in runs)} of {len(runs)} runs."]

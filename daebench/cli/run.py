@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 MAKER = "daebench run"
-"""Who made a file, as the text beside it says."""
+"""The command that made a file, as the text beside it says."""
 
 MOST_PASSAGES = 6
-"""Rank-loss events that are printed; JSON has all."""
+"""Largest number of printed rank-loss events; JSON has all."""
 
 
 class Callbacks(StrEnum):
-    """What IDA and CVODE call."""
+    """Kinds of callbacks of IDA and CVODE."""
 
     native = "native"
     python = "python"
@@ -42,20 +42,28 @@ class Precision(StrEnum):
 
 Watch = Annotated[
     str | None,
-    typer.Option("--watch", help="energy; manifold, or casimirs of a Poisson system; integrals; none; if left out, all but integrals."),
+    typer.Option(
+        "--watch",
+        help="Monitored quantities: energy; manifold, or casimirs of a Poisson system; integrals; none; all but integrals if left out.",
+    ),
 ]
 
 StepsOut = Annotated[
-    Path | None, typer.Option("--steps-out", help="Write what IDA or CVODE thinks of its steps to FILE.csv, and draw it beside.")
+    Path | None,
+    typer.Option(
+        "--steps-out", help="Write the step sizes, orders and error estimates of IDA or CVODE to FILE.csv, with a picture beside it."
+    ),
 ]
 
 Sensitivities = Annotated[
     str | None,
-    typer.Option("--sensitivities", help="Differentiate q and p, or y, by these parameters and initial values: gravity,q0, say."),
+    typer.Option(
+        "--sensitivities", help="Differentiate q and p, or y, with respect to parameters and initial values, for example gravity,q0."
+    ),
 ]
 
 SecondsLimit = Annotated[
-    float | None, typer.Option("--seconds-limit", help="Wall-clock limit, s; the run ends there, with its states so far.")
+    float | None, typer.Option("--seconds-limit", help="Wall-clock limit, s; the run then ends with its states so far.")
 ]
 
 
@@ -67,8 +75,12 @@ def run(
     tol: Annotated[float | None, typer.Option("--tol", help="Tolerance, relative and absolute.")] = None,
     steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps of exactly h.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    points: Annotated[int | None, typer.Option("--points", parser=whole, help="Outputs of a method with a tolerance [201].")] = None,
-    every: Annotated[int | None, typer.Option("--every", parser=whole, help="Keep a state every so many steps [1]; 0: the end.")] = None,
+    points: Annotated[
+        int | None, typer.Option("--points", parser=whole, help="Number of outputs of a method with a tolerance [201].")
+    ] = None,
+    every: Annotated[
+        int | None, typer.Option("--every", parser=whole, help="Number of steps between stored states [1]; 0: only the end.")
+    ] = None,
     param: Param = None,
     option: Free = None,
     q0: Annotated[str | None, typer.Option("--q0", help="Initial positions, comma-separated, in place of the case's.")] = None,
@@ -76,17 +88,19 @@ def run(
     y0: Annotated[str | None, typer.Option("--y0", help="Initial state of a Poisson system, comma-separated.")] = None,
     watch: Watch = None,
     project: Project = False,
-    precision: Annotated[Precision, typer.Option("--precision", help="Numbers of the run: float64 or float32.")] = Precision.float64,
+    precision: Annotated[Precision, typer.Option("--precision", help="Number type of the run: float64 or float32.")] = Precision.float64,
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
-    lam: Annotated[bool, typer.Option("--lam", help="Write the multipliers lam(p, q) to --out too.")] = False,
-    raw: Annotated[bool, typer.Option("--raw", help="Write multipliers of every step too: FILE.raw.csv beside --out FILE.csv.")] = False,
+    lam: Annotated[bool, typer.Option("--lam", help="Also write the multipliers lam(p, q) to --out.")] = False,
+    raw: Annotated[
+        bool, typer.Option("--raw", help="Also write the multipliers of every step: FILE.raw.csv beside --out FILE.csv.")
+    ] = False,
     on_singular: OnSingular = None,
     algebra: Algebra = "",
     anyway: Anyway = False,
     compensated: Compensated = False,
     sensitivities: Sensitivities = None,
     seconds_limit: SecondsLimit = None,
-    callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="What IDA and CVODE call: native or python.")] = Callbacks.native,
+    callbacks: Annotated[Callbacks, typer.Option("--callbacks", help="Callbacks of IDA and CVODE: native or python.")] = Callbacks.native,
     steps_out: StepsOut = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -107,13 +121,13 @@ def run(
 
 
 def _start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:
-    """Return what decides an initial value problem, y0 of a Poisson system apart."""
+    """Return the arguments of an initial value problem, without y0 of a Poisson system."""
     chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
     return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
 
 
 def _solved(problem: str, steps_out: Path | None, **settings: Any) -> tuple[Any, "Request", Any]:
-    """Return the initial value problem, what was asked for, and the trajectory."""
+    """Return the initial value problem, the request, and the trajectory."""
     from daebench.methods.run import prepare
 
     method, ivp, request = prepare(problem, solver_steps=steps_out is not None, **settings)
@@ -122,7 +136,7 @@ def _solved(problem: str, steps_out: Path | None, **settings: Any) -> tuple[Any,
 
 
 def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
-    """Return the initial values as they were before they were projected."""
+    """Return the initial values before the projection."""
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.runs.make_ivp import constrained
 
@@ -130,7 +144,7 @@ def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
 
 
 def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
-    """Write a trajectory, and a record of steps, where there are places for them, and beside each file how it was made."""
+    """Write a trajectory and a record of steps to the given paths, and beside each file a text on how it was made."""
     from daebench.runs import provenance
     from daebench.runs.trajectory_files import write_trajectory
 
@@ -147,7 +161,7 @@ def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request
 
 
 def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compensated: bool, as_json: bool) -> None:
-    """Print the summary of a run; ``given`` has the initial values as they were before they were projected."""
+    """Print the summary of a run; ``given`` has the initial values before the projection."""
     from dataclasses import asdict
 
     from daebench.cli.summary import moved, print_summary, summary_of
@@ -170,7 +184,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
 
 
 def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool, overwrite: bool) -> None:
-    """Refuse, before the run, files that cannot be written or are another command's."""
+    """Refuse, before the run, files that cannot be written or that another command made."""
     from daebench.runs import provenance
     from daebench.runs.trajectory_files import check_writable, written
 
@@ -187,13 +201,13 @@ def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool, overwri
 
 
 def _settings(request: "Request", steps: int, failure: str | None) -> str:
-    """Return in words what was asked of a run, and what came of it."""
+    """Return a description of the request and the outcome of a run."""
     asked = f"value of h or tol {request.value!r}, t_end = {request.t_end!r}, {request.precision}"
     return f"{asked}; {steps} steps; {failure or 'to the end'}"
 
 
 def _passed(passages: "Sequence[Passage]") -> str | None:
-    """Return where G lost rank and which branch the motion took, the first few of many."""
+    """Return where G lost rank and the branch of the motion, for the first few events."""
     texts = [
         f"t = {passage.t:.9g} {passage.branch} (turn {passage.turn:.2g} degrees, pivot {passage.pivot:.1e})"
         for passage in passages[:MOST_PASSAGES]

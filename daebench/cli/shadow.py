@@ -1,4 +1,4 @@
-"""``daebench shadow``: the energy that a symplectic scheme really keeps."""
+"""``daebench shadow``: the shadow Hamiltonian, which a symplectic scheme conserves."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from daebench.studies.shadow.run import Shadow
 
 TABLE = "shadow.csv"
-"""Table that is written, a row a scheme and order."""
+"""Name of the written table, one row per scheme and order."""
 
 
 def shadow(
@@ -26,14 +26,16 @@ def shadow(
     case: Case = None,
     param: Param = None,
     orders: Annotated[str, typer.Option("--orders", help="Even orders from 2 to 24.")] = "2,4,6,8,10,12",
-    compare: Annotated[bool, typer.Option("--compare", help="Allow se, seproj and midpoint, which have none.")] = False,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Allow se, seproj and midpoint, which have no shadow Hamiltonian, for comparison.")
+    ] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Compute the shadow Hamiltonian along a scheme's orbit: the energy that it really keeps, to ever higher order.
+    """Compute the shadow Hamiltonian along a scheme's orbit: the modified energy that it conserves, to increasing order.
 
-    Where the scheme keeps the two-form, its range falls with the order, down to rounding, as long as the step resolves the motion.
+    If the scheme keeps the two-form, its range decreases with the order, down to round-off, as long as the step resolves the motion.
     """
     from daebench.errors import BadInput
     from daebench.studies.shadow.run import shadow as computed
@@ -41,7 +43,7 @@ def shadow(
     try:
         numbers = [int(word) for word in words(orders)]
     except ValueError:
-        raise BadInput(f"--orders {orders}: give even numbers with commas between them, as 2,4,8.") from None
+        raise BadInput(f"--orders {orders}: give even numbers separated by commas, for example 2,4,8.") from None
     folder = Folder(out, "daebench shadow", (TABLE,))
     folder.check(overwrite=overwrite)
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "case": case, "parameters": pairs("param", param or []), "orders": numbers}
@@ -65,9 +67,11 @@ def _write(folder: Folder, energies: "Sequence[Shadow]") -> list[str]:
 
 def _print(energies: "Sequence[Shadow]") -> None:
     first = energies[0]
-    print(f"{first.ivp.problem}, case {first.ivp.case}, h = {first.h:g}, to t = {first.t[-1]:g}: largest less smallest value, by order")
+    print(f"{first.ivp.problem}, case {first.ivp.case}, h = {first.h:g}, to t = {first.t[-1]:g}: range (maximum - minimum) by order")
     rows = [["energy" if order == 0 else str(order), *(f"{run.ranges[order]:.3g}" for run in energies)] for order in first.ranges]
     print_table(["order", *(run.method for run in energies)], rows)
     for run in energies:
         if not run.derived:
-            print(f"{run.method} does not claim to be symplectic on the manifold, and has no shadow Hamiltonian: it is for comparison.")
+            print(
+                f"{run.method} does not claim to be symplectic on the manifold, and has no shadow Hamiltonian; it is shown for comparison."
+            )

@@ -1,4 +1,4 @@
-"""``daebench show``: one problem, its definition, parameters, cases, and what can be run on it."""
+"""``daebench show``: one problem, its definition, parameters, cases, and the methods for it."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -18,11 +18,12 @@ EQUATIONS = {
 def show(
     problem: Problem,
     language: Annotated[
-        str | None, typer.Option("--as", help="Print its functions and their derivatives as code: c, julia, python, latex or json.")
+        str | None,
+        typer.Option("--as", help="Print the functions of the problem and their derivatives as code: c, julia, python, latex or json."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Show a problem: definition, parameters, cases, and what can be run on it; or its functions as code of another language."""
+    """Show a problem: definition, parameters, cases, and methods for it; or its functions as code in another language."""
     from daebench.cli import definition
     from daebench.methods.catalogue import find_problem
     from daebench.methods.initial_value_problem import initial_value_problem
@@ -74,7 +75,7 @@ def _print(about: Mapping[str, Any]) -> None:
 
 
 def _freedom(ivp: Any) -> dict[str, Any] | None:
-    """Return the rank of G at the start of a case, degrees of freedom, and redundant constraints; None where they are not known."""
+    """Return the rank of G at the start of a case, degrees of freedom, and redundant constraints; None if they are not known."""
     if ivp.facts.KIND == "poisson":
         return None
     from daebench.diagnostics.freedom import freedom
@@ -90,12 +91,12 @@ def _freedom(ivp: Any) -> dict[str, Any] | None:
 
 
 def _lines(text: str) -> str:
-    """Return a matrix with a line for each row, anything else as it is."""
+    """Return a matrix with a line for each row, and any other text unchanged."""
     return text.replace("], [", "],\n [")
 
 
 def _use(ivp: Any) -> dict[str, Any]:
-    """Return the methods that take a problem, and why others do not."""
+    """Return the methods for a problem, and the reasons why others do not apply."""
     from daebench.methods.names import kind_of, parse
 
     kind = kind_of(ivp)
@@ -108,7 +109,7 @@ def _use(ivp: Any) -> dict[str, Any]:
 
 
 def _poisson_names() -> list[str]:
-    """Return the methods for Poisson systems, the schemes that can be run in canonical coordinates there too, and one that is lifted."""
+    """Return the methods for Poisson systems, including schemes in canonical coordinates and a lifted one."""
     from daebench.methods.names import POISSON
     from daebench.methods.registry import poisson_registry
 

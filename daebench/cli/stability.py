@@ -1,4 +1,4 @@
-"""``daebench stability``: methods driven to their extremes."""
+"""``daebench stability``: the limits of methods."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Only = Annotated[
     str | None,
     typer.Option(
-        "--only", help="Which of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion; all that the problem has."
+        "--only", help="Some of step-limit, outcome-map, parameter-range, penalty, round-off, lost-motion; all that apply if left out."
     ),
 ]
 Varied = Annotated[
@@ -35,7 +35,7 @@ def stability(
     only: Only = None,
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; chosen by each extreme if left out.")] = None,
     param: Varied = None,
-    near: Annotated[float, typer.Option("--near", help="Value that the parameter approaches; pictures show the distance from it.")] = 0.0,
+    near: Annotated[float, typer.Option("--near", help="Limit of the parameter; pictures show the distance from it.")] = 0.0,
     t_end: arguments.StudyTEnd = None,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
@@ -47,11 +47,11 @@ def stability(
     dry_run: arguments.DryRun = False,
     as_json: arguments.Json = False,
 ) -> None:
-    """Drive methods to where they break: steps too large and too small, masses, penalties, chaos; what was run is kept.
+    """Find where methods break: steps too large and too small, masses, penalties, chaos; runs are stored.
 
-    The largest usable step by bisection (step-limit); what becomes of runs over step size and a parameter, as a map (outcome-map); mass
-    ratios from 1e-8 to 1e8 or any parameter (parameter-range); a penalty in place of the constraint (penalty); steps and tolerances to 0
-    (round-off); until when a motion is followed that amplifies errors (lost-motion).
+    The extremes are: the largest usable step by bisection (step-limit); a map of the outcomes of runs over step size and a parameter
+    (outcome-map); mass ratios from 1e-8 to 1e8 or any parameter (parameter-range); a penalty in place of the constraint (penalty); steps
+    and tolerances to 0 (round-off); the time for which a method follows a motion that amplifies errors (lost-motion).
     """
     from daebench.runs.files import make_folder
     from daebench.studies.grid.store import opened
@@ -83,7 +83,7 @@ def stability(
 
 
 def _tell_rest(summary: dict[str, Any]) -> None:
-    """Print which extremes were left out and why, which kept runs were made again, and the files written."""
+    """Print which extremes were left out and why, which stored runs were made again, and the written files."""
     for name, why in summary["left_out"].items():
         print(f"no {name}: {why}.")
     if summary["made_again"]:
@@ -94,14 +94,14 @@ def _tell_rest(summary: dict[str, Any]) -> None:
 def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", run_store: "RunStore", executors: Executors) -> None:
     plans = [
         f"{extreme.name}: {plan(extreme.specifications(asked), run_store, executors)}" for extreme in extremes
-    ]  # all, or a sentence alone
+    ]  # all, or only a sentence
     print("\n".join(plans))
     if any(extreme.name == "step-limit" for extreme in extremes):
-        print("step-limit makes about twenty runs more for each of its own, by bisection.")
+        print("step-limit makes about twenty further runs for each of these, by bisection.")
 
 
 def _made(extreme: "Extreme", asked: "Asked", run_store: "RunStore", executors: Executors, out: Path) -> tuple[list[str], Path]:
-    """Return what an extreme says, and its picture."""
+    """Return the findings of an extreme, and its picture."""
     with making(run_store, executors, f"{extreme.name} on {asked.problem}") as runs:
         table = extreme.measure(asked, runs)
     return extreme.says(table), extreme.draw(out, extreme.name, table)

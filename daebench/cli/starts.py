@@ -1,4 +1,4 @@
-"""Options of commands that draw starts, and ranges of coordinates and parameters as options give them."""
+"""Options of commands that draw starts, and ranges of coordinates and parameters in options."""
 
 from collections.abc import Iterable
 from enum import StrEnum
@@ -11,7 +11,7 @@ from daebench.errors import BadInput
 
 
 class Distribution(StrEnum):
-    """What starts are drawn from; a grid is no such distribution, and has an option of its own."""
+    """Distributions of starts; a grid is not a distribution, and has a separate option."""
 
     neighbourhood = "neighbourhood"
     liouville = "liouville"
@@ -20,26 +20,28 @@ class Distribution(StrEnum):
 
 Starts = Annotated[
     Distribution,
-    typer.Option("--starts", help="The neighbourhood of the case, the liouville measure in a --box, or that at one --energy."),
+    typer.Option(
+        "--starts", help="Distribution of starts: neighbourhood of the case, liouville measure in a --box, or the measure at one --energy."
+    ),
 ]
 Size = Annotated[float | None, typer.Option("--size", help="Relative size of the neighbourhood [0.01].")]
 Box = Annotated[list[str] | None, typer.Option("--box", help="Bounds of a coordinate, q1=-1:1; repeatable.")]
-Energy = Annotated[float | None, typer.Option("--energy", help="Energy of the starts; that of the case if left out.")]
+Energy = Annotated[float | None, typer.Option("--energy", help="Energy of the starts; the energy of the case if left out.")]
 
 OPTIONS = {"size": "--size", "box": "--box", "E": "--energy", "values": "--grid"}
 """Options of the settings of distributions."""
 
 MOST_VALUES = 2**20
-"""Values of one name that a grid may have."""
+"""Largest number of values of one name in a grid."""
 
 FORMS = {2: "name=lo:hi", 3: "name=lo:hi:number"}
-"""Forms of a range, by how many numbers it has."""
+"""Forms of a range, by the number of its entries."""
 
 
 def settings_of(
     starts: str, *, size: float | None = None, box: list[str] | None = None, energy: float | None = None, grid: list[str] | None = None
 ) -> dict[str, Any]:
-    """Return the settings that are given for a distribution, by name; refuse those that it does not have."""
+    """Return the settings of a distribution, by name; refuse settings that it does not have."""
     from daebench.studies.ensemble.distributions.draw import DISTRIBUTIONS
 
     given = {"size": size, "box": bounds("--box", box), "E": energy, "values": values("--grid", grid)}
@@ -68,7 +70,7 @@ def values(option: str, given: list[str] | None) -> dict[str, list[float]] | Non
 
 
 def ranges(option: str, given: Iterable[str], count: int) -> dict[str, list[float]]:
-    """Return so many numbers by name, given as name=1:2."""
+    """Return a number of values by name, given as name=1:2."""
     chosen: dict[str, list[float]] = {}
     for text in given:
         name, equals, numbers = (part.strip() for part in text.partition("="))

@@ -1,4 +1,4 @@
-"""``daebench step-for``: the largest step size whose statistics are those of half of it."""
+"""``daebench step-for``: the largest step size whose statistics agree with those of half of it."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,18 +16,20 @@ if TYPE_CHECKING:
     from daebench.studies.step_for.result import StepFor
 
 TABLE = "steps.csv"
-"""Table that is written, a row a step size and a quantity."""
+"""Name of the written table, one row per step size and quantity."""
 
 
 def step_for(
     problem: Problem,
-    statistic: Annotated[str, typer.Option("--statistic", help="energy, kinetic, potential, g, Gv, a coordinate or a first integral.")],
-    margin: Annotated[float, typer.Option("--margin", help="Largest difference that does not matter, in the unit of the statistic.")],
+    statistic: Annotated[
+        str, typer.Option("--statistic", help="Statistic: energy, kinetic, potential, g, Gv, a coordinate or a first integral.")
+    ],
+    margin: Annotated[float, typer.Option("--margin", help="Margin of equivalence, in the unit of the statistic.")],
     method: Method,
     h: Annotated[float, typer.Option("--h", help="Largest step size, s; its half, a quarter and so on are tried after it.")],
     t_end: Annotated[float, typer.Option("--t-end", help="End time, s.")],
     members: Annotated[int, typer.Option("--members", parser=whole, help="Number of starts.")] = 1024,
-    halvings: Annotated[int, typer.Option("--halvings", help="Number of step sizes that are tried at most.")] = 6,
+    halvings: Annotated[int, typer.Option("--halvings", help="Largest number of step sizes to try.")] = 6,
     level: Annotated[
         float, typer.Option("--level", help="Probability that the search passes a step size that differs by the margin or more.")
     ] = 0.05,
@@ -38,15 +40,15 @@ def step_for(
     case: Case = None,
     param: Param = None,
     option: Free = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seeds starts and the bootstrap.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of starts and of the bootstrap.")] = 0,
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for steps.csv and a picture.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Find the largest step size that does, in a statistic, as half of it does; exit 1 if none of those tried passes.
+    """Find the largest step size whose statistic agrees with that of half of it; exit 1 if no step size passes.
 
-    Whether that half does as the exact motion is not tested.
+    Whether the half agrees with the exact motion is not tested.
     """
     from daebench.studies.step_for.run import step_for as made
 
@@ -98,9 +100,9 @@ def _print(summary: Mapping[str, Any]) -> None:
 
 
 def _passed(summary: Mapping[str, Any]) -> str:
-    """Return which step passes, and what is not shown by that."""
+    """Return which step passes, and what this does not show."""
     h = summary["h"]
     if h is None:
         return "no step tried passes"
-    which = "the largest tried" if h == summary["tried"][0]["h"] else "the largest that does"
-    return f"h = {h:g} s passes, {which}: it does as {h / 2:g} s does; whether that does as the exact motion is not tested"
+    which = "the largest tried" if h == summary["tried"][0]["h"] else "the largest that passes"
+    return f"h = {h:g} s passes, {which}: it agrees with {h / 2:g} s; whether that agrees with the exact motion is not tested"

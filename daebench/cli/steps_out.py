@@ -1,4 +1,4 @@
-"""``daebench run --steps-out``: what IDA or CVODE thinks of its steps, as a table and a picture."""
+"""``daebench run --steps-out``: step sizes, orders and error estimates of IDA or CVODE, as a table and a picture."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,11 +13,11 @@ OPTION = "--steps-out"
 ENDINGS = (".csv", ".svg", ".png")
 
 MOST_UNKNOWNS = 400
-"""Unknowns of which a table has columns; in Python there is no limit."""
+"""Largest number of unknowns with columns in a table; in Python there is no limit."""
 
 
 def check_place(path: Path, maker: str, *, overwrite: bool) -> None:
-    """Refuse, before the run, files that cannot be written or are another command's; raise BadInput."""
+    """Refuse, before the run, files that cannot be written or that another command made; raise BadInput."""
     from daebench.runs import files, provenance
 
     if path.suffix.lower() != ENDINGS[0]:

@@ -1,4 +1,4 @@
-"""Summary of a run: one mapping for people and for JSON, the same for both kinds of problems but for their states."""
+"""Summary of a run: one mapping for text and for JSON, the same for both kinds of problems except for their states."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,13 +10,13 @@ from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 MOST_NUMBERS = 12
-"""Numbers of a state that are shown in a table; JSON and files have all."""
+"""Largest number of components of a state in a table; JSON and files have all."""
 
 
 def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensated: bool) -> dict[str, Any]:
-    """Return what a run says of itself; q, p and lam, or y, are those at its end.
+    """Return the summary of a run; q, p and lam, or y, are those at its end.
 
-    Of a system in time the energy is H, and its error the defect of the balance H - H0 = energy received.
+    For a time-dependent system the energy is H, and its error the defect of the balance H - H0 = energy received.
     """
     state = _state(trajectory)
     energy, start = (float(ivp.value("H", *point)) for point in (state, ivp.start))
@@ -49,19 +49,19 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
 
 
 def _mechanical(ivp: Ivp, p: Any, q: Any) -> dict[str, Any]:
-    """Return positions and momenta, and of a system in time what energy it has received, which is not an error."""
+    """Return positions and momenta, and for a time-dependent system the energy received, which is not an error."""
     if not ivp.facts.EXTENDED:
         return {"q": q, "p": p}
     return {"q": q[:-1], "p": p[:-1], "energy_received": float(-p[-1])}
 
 
 def _state(trajectory: Trajectory | PoissonTrajectory) -> tuple[Any, ...]:
-    """Return the state at the end as the functions of the problem take it: (y,), or (p, q)."""
+    """Return the state at the end as arguments of the problem's functions: (y,), or (p, q)."""
     return (trajectory.y[-1],) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p[-1], trajectory.q[-1])
 
 
 def _kept(ivp: Ivp, maxima: Mapping[str, float]) -> dict[str, Any]:
-    """Return the largest errors of what the problem's structure keeps, and of its first integrals."""
+    """Return the largest errors of the quantities that the problem's structure conserves, and of its first integrals."""
     integrals = {name: maxima[name] for name in ivp.integrals if name in maxima}
     if isinstance(ivp, PoissonIvp):
         return {"casimirs": {name: maxima[name] for name in ivp.casimirs if name in maxima}, "integrals": integrals}
@@ -74,7 +74,7 @@ def moved(given: ConstrainedIvp, ivp: Ivp) -> dict[str, float]:
 
 
 def print_summary(summary: Mapping[str, Any]) -> None:
-    """Print a summary as a table, without what is missing or empty, and below it the warnings."""
+    """Print a summary as a table, without missing or empty entries, and below it the warnings."""
     shown = {name: value for name, value in summary.items() if name not in ("warnings", "sensitivities")}
     shown |= _derivatives(summary.get("sensitivities") or {})
     print_table(["", ""], [[name, _text(value)] for name, value in shown.items() if value is not None and _text(value)])
@@ -83,7 +83,7 @@ def print_summary(summary: Mapping[str, Any]) -> None:
 
 
 def _derivatives(sensitivities: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return derivatives by one number each, as dq/dgravity and dq/dq0_1."""
+    """Return derivatives with respect to single numbers, for example dq/dgravity and dq/dq0_1."""
     shown: dict[str, Any] = {}
     for name, by in sensitivities.items():
         for part, values in by.items():

@@ -1,4 +1,4 @@
-"""``daebench tolerance-for``: the tolerance of a solver of constraints that the drift of the energy asks for."""
+"""``daebench tolerance-for``: the tolerance of a constraint solver for a given energy drift."""
 
 from typing import Annotated
 
@@ -13,13 +13,13 @@ def tolerance_for(
     drift: Annotated[float, typer.Option("--drift", help="Largest change of the energy, in standard deviations of the kinetic energy.")],
     h: Annotated[float, typer.Option("--h", help="Step size, s.")],
     t_end: Annotated[float, typer.Option("--t-end", help="Time of each run, s.")],
-    method: Annotated[str, typer.Option("--method", help="A scheme with a tolerance, as rattle_ilves.")] = "rattle_gauss_seidel",
+    method: Annotated[str, typer.Option("--method", help="A scheme with a tolerance, for example rattle_ilves.")] = "rattle_gauss_seidel",
     case: Case = None,
     param: Param = None,
-    precision: Annotated[str, typer.Option("--precision", help="Numbers of the runs: float64 or float32.")] = "float64",
+    precision: Annotated[str, typer.Option("--precision", help="Number type of the runs: float64 or float32.")] = "float64",
     as_json: Json = False,
 ) -> None:
-    """Find the loosest tolerance of constraints with which the energy drifts little enough; exit 1 if there is none."""
+    """Find the loosest tolerance of constraints for which the energy drift is small enough; exit 1 if there is none."""
     from daebench.errors import BadInput
     from daebench.studies.tolerance_for import tolerance_for as made
 

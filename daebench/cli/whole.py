@@ -1,10 +1,10 @@
-"""Whole numbers as people write them: 1000000, 1_000_000 and 1e6 are the same."""
+"""Whole numbers in any notation: 1000000, 1_000_000 and 1e6 are the same."""
 
 import typer
 
 
 def whole(text: str) -> int:
-    """Return the whole number that a text is, with an exponent if it has one; refuse any other text."""
+    """Return the whole number of a text, which may have an exponent; refuse any other text."""
     try:
         return int(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""``daebench work-precision``: what accuracy costs, method by method."""
+"""``daebench work-precision``: the cost of accuracy, method by method."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,13 +16,13 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.tls import Tls
 
 DEFECT = "defect"
-"""Column and metric that is measured only where it is asked for: it takes the longest."""
+"""Column and metric that is measured only on request, because it takes the longest."""
 
 SOLVER_STARTS = 16
-"""Starts of solvers, where their number is not said."""
+"""Default number of starts of solvers."""
 
 NO_ERRORS = ("bound", "growth", "energy_verdict", "energy_scale")
-"""How columns begin that are no errors."""
+"""Prefixes of columns that are not errors."""
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,21 +32,23 @@ if TYPE_CHECKING:
 
 Error = Annotated[
     str | None,
-    typer.Option("--error", help="Column that is drawn against costs; error_q, or error_y, if left out. defect: of the two-form."),
+    typer.Option("--error", help="Column to draw against costs; error_q, or error_y, if left out. defect: of the two-form."),
 ]
 
 Ensemble = Annotated[
     int | None,
-    typer.Option("--ensemble", help="Number of starts in place of one: bands of errors, and in how many of them a method is the cheapest."),
+    typer.Option("--ensemble", help="Number of starts in place of one: bands of errors, and in how many starts a method is the cheapest."),
 ]
-SolverStarts = Annotated[int, typer.Option("--solver-starts", help="Number of those that solvers get, whose starts are run one by one.")]
+SolverStarts = Annotated[int, typer.Option("--solver-starts", help="Number of starts for solvers, which run one by one.")]
 
 
 def work_precision(
     problem: arguments.Problem,
     case: arguments.Case = None,
     methods: arguments.StudyMethods = None,
-    h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; halvings of a reference's if left out.")] = None,
+    h: Annotated[
+        str | None, typer.Option("--h", help="Step sizes, comma-separated; halvings of a reference's spacing if left out.")
+    ] = None,
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances, comma-separated; 1e-3 to 1e-13 if left out.")] = None,
     t_end: arguments.StudyTEnd = None,
     param: arguments.Param = None,
@@ -57,7 +59,7 @@ def work_precision(
     size: Size = None,
     box: Box = None,
     energy: Energy = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seeds the starts of --ensemble.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the starts of --ensemble.")] = 0,
     repeat: arguments.Repeat = 3,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
@@ -70,16 +72,17 @@ def work_precision(
     dry_run: arguments.DryRun = False,
     json: arguments.Json = False,
 ) -> None:
-    """Measure errors of many methods against time and work, and name the cheapest for each accuracy; what was measured is kept.
+    """Measure errors of many methods against time and work, and name the cheapest for each accuracy; runs are stored.
 
-    Errors are against the certified reference where it has these parameters and reaches the end, else against the closed form or a finer
-    run, which is said with its bound.
+    Errors are against the certified reference if it has these parameters and reaches the end, otherwise against the closed form or a finer
+    run; the output names it and its error bound.
 
-    With --ensemble methods run from many starts, drawn as --starts says. Errors are then against runs of heyoka's batch mode, or, where
-    heyoka is not installed or does not take the problem, of a composition of order 8 with a third of the least step size.
+    With --ensemble methods run from many starts, drawn as --starts says. Errors are then against runs of heyoka's batch mode or, if heyoka
+    is not installed or cannot solve the problem, of a composition of order 8 with a third of the smallest step size.
 
-    Runs are timed one at a time, the best of several after one that warms up; without times they are made side by side. heyoka's Taylor
-    series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) take part where their packages are installed (extra peers).
+    Runs are timed one at a time, the best of several after a first run that is not timed; without times they are made side by side.
+    heyoka's Taylor series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) are included if their packages are installed
+    (extra peers).
     """
     from daebench.studies.work_precision.study import standard
 
@@ -115,7 +118,7 @@ def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
 
 
 def _refuse_of_no_use(given: list[str]) -> None:
-    """Refuse options of many starts where there is one start."""
+    """Refuse options of many starts if there is one start."""
     if given:
         raise BadInput(f"{', '.join(given)} {'is' if len(given) == 1 else 'are'} for many starts; give their number with --ensemble.")
 
@@ -127,12 +130,12 @@ def _drawn(out: Path, table: "pd.DataFrame", error: str) -> Path:
 
     save_table(out / "work_precision.csv", table)
     if why := nothing_of(table, error):
-        raise DaebenchError(f"there is nothing of {error} to draw: {why}; the table is {out / 'work_precision.csv'}.")
+        raise DaebenchError(f"there is no {error} to draw: {why}; the table is {out / 'work_precision.csv'}.")
     return draw(out, table, error, error.replace("_", " of ").replace("error", "largest error"))
 
 
 def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, str], again: str, *, json: bool) -> None:
-    """Print which method is the cheapest for each accuracy, what errors are against, and what was left out or made again."""
+    """Print which method is the cheapest for each accuracy, the reference of the errors, and the runs that were left out or made again."""
     from daebench.studies.work_precision.study import LEVELS, cheapest
 
     best, references = cheapest(table, error, cost, LEVELS), _references(table, error)
@@ -145,7 +148,7 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
         return
     print_frame(best, f"cheapest for {error}")
     for reference, bound in references.items():
-        print(f"errors are against: {reference}{f', which may be wrong by {bound:.1e}' if bound == bound else ''}")
+        print(f"errors are against: {reference}{f', with an error of at most {bound:.1e}' if bound == bound else ''}")
     for why in left_out.values():
         print(f"left out: {why}")
     if again:
@@ -153,7 +156,7 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
 
 
 def _column(error: str | None, study: "Study") -> str:
-    """Return which column is drawn; refuse one that the study does not have."""
+    """Return the column to draw; refuse one that the study does not have."""
     from daebench.errors import unknown
     from daebench.studies.grid.metrics import metrics_of
 
@@ -164,7 +167,7 @@ def _column(error: str | None, study: "Study") -> str:
 
 
 def _references(table: "pd.DataFrame", error: str) -> dict[str, float]:
-    """Return what errors are taken against, and what that may be wrong by in this error at most; empty where it is no such error."""
+    """Return the reference of an error, and its error bound; empty for other columns."""
     bound = error.replace("error_", "bound_")
     if bound == error or "reference" not in table:
         return {}

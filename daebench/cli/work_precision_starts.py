@@ -1,4 +1,4 @@
-"""``daebench work-precision --ensemble``: what accuracy costs over many starts, and which method is the cheapest in how many of them."""
+"""``daebench work-precision --ensemble``: the cost of accuracy over many starts, and in how many of them a method is the cheapest."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -16,32 +16,32 @@ if TYPE_CHECKING:
     from daebench.studies.work_precision.starts import Curves
 
 SLOW = ("scipy:Radau", "solve_dae:Radau")
-"""Methods in Python that take seconds a run: from many starts they are run where they are asked for."""
+"""Methods in Python that take seconds per run: from many starts they run only on request."""
 
 STEM = "work_precision_starts"
 """Name of the picture and of its table."""
 
 PRICES = (
-    "prices are CPU times of runs of one start at a time: with fixed steps the median over a few starts, else those of each start; "
-    "errors of fixed steps are those of the same runs made many at a time"
+    "costs are CPU times of runs of one start at a time: with fixed steps the median over a few starts, otherwise those of each start; "
+    "errors with fixed steps are those of the same runs made many at a time"
 )
-"""What methods are ranked by."""
+"""Quantity by which methods are ranked."""
 
 
 @dataclass(frozen=True)
 class FromStarts:
-    """What is asked of many starts.
+    """Options of many starts.
 
     Parameters
     ----------
     members, solver_members : int
-        Numbers of starts of methods with fixed steps, and of others.
+        Numbers of starts of fixed-step methods, and of others.
     distribution : str
-        What they are drawn from.
+        Their distribution.
     settings : mapping of str
         Settings of the distribution.
     seed : int
-        Seeds them.
+        Seed of the starts.
     """
 
     members: int
@@ -60,7 +60,7 @@ class FromStarts:
 
 def without_slow(study: "Study", left_out: dict[str, str]) -> "Study":
     """Return a study without the methods of :data:`SLOW`, and note why these are left out."""
-    why = "{0}: it takes seconds a run, which is long from many starts; name it in --methods to have it."
+    why = "{0}: it takes seconds per run, which is long from many starts; name it in --methods to include it."
     left_out |= {name: why.format(name) for name in study.methods if name in SLOW}
     return replace(study, methods=[name for name in study.methods if name not in SLOW])
 
@@ -96,7 +96,7 @@ def from_starts(asked: FromStarts, study: "Study", error: str, command: StudyCom
 
 
 def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "list[Curves]") -> dict[str, Any]:
-    """Return what starts, references and prices are."""
+    """Return the description of starts, references and costs."""
     import numpy as np
 
     from daebench.studies.grid.start_rows import starts_of
@@ -115,7 +115,7 @@ def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "li
 
 
 def _tell(ranks: "pd.DataFrame", summary: Mapping[str, Any], error: str) -> None:
-    """Print which method is the cheapest, the table, and what starts, references and prices are."""
+    """Print which method is the cheapest, the table, and the description of starts, references and costs."""
     from daebench.studies.work_precision.winners import sentences
 
     for sentence in sentences(ranks):
@@ -126,7 +126,7 @@ def _tell(ranks: "pd.DataFrame", summary: Mapping[str, Any], error: str) -> None
     errors = summary["reference_error"]
     worst = f"{errors['median']:.1e} in the median, {errors['most']:.1e} at most" if "median" in errors else "unknown"
     without = f"; {errors['members_without']} starts have none" if errors["members_without"] else ""
-    print(f"errors are against: {summary['reference']}, which may be wrong by {worst}{without}")
+    print(f"errors are against: {summary['reference']}, with an error of {worst}{without}")
     print(f"{PRICES}.")
     if summary["failed"]:
         named = ", ".join(f"{count} of {method}" for method, count in summary["failures"].items())
@@ -138,7 +138,7 @@ def _tell(ranks: "pd.DataFrame", summary: Mapping[str, Any], error: str) -> None
 
 
 def _row(row: Mapping[Any, Any]) -> list[str]:
-    """Return a row of the table in words."""
+    """Return a row of the table as a sentence."""
     head = [f"{row['level']:.0e}", row["method"], f"{row['price']:.3g}", _interval(row, "cheapest", 100), str(row["of"])]
     if not row["next"]:
         return [*head, "", "", "", ""]

@@ -1,4 +1,4 @@
-"""Engines against the truth: MuJoCo, EXUDYN, Pinocchio, OpenMM, Mici, jax-md and CasADi on motions whose exact course is known."""
+"""Engines against exact solutions: MuJoCo, EXUDYN, Pinocchio, OpenMM, Mici, jax-md and CasADi on motions with known solutions."""
 
 import inspect
 import os
@@ -17,7 +17,7 @@ from daebench.reports.engines.numbers import Numbers, measure
 from daebench.reports.engines.tables import at, tables
 
 KEPT = "contenders"
-"""Folder, beside the page, of contenders that have been measured."""
+"""Folder, beside the page, of measured contenders."""
 
 CONSTANTS = constants(motions, truth, claims, _numbers)
 
@@ -25,8 +25,8 @@ CONSTANTS = constants(motions, truth, claims, _numbers)
 def make(out: Path, progress: Progress) -> Path:
     """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`.
 
-    Engines that are not installed are left out, and the page says so; with none at all there is nothing to compare. What was measured is
-    kept in the folder: interrupted, it goes on where it stopped when it is called again.
+    Engines that are not installed are left out, and the page says so; with none at all there is nothing to compare. Measurements are stored
+    in the folder: after an interruption, the next call continues from there.
     """
 
     def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:

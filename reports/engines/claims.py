@@ -1,4 +1,4 @@
-"""Claims of the report on engines: who is how accurate at equal cost, what energies do, and what documentations say, tested on numbers."""
+"""Claims of the report on engines: accuracy at equal cost, verdicts on energies, and statements of documentation, tested on numbers."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -12,30 +12,30 @@ from daebench.reports.engines.motions import BY_KEY
 from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
 
 SAME = 0.02
-"""Codes of one scheme with one step size agree in their errors within this part of them."""
+"""Relative tolerance for the errors of different codes of one scheme with one step size."""
 
 TWINS = (("Mici", "constrained leapfrog"), ("OpenMM", "RATTLE, tolerance 1e-12"))
-"""Settings that are RATTLE by another code."""
+"""Settings that are RATTLE in another code."""
 
 ROUNDED = 1e4
-"""Errors so many times above the bound of the truth are those of the scheme, and not of rounding."""
+"""Errors this many times above the bound of the reference are errors of the scheme, not round-off."""
 
 SINGULAR = "iftomm"
 """Motion that passes a configuration in which G loses rank."""
 
 LEVEL = 1e-3
-"""Error for which a time is given."""
+"""Error for which the table gives a time."""
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
-    """Return what the page says; the first sentence that does not hold raises ClaimRefuted."""
+    """Return the numbers of the page; the first sentence that does not hold raises ClaimRefuted."""
     runs, chosen = numbers.runs, numbers.chosen
     if not numbers.engines:
         return SimpleNamespace(engines=[], firsts=[], unfinished=[], sentences=counted(numbers.sentences))
     failed = runs[runs["failure"] != ""]
     require(failed["error"].isna().all() and failed["seconds"].isna().all(), "failed runs show no number", len(failed))
     done = runs[runs["failure"] == ""]
-    require((done["error"] >= done["bound"]).all(), "no error is below what the truth may be wrong by", done["error"].min())
+    require((done["error"] >= done["bound"]).all(), "no error is below the error bound of the reference", done["error"].min())
     within = chosen[chosen["within"]]
     budgets = within["motion"].map(lambda key: BY_KEY[key].budget)
     require((within["seconds"] <= budgets).all(), "runs at equal cost are within the budget", within["seconds"].max())
@@ -56,7 +56,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def first(motion: Any, rows: pd.DataFrame) -> SimpleNamespace:
-    """Return the most accurate engine on a motion at equal cost, the most accurate with constraints to meet, and RATTLE beside them."""
+    """Return the most accurate engine on a motion at equal cost, the most accurate one with constraints, and RATTLE."""
     good = rows[(rows["failure"] == "") & rows["within"]]
     engines = good[good["engine"] != OWN].sort_values("error")
     tied = engines[engines["constrained"]]
@@ -73,7 +73,7 @@ def first(motion: Any, rows: pd.DataFrame) -> SimpleNamespace:
 
 
 def against_rattle(chosen: pd.DataFrame, *, constrained: bool) -> SimpleNamespace:
-    """Return on which motions an engine is more accurate than RATTLE at equal cost, in reduced coordinates or with constraints."""
+    """Return the motions on which an engine is more accurate than RATTLE at equal cost, in reduced coordinates or with constraints."""
     won, motions = [], 0
     for motion, rows in chosen.groupby("motion", sort=False):
         known = rows[(rows["engine"] == OWN) & (rows["setting"] == RATTLE)]["error"]
@@ -86,7 +86,7 @@ def against_rattle(chosen: pd.DataFrame, *, constrained: bool) -> SimpleNamespac
 
 
 def verdicts(chosen: pd.DataFrame) -> list[tuple[str, int, int]]:
-    """Return how many settings of engines there are by the verdict on their energy, and how many of these have constraints to meet."""
+    """Return the number of settings of engines by the verdict on their energy, and how many of these have constraints."""
     engines = chosen[chosen["engine"] != OWN]
     counts = engines["verdict"].value_counts()
     return [(str(verdict), int(n), int(engines[engines["verdict"] == verdict]["constrained"].sum())) for verdict, n in counts.items()]
@@ -95,7 +95,7 @@ def verdicts(chosen: pd.DataFrame) -> list[tuple[str, int, int]]:
 def twins(runs: pd.DataFrame) -> SimpleNamespace:
     """Test that codes of RATTLE agree in their errors with daebench's at the same step sizes; return how well, over how many runs.
 
-    Where G loses rank, rounding decides which way a run goes on, so that motions with such places are left out.
+    Where G loses rank, rounding decides how a run continues; motions with such places are left out.
     """
     runs = runs[runs["motion"] != SINGULAR]
     own = runs[(runs["engine"] == OWN) & (runs["setting"] == RATTLE)].set_index(["motion", "value"])["error"]
@@ -113,14 +113,14 @@ def twins(runs: pd.DataFrame) -> SimpleNamespace:
 
 
 def counted(sentences: pd.DataFrame) -> SimpleNamespace:
-    """Return how many sentences of documentations hold, hold in part, and do not."""
+    """Return how many statements of documentation hold, hold in part, and do not hold."""
     values = list(sentences["verdict"]) if len(sentences) else []
-    require(set(values) <= {HOLDS, PART, NOT}, "each sentence has a verdict", sorted(set(values)))
+    require(set(values) <= {HOLDS, PART, NOT}, "each statement has a verdict", sorted(set(values)))
     return SimpleNamespace(total=len(values), holds=values.count(HOLDS), part=values.count(PART), no=values.count(NOT))
 
 
 def singular(runs: pd.DataFrame) -> SimpleNamespace | None:
-    """Return how many runs through the singularity did not come to their end, and how many of RATTLE; None if there are none."""
+    """Return how many runs through the singularity did not reach their end, and how many of RATTLE; None if there are none."""
     rows = runs[runs["motion"] == SINGULAR]
     if not len(rows):
         return None
@@ -131,6 +131,6 @@ def singular(runs: pd.DataFrame) -> SimpleNamespace | None:
 
 
 def unfinished(chosen: pd.DataFrame) -> list[tuple[str, str, str, str]]:
-    """Return the settings of which no run came to its end: engine, setting, motion and why the last did not."""
+    """Return the settings of which no run reached its end: engine, setting, motion and why the last did not."""
     rows = chosen[chosen["failure"] != ""]
     return [(row["engine"], row["setting"], BY_KEY[row["motion"]].title, row["failure"]) for row in rows.to_dict("records")]

@@ -1,4 +1,4 @@
-"""A contender: one engine, posing one motion in one way, run at one step size or tolerance, as a method of daebench."""
+"""A contender: one model of one motion in one engine, run at one step size or tolerance, as a method of daebench."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -21,16 +21,16 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class States:
-    """What an engine gives of a run, in daebench's coordinates.
+    """States of a run of an engine, in daebench's coordinates.
 
     Parameters
     ----------
     p, q : ndarray, shape(n, d)
-        Momenta and positions at the times that were asked for.
+        Momenta and positions at the requested times.
     seconds : float
-        Time of the stepping alone: without building the model, and without reading states from it where the engine lets it be left out.
+        Time of the stepping alone: without building the model, and without reading states from it if the engine allows this.
     energy : ndarray, shape(n,)
-        The engine's own energy there, up to a constant; NaN where it has none.
+        The engine's own energy at these times, up to a constant; NaN if it has none.
     """
 
     p: Array
@@ -40,7 +40,7 @@ class States:
 
 
 Run = Callable[[ConstrainedIvp, float, Array], States]
-"""From an initial value problem, a step size or tolerance, and ascending times > 0 that are whole numbers of steps, to the states there."""
+"""Function of an initial value problem, a step size or tolerance, and ascending times > 0 at whole steps; it returns the states there."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Contender:
     engine : str
         The engine.
     setting : str
-        How it poses and integrates the motion, in a few words.
+        How it models and integrates the motion, in a few words.
     motion : str
         Key of the motion.
     knob : str
@@ -62,9 +62,9 @@ class Contender:
     run : callable
         See :data:`Run`.
     constrained : bool
-        Whether the engine has constraints to meet in this pose; in reduced coordinates it has none.
+        Whether this model has constraints; in reduced coordinates it has none.
     variants : mapping of str to callable
-        Free numbers of the setting, in words, and the run with each; the most accurate one is found before ``run`` is taken.
+        Free numbers of the setting, in words, and the run with each; the most accurate one is found before ``run`` is used.
     """
 
     engine: str
@@ -82,12 +82,12 @@ class Contender:
         return f"{self.engine}, {self.setting}"
 
     def method(self, value: float) -> OutsideMethod:
-        """Return the contender with a step size or tolerance as a method whose step is the distance of its outputs."""
+        """Return the contender with a step size or tolerance as a method whose step is the spacing of its outputs."""
 
         def blocks(ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
             assert isinstance(ivp, ConstrainedIvp)
             steps = outputs(grid)
-            try:  # an engine may raise anything, and the row of the run says what
+            try:  # an engine may raise any error, and the row of the run reports it
                 states = self.run(ivp, value, np.asarray(steps * grid.h))
             except Exception as error:
                 raise Stopped(f"{type(error).__name__}: {' '.join(str(error).split())[:300]}") from error
@@ -102,7 +102,7 @@ def stepped(advance: Callable[[int], Any], read: Callable[[], tuple[Array, Array
     Parameters
     ----------
     advance : callable
-        Takes so many steps of h.
+        Takes a given number of steps of h.
     read : callable
         Returns p, q and the engine's own energy.
     h : float
@@ -129,5 +129,5 @@ def mass_matrix(ivp: ConstrainedIvp) -> Array:
 
 
 def halved(first: float, times: int) -> tuple[float, ...]:
-    """Return a step size and its halves, so many in all."""
+    """Return a step size and its successive halves, ``times`` values."""
     return tuple(first / 2**k for k in range(times))

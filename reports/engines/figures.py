@@ -1,4 +1,4 @@
-"""The picture of the report on engines: error at the end over seconds of stepping, one panel a motion."""
+"""The picture of the report on engines: error at the end against seconds of stepping, one panel per motion."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,19 +16,19 @@ COLUMNS = 3
 """Panels side by side."""
 
 TITLE = 26
-"""Most letters of a line of a panel's title."""
+"""Largest number of letters in a line of a panel's title."""
 
 BROWN = "#7a5230"
-"""Colour of the engine that would be black, as daebench's own curves are."""
+"""Colour of the engine whose colour would be black, the colour of daebench's own curves."""
 
 STYLES = {
     engine.name: replace(stroke, color=BROWN) if stroke.color == BLACK else stroke for engine, stroke in zip(ENGINES, STROKES, strict=False)
 }
-"""How engines are drawn."""
+"""Colours and marks of engines."""
 
 
 def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
-    """Draw errors over seconds into a folder; return the path of the SVG file by stem, none where no engine ran."""
+    """Draw errors against seconds into a folder; return the path of the SVG file by stem, none if no engine ran."""
     if not numbers.engines:
         return {}
     runs = numbers.runs[numbers.runs["failure"] == ""]

@@ -1,4 +1,4 @@
-"""Measured contenders, kept in the folder of the report, so that one that is interrupted goes on where it stopped."""
+"""Measured contenders, stored in the folder of the report, so that an interrupted report continues where it stopped."""
 
 import hashlib
 import inspect
@@ -16,7 +16,7 @@ from daebench.runs.machine import machine
 
 
 def key_of(contender: Contender, version: str, *modules: ModuleType) -> str:
-    """Return the digest of what decides the numbers of a contender: itself, the engine's version, the machine, and the code beside it.
+    """Return the digest of everything that determines the numbers of a contender: its setting, the engine's version, the machine, the code.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def key_of(contender: Contender, version: str, *modules: ModuleType) -> str:
     version : str
         Version of its engine.
     *modules : module
-        Its adapter, and what else measures it.
+        Its adapter, and the other modules that measure it.
     """
     sources = [inspect.getsource(module) for module in (_contender, _motions, _truth, *modules)]
     parts = [contender.name, contender.motion, repr(contender.values), version, machine(), *sources]
@@ -33,7 +33,7 @@ def key_of(contender: Contender, version: str, *modules: ModuleType) -> str:
 
 
 def read(folder: Path, key: str) -> dict[str, Any] | None:
-    """Return what was measured of a contender, None where it was not, or where its file is damaged."""
+    """Return the measurements of a contender, None if there are none or its file is damaged."""
     path = folder / f"{key}.json"
     try:
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -43,7 +43,7 @@ def read(folder: Path, key: str) -> dict[str, Any] | None:
 
 
 def write(folder: Path, key: str, measured: dict[str, Any]) -> None:
-    """Keep what was measured of a contender, whole or not at all."""
+    """Store the measurements of a contender atomically."""
     make_folder(folder)
     with atomic(folder / f"{key}.json") as scratch:
         scratch.write_text(json.dumps(measured, default=lambda number: number.item()), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The motions on which engines are held against the truth."""
+"""The motions on which engines are compared with reference solutions."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -8,7 +8,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import ConstrainedIvp
 
 T_END = 10.0
-"""Time at which the accuracy is taken, s."""
+"""Time at which the accuracy is measured, s."""
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,11 @@ class Motion:
     problem, case : str
         Names in the catalogue.
     title, about : str
-        What it is, as HTML.
+        Title and description, as HTML.
     parameters : mapping of str to float
-        Parameters that are not the case's.
+        Parameters that differ from the case's.
     spacing : float
-        Distance of outputs, s, a power of two.
+        Spacing of outputs, s, a power of two.
     budget : float
         Seconds of stepping at which contenders are compared.
     long : float

@@ -1,4 +1,4 @@
-"""Numbers of the report on engines: each contender tuned, swept over step sizes or tolerances, timed, and run for long."""
+"""Numbers of the report on engines: each contender is tuned, run over step sizes or tolerances, timed, and run for a long time."""
 
 import sys
 from collections.abc import Sequence
@@ -24,33 +24,33 @@ from daebench.runs.request import Request
 from daebench.runs.trajectory import CONSTRAINED, Trajectory
 
 REPEAT = 3
-"""Runs of which the shortest time is taken."""
+"""Number of runs, of which the shortest time is taken."""
 
 FEWEST, BEYOND = 3, 5.0
-"""A sweep ends with the first run beyond the motion's budget, but has so many runs, unless one takes so many times the budget."""
+"""A sweep ends with the first run beyond the budget, but has at least so many runs, unless one takes so many times the budget."""
 
 OWN = "daebench"
 
 RATTLE, IDA = "rattle", "ida:ggl"
-"""Methods of daebench that stand beside the engines."""
+"""Methods of daebench that are compared with the engines."""
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the report says.
+    """Numbers of the report.
 
     Parameters
     ----------
     runs : DataFrame
-        One row a run: motion, engine, setting, variant, constrained, knob, value, error, bound, g, Gv, energy_error, seconds, failure.
+        One row per run: motion, engine, setting, variant, constrained, knob, value, error, bound, g, Gv, energy_error, seconds, failure.
     chosen : DataFrame
-        One row a contender and motion: the most accurate of its runs within the budget, with the energy's verdict and order.
+        One row per contender and motion: the most accurate of its runs within the budget, with the energy's verdict and order.
     tuned : DataFrame
-        One row a variant: its error at one step size, and whether it was taken.
+        One row per variant: its error at one step size, and whether it was chosen.
     sentences : DataFrame
-        One row a sentence of a documentation: engine, place, sentence, measured, holds.
+        One row per statement of a documentation: engine, place, sentence, measured, holds.
     engines : tuple of Engine
-        Those that ran.
+        Engines that ran.
     """
 
     runs: pd.DataFrame
@@ -90,7 +90,7 @@ def solved(contender: Contender, motion: Motion, value: float, t_end: float, *, 
 
 
 def error_of(motion: Motion, run: Trajectory) -> float:
-    """Return the largest deviation of a position at the end, never less than what the truth may be wrong by; NaN of a run that stopped."""
+    """Return the largest error of a position at the end, at least the error bound of the reference; NaN for a run that stopped."""
     if run.failure:
         return float("nan")
     known = truth(motion.key)
@@ -98,7 +98,7 @@ def error_of(motion: Motion, run: Trajectory) -> float:
 
 
 def tuned(contender: Contender) -> tuple[Contender, str, list[dict[str, Any]]]:
-    """Return a contender with the most accurate of its variants at the middle of its step sizes, its name, and what each reached there."""
+    """Return a contender with its most accurate variant at the middle of its step sizes, the variant's name, and the error of each."""
     if not contender.variants:
         return contender, "", []
     motion, value = BY_KEY[contender.motion], contender.values[len(contender.values) // 2]
@@ -139,14 +139,14 @@ def swept(contender: Contender, variant: str) -> list[dict[str, Any]]:
 
 
 def timed(contender: Contender, motion: Motion, value: float, run: Trajectory) -> float:
-    """Return the shortest time of the stepping in some runs that give the end alone; that of the run itself where it is far too long."""
+    """Return the shortest time of stepping over some runs with output at the end only; if far too long, the time of the run itself."""
     if run.failure or run.seconds > BEYOND * motion.budget:
         return float("nan") if run.failure else run.seconds
     return min(solved(contender, motion, value, T_END, outputs=False).seconds for _ in range(REPEAT))
 
 
 def at_equal_cost(rows: pd.DataFrame, budget: float) -> dict[str, Any]:
-    """Return the most accurate run within a budget of seconds; where there is none, the cheapest, and where all failed, the last."""
+    """Return the most accurate run within a budget of seconds; if there is none, the cheapest, and if all failed, the last."""
     done = rows[rows["failure"] == ""]
     within = done[done["seconds"] <= budget]
     ranked = within.sort_values("error") if len(within) else done.sort_values("seconds") if len(done) else rows.iloc[::-1]
@@ -172,7 +172,7 @@ def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def measured(contender: Contender, engine: Engine | None, folder: Path | None) -> dict[str, Any]:
-    """Return what is measured of a contender: its runs, its row at equal cost, and its variants; from a folder where it is kept there."""
+    """Return the measurements of a contender: its runs, its row at equal cost, and its variants; from a folder if they are stored there."""
     code = [sys.modules[__name__], *([engine.adapter] if engine else [])]
     key = kept.key_of(contender, engine.version if engine else "", *code) if folder else ""
     if folder and (found := kept.read(folder, key)):
@@ -195,14 +195,14 @@ def entrants(motions: Sequence[Motion], engines: Sequence[Engine]) -> list[tuple
 def measure(
     tell: Progress, folder: Path | None = None, motions: Sequence[Motion] = MOTIONS, engines: Sequence[Engine] = ENGINES
 ) -> Numbers:
-    """Return the numbers, of engines that are installed; without any of them there are none.
+    """Return the numbers for the installed engines; without any engine there are none.
 
     Parameters
     ----------
     tell : callable
-        Told the fraction that is done, and what is being done.
+        Receives the fraction done and a description of the current work.
     folder : Path, optional
-        Where contenders are kept that have been measured.
+        Folder of measured contenders.
     motions : sequence of Motion
         Motions.
     engines : sequence of Engine

@@ -53,13 +53,13 @@ def named(row: Mapping[Any, Any]) -> Markup:
 
 
 def time_for(rows: pd.DataFrame, level: float) -> float:
-    """Return the shortest time of a run that is so accurate, ms; NaN where there is none."""
+    """Return the shortest time of a run of the required accuracy, ms; NaN if there is none."""
     good = rows[(rows["failure"] == "") & (rows["error"] <= level)]["seconds"]
     return 1e3 * float(good.min()) if len(good) else float("nan")
 
 
 def verdict(row: Mapping[Any, Any]) -> str:
-    """Return the verdict on the energy, with its law where it drifts; of a run that ends after t = 10 alone, that it stops."""
+    """Return the verdict on the energy, with its law if it drifts; for a run that ends after t = 10, that it stops."""
     if row["verdict"] == FAILED and not row["failure"]:
         return "stops before"
     return f"{row['verdict']}, {row['law']}" if row["law"] and row["verdict"] == "drifts" else str(row["verdict"])
@@ -87,7 +87,7 @@ def motion_table(key: str, chosen: pd.DataFrame, runs: pd.DataFrame, caption: st
     headings = {"error": "error<small>at t = 10</small>", "g": "|<i>g</i>|", "Gv": "|<i>G v</i>|", "at": "with"}
     headings |= {"energy_error": "energy<small>error</small>", "energy": f"energy<small>to t = {BY_KEY[key].long:g}</small>"}
     headings |= {"order": "order<small>measured</small>", "milliseconds": "time<small>ms</small>"}
-    headings |= {"level": f"time to 10<sup>{MINUS}3</sup><small>ms</small>", "times": "the same<small>over RATTLE's</small>"}
+    headings |= {"level": f"time to 10<sup>{MINUS}3</sup><small>ms</small>", "times": "ratio<small>to RATTLE's time</small>"}
     return table(f"motion-{key}", shown, formats, headings, caption)
 
 
@@ -97,24 +97,24 @@ def order(value: float) -> Any:
 
 
 def long_text(value: str) -> Markup:
-    """Return a sentence, HTML already, that may take several lines."""
+    """Return a sentence in HTML that may wrap over several lines."""
     return Markup('<span class="long">{}</span>').format(Markup(value))
 
 
 def phrase(value: str) -> Markup:
-    """Return a few words that may take several lines."""
+    """Return a few words that may wrap over several lines."""
     return Markup('<span class="phrase">{}</span>').format(value)
 
 
 def sentences_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what documentations say, and what was measured."""
+    """Return statements of documentation, and the measurements."""
     formats: Formats = {"engine": text, "place": phrase, "sentence": long_text, "measured": long_text, "verdict": phrase}
-    headings = {"place": "where", "sentence": "what it says, in our words"}
+    headings = {"place": "where", "sentence": "statement, paraphrased"}
     return table("documentation", frame, formats, headings, caption)
 
 
 def tuned_table(frame: pd.DataFrame, caption: str) -> Markup:
-    """Return what free numbers of settings were tried, and which were taken."""
+    """Return the free numbers of settings that were tried, and the chosen ones."""
     rows = []
     for (engine, setting, motion), tried in frame.groupby(["engine", "setting", "motion"], sort=False):
         taken = tried[tried["taken"]].iloc[0]

@@ -1,4 +1,4 @@
-"""What motions are held against: certified references, a closed form, and for chains two runs of a method of order eight."""
+"""Reference solutions of the motions: certified references, a closed form, and for chains two runs of a method of order eight."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -19,7 +19,7 @@ TOP = ("heavy_top_lie_poisson", "heavy_top")
 """Certified reference of the heavy top, in angular momentum and Gamma, the upward vertical, both seen from the body."""
 
 FINE = "rattle/kahan_li8"
-"""Method of the runs that chains are held against."""
+"""Method of the reference runs of chains."""
 
 FINE_STEP = 1 / 256
 """Step size of the coarser of these two runs, s."""
@@ -32,11 +32,11 @@ class Truth:
     Parameters
     ----------
     words : str
-        What it is.
+        Description of the reference solution.
     value : ndarray
-        Positions, or what stands for them, see :func:`compared`.
+        Positions, or quantities in their place, see :func:`compared`.
     bound : float
-        What a component may be wrong by.
+        Error bound of a component.
     """
 
     words: str
@@ -45,13 +45,13 @@ class Truth:
 
 
 def compared(motion: Motion, q: Array) -> Array:
-    """Return what of a position is compared: all of it, of the top the upward vertical seen from the body, its third row."""
+    """Return the compared part of a position: the whole position, or for the top the upward vertical seen from the body, its third row."""
     return q[..., 6:9] if motion.key == "top" else q
 
 
 @cache
 def truth(key: str) -> Truth:
-    """Return the truth of a motion at its end."""
+    """Return the reference solution of a motion at its end."""
     motion, end = BY_KEY[key], np.array([T_END])
     if motion.key == "top":
         known = states_at(store.find(*TOP), end)
@@ -66,7 +66,7 @@ def truth(key: str) -> Truth:
 
 
 def fine(ivp: ConstrainedIvp) -> Truth:
-    """Return the end of a run of order eight, and as its bound so many times the difference from one with twice the step size."""
+    """Return the end of a run of order eight, and as its bound a multiple of the difference from a run with twice the step size."""
     method = method_of(ivp, FINE)
     coarse, finer = (
         method.solve(ivp, Request(value=h, t_end=T_END, every=0, watch=(), count=False)).complete().q[-1]

@@ -51,7 +51,7 @@ def show_lock(values: Values) -> Shown:
             Axis("\N{GREEK SMALL LETTER SIGMA} least / largest", 1e-5, 1.0, log=True),
         ),
     ]
-    says = Markup("Largest energy error <b>{}</b> J; the smaller singular value of <i>G</i> falls to {} of the larger one.").format(
+    says = Markup("Largest energy error <b>{}</b> J; the smaller singular value of <i>G</i> decreases to {} of the larger one.").format(
         number(np.max(np.abs(energy))), number(rank.min())
     )
     if run.failure:
@@ -82,7 +82,7 @@ def show_stiff(values: Values) -> Shown:
     ]
     turns = values["h"] / (np.pi * values["eps"])
     says = Markup(
-        "The spring oscillates in {} s: a step is <b>{}</b> of that. |<i>g</i>| is {} at most; the distance at the end is {} m."
+        "The spring oscillates in {} s: a step is <b>{}</b> of that. |<i>g</i>| is at most {}; the distance at the end is {} m."
     ).format(number(np.pi * values["eps"]), number(turns), at_most(g.max()), number(away[-1]))
     if run.failure:
         says += Markup(" The run stopped at <i>t</i> = {:.3g} s.").format(run.t[-1])
@@ -98,7 +98,7 @@ def table_stiff(values: Values) -> pd.DataFrame:
 
 
 def show_rounding(values: Values) -> Shown:
-    """Return the error of the angular momentum, with plain sums and, if it is asked for, compensated ones."""
+    """Return the error of the angular momentum, with plain sums and, on request, compensated ones."""
     shown = {
         SUMS[compensated]: summed(compensated, values["h"], values["steps"])
         for compensated in NO_YES
@@ -132,8 +132,10 @@ def show_chaos(values: Values) -> Shown:
         against_time(t, {"": energy}, MINUS_START, "energy error of one of them"),
     ]
     when = parted(t, distance)
-    text = Markup("they are a tenth of an arm apart after <b>{:.1f} s</b>").format(when) if when == when else Markup("they have not parted")
-    says = Markup("Released {} rad apart, {}. The energy error is {} J at most.").format(
+    text = (
+        Markup("they are a tenth of an arm apart after <b>{:.1f} s</b>").format(when) if when == when else Markup("they have not separated")
+    )
+    says = Markup("Released {} rad apart, {}. The energy error is at most {} J.").format(
         number(values["delta"], 1), text, at_most(np.max(np.abs(energy)))
     )
     return Shown(draw_panels(panels, alt="Distance of two double pendulums against time, and energy error of one.", height=250), says)
@@ -155,7 +157,7 @@ def show_map(values: Values) -> Shown:
         plane_of(np.searchsorted(ENERGIES, energy), COLD, sizes, "largest energy error"),
     ]
     says = Markup("From <b>{}</b> of {} releases at rest the lower arm turns over within {:g} s. ")
-    says += Markup("The energy error is {} J in the median, {} J at most.")
+    says += Markup("The median energy error is {} J, the largest {} J.")
     part = percent(float(np.mean(np.isfinite(when))))
     return Shown(
         draw_panels(panels, alt="Maps over the angles of release: when the lower arm first turns over, and the energy error.", height=330),
@@ -173,7 +175,7 @@ def plane_of(classes: npt.NDArray[np.int64], colours: Sequence[str], names: Sequ
 
 
 def table_map(values: Values) -> pd.DataFrame:
-    """Return the numbers behind the picture, one row a release."""
+    """Return the numbers behind the picture, one row per release."""
     when, energy = turned(**values)
     upper, lower = np.meshgrid(releases()[1], releases()[1])
     return pd.DataFrame({"upper": upper.ravel(), "lower": lower.ravel(), "turns_at": when.ravel(), "energy_error": energy.ravel()})
@@ -192,7 +194,7 @@ LOCK = Experiment(
 )
 STIFF = Experiment(
     name="stiffness",
-    title="A spring in the place of the constraint",
+    title="A spring in place of the constraint",
     controls=(
         Control("eps", "\N{GREEK SMALL LETTER EPSILON}, the softness of the spring", EPS, 0.01, EPS, small),
         Control("scheme", "method", tuple(SPRINGS), "stiff:rk4", tuple(SPRINGS), SPRINGS.__getitem__),
@@ -216,7 +218,7 @@ CHAOS = Experiment(
     name="chaos",
     title="Two starts",
     controls=(
-        Control("delta", "released so far apart [rad]", APART, DELTA, APART, small),
+        Control("delta", "difference of the releases [rad]", APART, DELTA, APART, small),
         Control("scheme", "method", tuple(PENDULUMS), "rattle", tuple(PENDULUMS), PENDULUMS.__getitem__),
         Control("h", "step size h", (0.002, 0.005, 0.01), H, (), seconds),
         Control("t_end", "length of the run", (10.0, 20.0, 30.0, 40.0), 40.0, (), seconds),
@@ -239,7 +241,7 @@ EXPERIMENTS = (LOCK, STIFF, ROUNDING, CHAOS, MAP)
 
 
 def preparations() -> list[Preparation]:
-    """Return what has to be compiled before the controls answer at once."""
+    """Return the kernels that have to be compiled before the controls respond."""
     tasks: list[Preparation] = [(f"compiling {name} for the crank", partial(locked, name, 2.0, 0.01)) for name in CRANKS]
     tasks += [(f"compiling {name}", partial(penalised, name, 0.1, 0.01)) for name in SPRINGS]
     tasks += [(f"compiling rattle, {SUMS[compensated]}", partial(summed, compensated, 0.1, 1000)) for compensated in NO_YES]
@@ -265,11 +267,11 @@ def facts() -> SimpleNamespace:
     )
     when, _ = turned(**defaults(MAP.controls))
     below = int(np.sum(np.isfinite(when[cannot_turn()])))
-    require(below == 0, "no arm turns over that has too little energy", below)
+    require(below == 0, "no arm with too little energy turns over", below)
     length = float(defaults(MAP.controls)["t_end"])
     early, late = alike(when, 0.0, EARLY), alike(when, LATE, length)
     require(late < 0.25 < 0.5 < early, "most neighbours turn over together early, and few late", (early, late))
-    require(all(np.isfinite(time) for time in (*chaos.values(), nearer)), "all of the pendulums part", chaos)
+    require(all(np.isfinite(time) for time in (*chaos.values(), nearer)), "all of the pendulums separate", chaos)
     require(nearer > chaos["rattle"], "a smaller difference takes longer", nearer)
     return SimpleNamespace(
         energy=energy,

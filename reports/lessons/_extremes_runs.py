@@ -1,4 +1,4 @@
-"""The runs of the lesson on extremes: a mechanism that locks, a stiff spring, a long sum, two pendulums almost alike, and thousands."""
+"""The runs of the lesson on extremes: a mechanism that locks, a stiff spring, a long sum, two nearby pendulums, and thousands."""
 
 from functools import cache
 
@@ -19,19 +19,19 @@ T_END = 3.0
 """End of the runs of the mechanism and of the spring, s."""
 
 SHOWN, PARTED = 400, 0.1
-"""States of a long sum that are drawn, and the distance, m, from which on pendulums have parted."""
+"""Number of drawn states of a long sum, and the distance, m, at which pendulums count as separated."""
 
 
 SIDE, SEEN = 64, 0.05
-"""Angles of release of each arm on the map, and about how often an arm is looked at, s."""
+"""Number of angles of release of each arm on the map, and approximate sampling interval of an arm, s."""
 
 ALIKE = 0.1 + SEEN / 2
-"""Least difference between times of two turns, s, that is more than a tenth: times are whole multiples of how often an arm is looked at."""
+"""Smallest difference between the times of two turns, s, above a tenth: times are multiples of the sampling interval."""
 
 
 @cache
 def locked(scheme: str, rod: float, h: float) -> tuple[Trajectory, Array, Array]:
-    """Return a run of the slider-crank, its energy error, and the smaller singular value of G in parts of the larger one."""
+    """Return a run of the slider-crank, its energy error, and the smaller singular value of G over the larger one."""
     ivp = initial_value_problem("slider_crank", "turning", {"rod": rod})
     run = parse(scheme).solve(ivp, Request(value=h, t_end=T_END, every=1, watch=()))
     singular = np.linalg.svd(ivp.along("G", run.q), compute_uv=False)
@@ -40,7 +40,7 @@ def locked(scheme: str, rod: float, h: float) -> tuple[Trajectory, Array, Array]
 
 @cache
 def penalised(scheme: str, eps: float, h: float) -> tuple[Trajectory, Array, Array]:
-    """Return a run of the penalised system, its distance from the constrained motion, and |g|; what is not finite is left out."""
+    """Return a run of the penalised system, its distance from the constrained motion, and |g|; values that are not finite are left out."""
     ivp = initial_value_problem("spherical_pendulum", "fig1.2")
     request = Request(value=h, t_end=T_END, every=1, watch=())
     reference = parse("lobatto3").solve(ivp, request)
@@ -52,7 +52,7 @@ def penalised(scheme: str, eps: float, h: float) -> tuple[Trajectory, Array, Arr
 
 @cache
 def summed(compensated: bool, h: float, steps: int) -> tuple[Array, Array]:
-    """Return times and the error of the angular momentum about the vertical, which RATTLE keeps but for rounding."""
+    """Return times and the error of the angular momentum about the vertical, which RATTLE keeps up to round-off."""
     ivp = initial_value_problem("spherical_pendulum", "fig1.1")
     request = Request(value=h, steps=steps, every=max(1, steps // SHOWN), watch=())
     run = parse("rattle", compensated=compensated).solve(ivp, request)
@@ -77,7 +77,7 @@ def apart(values: Values) -> tuple[Array, Array, Array]:
 
 
 def parted(t: Array, distance: Array) -> float:
-    """Return when the distance first is as large as a tenth of an arm; NaN if it never is."""
+    """Return the first time at which the distance is a tenth of an arm; NaN if there is none."""
     large = np.flatnonzero(distance > PARTED)
     return float(t[large[0]]) if len(large) else float("nan")
 
@@ -90,9 +90,9 @@ def releases() -> tuple[Array, Array]:
 
 @cache
 def turned(scheme: str, h: float, t_end: float) -> tuple[Array, Array]:
-    """Return when the lower arm first goes over its top, s, and the largest energy error, J, from each release at rest.
+    """Return the time at which the lower arm first turns over, s, and the largest energy error, J, from each release at rest.
 
-    Both have shape(SIDE, SIDE), a row for each angle of the lower arm, a column for each of the upper one; infinite where it never does.
+    Both have shape(SIDE, SIDE), a row for each angle of the lower arm, a column for each of the upper one; infinite if it never turns over.
     """
     upper, lower = (angles.ravel() for angles in np.meshgrid(releases()[1], releases()[1]))
     one = np.stack([np.sin(upper), -np.cos(upper)], axis=1)
@@ -107,9 +107,9 @@ def turned(scheme: str, h: float, t_end: float) -> tuple[Array, Array]:
 
 
 def alike(when: Array, after: float, until: float) -> float:
-    """Return the part of the neighbours of releases that turn over in a span of time which do so within a tenth of a second of them.
+    """Return, for releases that turn over in a span of time, the fraction of neighbours that do so within a tenth of a second of them.
 
-    Neighbours differ in one angle by one place on the map; one that never turns over is not alike.
+    Neighbours differ in one angle by one place on the map; a neighbour that never turns over does not count.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Panels that several lessons draw: quantities against time and paths on a sphere; and times as text."""
+"""Panels of several lessons: quantities against time and paths on a sphere; and times as text."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -16,7 +16,7 @@ from daebench.runs.ivp import Array
 MINUS_START = "H \N{MINUS SIGN} H\N{SUBSCRIPT ZERO} [J]"
 
 seen = partial(orthographic.seen, azimuth=-60.0, elevation=22.0)
-"""The sphere as a geographer places the eye."""
+"""Viewpoint of the sphere, by longitude and latitude."""
 
 REACH = 1.12
 OUTLINE = Stroke(BLACK, "-", "")
@@ -34,18 +34,18 @@ def small(value: float) -> str:
 
 
 def against_time(t: npt.ArrayLike, curves: Mapping[str, npt.ArrayLike], label: str, title: str, axis: Axis | None = None) -> Panel:
-    """Return curves against time; on a logarithmic axis moduli, and what is below its low end is drawn there.
+    """Return curves against time; on a logarithmic axis moduli, and values below its low end are drawn at the low end.
 
     Parameters
     ----------
     t : array_like, shape(n,)
         Times, s.
     curves : mapping of str to array_like, shape(n,)
-        What is drawn, by name in the legend; an empty name is not in it.
+        Values, by name in the legend; an empty name is not in it.
     label, title : str
-        What is measured, with its unit, and what the panel shows.
+        Quantity with its unit, and title of the panel.
     axis : Axis, optional
-        Where it is drawn; by default an axis that holds all of it, and zero.
+        The axis; by default one that contains all values, and zero.
     """
     times = np.asarray(t, dtype=float)
     values = {name: np.asarray(curve, dtype=float) for name, curve in curves.items()}
@@ -69,7 +69,7 @@ def globe() -> list[Mark]:
 
 
 def path(points: Array, stroke: Stroke, name: str = "") -> list[Mark]:
-    """Return a curve in space: pale where the sphere is before it, with a dot at its end."""
+    """Return a curve in space: pale behind the sphere, with a dot at its end."""
     at = seen(points)
     behind = (at[:, 2] < 0) & (np.hypot(at[:, 0], at[:, 1]) < 1)
     hidden, shown = (np.where(chosen[:, None], at, np.nan) for chosen in (behind, ~behind))

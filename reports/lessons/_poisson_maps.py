@@ -58,18 +58,18 @@ def show_orbits(values: Values) -> Shown:
             "Poisson volume along the orbit",
         ),
     ]
-    alt = "Orbit of predators and prey with a cat carried along, the same in logarithms, energy error and Poisson volume against time."
+    alt = "Orbit of predators and prey with a moving cat, the same in logarithms, energy error and Poisson volume against time."
     return Shown(draw_panels(panels, alt=alt, height=270), orbits_said(run))
 
 
 def plane(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
     """Return the orbit and the cats in the plane of both populations."""
     marks = [Curve(exact[:, 0], exact[:, 1], EXACT, "exact orbit", width=1.0), Curve(run.y[:, 0], run.y[:, 1], RUN, "run", width=0.8)]
-    return Panel(x, y, [*marks, *cats(run.cats)], "orbit, and a cat carried along")
+    return Panel(x, y, [*marks, *cats(run.cats)], "orbit, and a moving cat")
 
 
 def logarithms(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
-    """Return the cats where their Poisson volume is plain area."""
+    """Return the cats in coordinates in which their Poisson volume is plain area."""
     return Panel(
         x,
         y,
@@ -79,13 +79,13 @@ def logarithms(run: Carried, exact: Array, x: Axis, y: Axis) -> Panel:
 
 
 def cats(outlines: list[Array]) -> list[Area]:
-    """Return the cat at the start and wherever it was drawn."""
+    """Return the cat at the start and at later times."""
     named = ["the cat at the start", *["carried along"] * (len(outlines) - 1)]
     return [Area(outline[:, 0], outline[:, 1], BEGIN if k == 0 else END, named[k]) for k, outline in enumerate(outlines)]
 
 
 def orbits_said(run: Carried) -> Markup:
-    """Return what became of a run in sentences."""
+    """Return sentences on the result of a run."""
     fate = "kept to round-off" if np.max(np.abs(run.volume - 1)) < KEPT else "not kept"
     area = log_area(run.cats[-1]) / log_area(run.cats[0])
     says = Markup("After {:g} s the Poisson volume along the orbit is <b>{}</b> of that at the start: {}. Energy error {}.").format(
@@ -97,7 +97,7 @@ def orbits_said(run: Carried) -> Markup:
 
 
 def table_orbits(values: Values) -> pd.DataFrame:
-    """Return the numbers behind the picture, one row a state."""
+    """Return the numbers behind the picture, one row per state."""
     run = carried(**values)
     return pd.DataFrame({"t": run.t, "u": run.y[:, 0], "v": run.y[:, 1], "energy_error": run.energy, "volume": run.volume})
 
@@ -132,7 +132,7 @@ def show_body(values: Values) -> Shown:
 
 
 def table_body(values: Values) -> pd.DataFrame:
-    """Return the numbers behind the picture, one row a state."""
+    """Return the numbers behind the picture, one row per state."""
     run = spun(**values)
     return pd.DataFrame(
         {"t": run.t, "y1": run.y[:, 0], "y2": run.y[:, 1], "y3": run.y[:, 2], "energy_error": run.energy, "C_error": run.casimir}
@@ -167,7 +167,7 @@ EXPERIMENTS = (ORBITS, BODY)
 
 
 def preparations() -> list[Preparation]:
-    """Return what has to be compiled before the controls answer at once."""
+    """Return the kernels that have to be compiled before the controls respond."""
     plane: list[Preparation] = [(f"compiling {name}", partial(carried, name, "4,2", H, H)) for name in SCHEMES]
     plane += [(f"orbit from {start}", partial(orbit, start)) for start in STARTS]
     return plane + [(f"compiling {name} for the body", partial(spun, name, "axis3", 1.0, 2)) for name in BODIES]
@@ -188,7 +188,7 @@ def facts() -> SimpleNamespace:
     require(change["rk4"] < 0.1 * change["midpoint"], "rk4 changes the volume less than the midpoint rule", change)
     require(
         casimir["rk4"] > 1e-6 > 1e-12 > max(casimir["strang@123"], casimir["strang@top"], casimir["midpoint"]),
-        "rk4 alone leaves the sphere",
+        "only rk4 leaves the sphere",
         casimir,
     )
     require(

@@ -15,7 +15,7 @@ LABELS = {"strang@123": "splitting into three rotations", "strang": "splitting"}
 
 
 def content() -> Content:
-    """Return what the page is made of; it computes the numbers of its sentences itself."""
+    """Return the content of the page, which computes the numbers of its sentences itself."""
     prey = initial_value_problem(PREY)
     body = initial_value_problem(BODY, "hlw", y0=[float(np.cos(SPIN)), 0.0, float(np.sin(SPIN))])
     carried = {name: parse(name, kind=POISSON, anyway=True) for name in CARRIED}

@@ -1,4 +1,4 @@
-"""Predator and prey, and the free rigid body: runs step by step, the Poisson volume along them, and a cat that is carried along."""
+"""Predator and prey, and the free rigid body: runs step by step, the Poisson volume along them, and a cat that moves with them."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,10 +15,10 @@ from daebench.runs.request import Request
 
 PREY, BODY = "lotka_volterra", "free_rigid_body"
 BY_HAND = "euler"
-"""The explicit Euler method, y1 = y0 + h f(y0): the one that nobody should take."""
+"""The explicit Euler method, y1 = y0 + h f(y0), a method that should not be used."""
 
 SNAPSHOTS = 4
-"""How often the cat is drawn after the start."""
+"""Number of times that the cat is drawn after the start."""
 
 SIZE, FINE = 0.12, 4
 """Half the width of the cat in the logarithms, and points on each line of its outline."""
@@ -40,7 +40,7 @@ def orbit(start: str) -> Array:
 def paths(ivp: PoissonIvp, name: str, h: float, steps: int, starts: Array) -> tuple[Array, str | None]:
     """Return the states after 0, 1, 2, ... steps from several complex starts, shape(k, n, 2), and why the first ended early.
 
-    What is not reached is NaN; n is the number of states from the first start.
+    States that are not reached are NaN; n is the number of states from the first start.
     """
     runs, failure = by_hand(ivp, h, steps, starts) if name == BY_HAND else compiled(ivp, name, h, steps, starts)
     n = len(runs[0])
@@ -74,7 +74,7 @@ def by_hand(ivp: PoissonIvp, h: float, steps: int, starts: Array) -> tuple[list[
 
 @dataclass(frozen=True)
 class Carried:
-    """A run of predator and prey and what it carries along.
+    """A run of predator and prey, with its Poisson volume and cats.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def cat(y0: Array) -> Array:
 
 
 def log_area(points: Array) -> float:
-    """Return the area of an outline in the plane of ln u and ln v, which is its Poisson volume du dv/(u v); NaN if not all is there.
+    """Return the area of an outline in the plane of ln u and ln v, its Poisson volume du dv/(u v); NaN if it is incomplete.
 
     It is half the integral of x dy - y dx; each line of the outline was straight once and is a polynomial through its points now.
     """

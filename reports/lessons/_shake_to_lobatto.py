@@ -37,7 +37,7 @@ FLOOR, FINE, ROUGH = 1e-14, 1e-6, 1e-2
 H = 0.01
 
 KICKS = 2
-"""Evaluations of the force by which the starts of SHAKE and RATTLE may differ."""
+"""Number of force evaluations by which the starts of SHAKE and RATTLE may differ."""
 
 
 def sequences(values: Values) -> dict[str, pd.DataFrame]:
@@ -64,7 +64,7 @@ def show_orders(values: Values) -> Shown:
         ]
         panels.append(Panel(axis, error, marks, f"error against {label.partition(' [')[0]}"))
     picture = draw_panels(
-        panels, alt=f"Error of {OF[of]} against step size and against evaluations of the force, a line a scheme.", height=330
+        panels, alt=f"Error of {OF[of]} against step size and against evaluations of the force, one line per scheme.", height=330
     )
     return Shown(picture, orders_said({name: slope(frame, of) for name, frame in frames.items()}, OF[of]))
 
@@ -87,7 +87,7 @@ def table_orders(values: Values) -> pd.DataFrame:
 
 
 def show_hidden(values: Values) -> Shown:
-    """Return G H_p and the energy error of SHAKE, before or after the projection, beside RATTLE."""
+    """Return G H_p and the energy error of SHAKE, before or after the projection, and of RATTLE."""
     run = hidden(values["h"], values["t_end"])
     away, energy = (run.projected, run.energy_projected) if values["project"] else (run.shake, run.energy)
     time = Axis("t [s]", 0.0, float(run.t[-1]))
@@ -100,8 +100,8 @@ def show_hidden(values: Values) -> Shown:
         Panel(time, level, [Curve(run.t, energy, STROKES[0])], "energy error of SHAKE"),
     ]
     says = Markup(
-        "Positions of SHAKE and RATTLE differ by {} at most. SHAKE's momenta are off the manifold by {} at most; projected, by {}, and "
-        "then they differ from RATTLE's by {}."
+        "Positions of SHAKE and RATTLE differ by at most {}. SHAKE's momenta are off the manifold by at most {}; after projection by {}, "
+        "and then they differ from RATTLE's by {}."
     ).format(*(at_most(distance) for distance in (run.positions, run.shake.max(), run.projected.max(), run.momenta)))
     return Shown(
         draw_panels(panels, alt="Residual of the hidden constraint and energy error against time, of SHAKE and RATTLE.", height=270), says
@@ -122,7 +122,7 @@ ORDERS = Experiment(
         Control("start", "start", tuple(STARTS), "fast", tuple(STARTS), STARTS.__getitem__),
         Control("of", "error of", tuple(OF), "q", tuple(OF), OF.__getitem__),
         Control("t_end", "length of the run", LENGTHS, 1.0, (), seconds),
-        Control("rungs", "step sizes, each half of the one before", RUNGS, DEFAULT_RUNGS, (3, 5, 7, 10)),
+        Control("rungs", "number of step sizes, each half of the previous one", RUNGS, DEFAULT_RUNGS, (3, 5, 7, 10)),
     ),
     show=show_orders,
     table=table_orders,
@@ -142,7 +142,7 @@ EXPERIMENTS = (ORDERS, HIDDEN)
 
 
 def preparations() -> list[Preparation]:
-    """Return what has to be compiled and run before the controls answer at once."""
+    """Return the kernels and runs that are needed before the controls respond."""
     compiled: list[Preparation] = [(f"compiling {name}", partial(solve, name, "slow", 0.1, 1)) for name in SCHEMES]
     every = [(start, t_end) for start in CASES for t_end in LENGTHS]
 
@@ -154,7 +154,7 @@ def preparations() -> list[Preparation]:
 
 
 def claims() -> pd.DataFrame:
-    """Return what each scheme keeps, and what it costs on the slow start: one row a scheme."""
+    """Return the properties of each scheme, and its cost on the slow start: one row per scheme."""
     rows = []
     for name, label in SCHEMES.items():
         method: FixedStep = parse(name)
@@ -186,7 +186,7 @@ def facts() -> SimpleNamespace:
     fine, rough = ({name: cheapest(frame, error) for name, frame in frames.items()} for error in (FINE, ROUGH))
     require(fine["lobatto3"] < fine["shake"] < fine["rattle"], "a higher order is cheaper for a small error", fine)
     rattle_cost = fine["rattle"] / 2 + 1
-    require(abs(rattle_cost - fine["shake"]) <= KICKS, "RATTLE that keeps its force costs what SHAKE does", (rattle_cost, fine["shake"]))
+    require(abs(rattle_cost - fine["shake"]) <= KICKS, "RATTLE with stored forces costs as much as SHAKE", (rattle_cost, fine["shake"]))
     require(np.isnan(fine["symplectic_euler"]), "symplectic Euler does not reach a small error with any step", fine)
     require(
         max(rough["shake"], rough["rattle"]) < min(rough["lobatto3"], rough["lobatto4"]), "order two is cheaper for a large error", rough
@@ -195,5 +195,5 @@ def facts() -> SimpleNamespace:
 
 
 def cheapest(frame: pd.DataFrame, error: float) -> float:
-    """Return the fewest evaluations of the force among the runs whose error of q is at most this."""
+    """Return the smallest number of force evaluations of the runs whose error of q is at most ``error``."""
     return float(frame[frame["q"] <= error]["evaluations"].min())

@@ -12,11 +12,11 @@ from daebench.runs.make_ivp import constrained
 PROBLEM, ANGLE, SPEED, H = "spherical_pendulum", 1.2, 0.5, 0.02
 SCHEMES = ("shake", "rattle", "lobatto3", "lobatto4", "se")
 FINEST = "rattle/kahan_li8"
-"""The method whose run with a small step stands for the exact motion."""
+"""The method whose run with a small step replaces the exact motion."""
 
 
 def content() -> Content:
-    """Return what the page is made of; it computes the numbers of its sentences itself."""
+    """Return the content of the page, which computes the numbers of its sentences itself."""
     q0 = (float(np.sin(ANGLE)), 0.0, float(-np.cos(ANGLE)))
     ivp = constrained(initial_value_problem(PROBLEM, "fig1.2", q0=q0, p0=(0.0, SPEED, 0.0)))
     scripts = {name: script(parse(name), ivp, H) for name in (*SCHEMES, FINEST)}

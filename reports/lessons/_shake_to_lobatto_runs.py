@@ -30,7 +30,7 @@ def ivp_of(start: str) -> ConstrainedIvp:
 
 @cache
 def solve(scheme: str, start: str, t_end: float, steps: int, every: int = 0) -> Trajectory:
-    """Return the run of a scheme in so many steps."""
+    """Return the run of a scheme with a number of steps."""
     request = Request(value=t_end / steps, steps=steps, every=every, watch=())
     run: Trajectory = parse(scheme).solve(ivp_of(start), request)
     return run
@@ -44,7 +44,7 @@ def exact(start: str, t_end: float) -> tuple[Array, Array]:
 
 
 def step_sizes(scheme: str, start: str, t_end: float, rungs: int) -> pd.DataFrame:
-    """Return what runs with halved steps reach: method, h, evaluations of the force, and errors of q and p at the end, NaN if stopped."""
+    """Return the results of runs with halved steps: method, h, force evaluations, and errors of q and p at the end, NaN if stopped."""
     rows, (q, p) = [], exact(start, t_end)
     for k in range(rungs):
         steps = round(t_end * COARSEST * FASTER[start]) * 2**k
@@ -65,7 +65,7 @@ class Hidden:
     shake, rattle, projected : ndarray, shape(n,)
         Moduli of G H_p: of SHAKE's momenta, of RATTLE's, and of SHAKE's after the projection.
     energy, energy_projected : ndarray, shape(n,)
-        Energy errors of SHAKE before and after it.
+        Energy errors of SHAKE before and after the projection.
     positions, momenta : float
         Largest differences of SHAKE and RATTLE: of q, and of p after the projection.
     """
@@ -101,5 +101,5 @@ def hidden(h: float, t_end: float) -> Hidden:
 
 
 def projected(p: Array, q: Array) -> Array:
-    """Return momenta without their part across the sphere, shape(n, 3): p - G^T (G M^-1 G^T)^-1 G M^-1 p, for unit mass."""
+    """Return momenta without their component across the sphere, shape(n, 3): p - G^T (G M^-1 G^T)^-1 G M^-1 p, for unit mass."""
     return np.asarray(p - q * (np.sum(p * q, axis=1) / np.sum(q * q, axis=1))[:, None])

@@ -26,7 +26,7 @@ FORMULATIONS = {"index3": "index 3", "index2": "index 2", "index1": "index 1", "
 TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 11))
 T_END, TOL = 5.0, 1e-6
 WORK_LIMIT = WorkLimit(calls=20_000, slow_calls=5_000, slow_part=150)
-"""When a run is given up: the lesson waits for all of them."""
+"""Limits at which a run is given up, because the lesson waits for all runs."""
 
 ASKED, HIDDEN = Stroke(BLACK, (0, (4, 3)), ""), Stroke(VERMILION, (0, (6, 2)), "")
 FLOOR = 1e-17
@@ -83,12 +83,12 @@ def reached(formulation: str, cured: bool, tol: float) -> Reached:
 
 
 def of(values: Values) -> Reached:
-    """Return the run that the controls choose; its arguments are in the order in which it was made before, for it is kept by them."""
+    """Return the run that the controls choose; its arguments are in the order of the first call, because they are the key of the cache."""
     return reached(values["formulation"], values["cured"], values["tol"])
 
 
 def show(values: Values) -> Shown:
-    """Return asked against reached for all formulations, and error and drift of the chosen run."""
+    """Return error against tolerance for all formulations, and error and drift of the chosen run."""
     cured, chosen = values["cured"], of(values)
     runs = {name: [reached(name, cured, tol) for tol in TOLERANCES] for name in FORMULATIONS}
     time = Axis("t [s]", 0.0, T_END)
@@ -105,7 +105,7 @@ def show(values: Values) -> Shown:
         Panel(time, Axis("error of q [m]", 1e-16, 1e2, log=True), [curve], "error of the chosen run"),
         Panel(time, Axis("residual", 1e-17, 1e1, log=True), lines, "its constraints"),
     ]
-    alt = "Error reached against tolerance and against evaluations, a line a formulation; error and constraints of one run."
+    alt = "Error against tolerance and against evaluations, one line per formulation; error and constraints of one run."
     return Shown(draw_panels(panels, alt=alt, height=270), says(values, chosen))
 
 
@@ -113,7 +113,7 @@ FORMULATIONS_ORDER = {name: k for k, name in enumerate(FORMULATIONS)}
 
 
 def asked(runs: dict[str, list[Reached]], values: Values) -> list[Mark]:
-    """Return the lines of all formulations, with the chosen run in a ring, and the line on which both would agree."""
+    """Return the lines of all formulations, with the chosen run in a ring, and the diagonal."""
     marks: list[Mark] = [Curve([1e-11, 1e-2], [1e-11, 1e-2], ASKED, "reached = asked", width=0.9)]
     for (name, formulation_runs), stroke in zip(runs.items(), STROKES, strict=False):
         worst = [run.worst for run in formulation_runs]
@@ -123,7 +123,7 @@ def asked(runs: dict[str, list[Reached]], values: Values) -> list[Mark]:
 
 
 def cost(runs: dict[str, list[Reached]]) -> list[Mark]:
-    """Return error against evaluations, a line a formulation."""
+    """Return error against evaluations, one line per formulation."""
     marks: list[Mark] = []
     for formulation_runs, stroke in zip(runs.values(), STROKES, strict=False):
         calls, worst = [run.calls for run in formulation_runs], [run.worst for run in formulation_runs]
@@ -132,19 +132,19 @@ def cost(runs: dict[str, list[Reached]]) -> list[Mark]:
 
 
 def says(values: Values, run: Reached) -> Markup:
-    """Return what one run reached, in sentences."""
+    """Return sentences on the result of one run."""
     name = FORMULATIONS[values["formulation"]]
     if run.end != "reached":
         why = Markup("<b>{}</b>, tolerance {}: the run ended early, at or after <i>t</i> = {:.3g} s; {}.")
         return why.format(name, number(values["tol"], 1), float(run.t[-1]), IN_WORDS[run.end])
-    sentence = Markup("<b>{}</b>: asked was {}, reached {}, <b>{}</b> times as much, with {} evaluations of the residual. ").format(
+    sentence = Markup("<b>{}</b>: tolerance {}, error {}, <b>{}</b> times the tolerance, with {} evaluations of the residual. ").format(
         name, number(values["tol"], 1), number(run.worst), number(run.worst / values["tol"]), count(run.calls)
     )
-    return sentence + Markup("|<i>g</i>| is {} at most, |<i>G H<sub>p</sub></i>| {}.").format(at_most(run.g.max()), at_most(run.Gv.max()))
+    return sentence + Markup("|<i>g</i>| is at most {}, |<i>G H<sub>p</sub></i>| {}.").format(at_most(run.g.max()), at_most(run.Gv.max()))
 
 
 def table(values: Values) -> pd.DataFrame:
-    """Return what all runs reached, with the treatment or without it."""
+    """Return the results of all runs, with the treatment or without it."""
     rows = [(name, tol, reached(name, values["cured"], tol)) for name in FORMULATIONS for tol in TOLERANCES]
     columns = ("worst", "calls", "end")
     return pd.DataFrame(
@@ -157,7 +157,7 @@ ASKED_REACHED = Experiment(
     title="Asked and reached",
     controls=(
         Control("formulation", "formulation", tuple(FORMULATIONS), "index1", tuple(FORMULATIONS), FORMULATIONS.__getitem__),
-        Control("cured", "multipliers kept out of the error test", NO_YES, True, NO_YES),
+        Control("cured", "multipliers left out of the error test", NO_YES, True, NO_YES),
         Control("tol", "tolerance", TOLERANCES, TOL, TOLERANCES, small),
     ),
     show=show,
@@ -182,11 +182,13 @@ def facts() -> SimpleNamespace:
     plain = {name: [reached(name, False, tol).end for tol in TOLERANCES] for name in FORMULATIONS}
     came = {name: sum(ending == "reached" for ending in ends) for name, ends in plain.items()}
     more = {name: run.worst / TOL for name, run in cured.items()}
-    require(all(run.end == "reached" for run in cured.values()), "with the treatment all formulations come to the end", cured)
-    require(came["index3"] == 0, "without a treatment index 3 never comes to the end", came)
-    require(max(came.values()) < len(TOLERANCES), "without a treatment no formulation comes to the end at all tolerances", came)
+    require(all(run.end == "reached" for run in cured.values()), "with the treatment all formulations reach the end", cured)
+    require(came["index3"] == 0, "without a treatment index 3 never reaches the end", came)
+    require(max(came.values()) < len(TOLERANCES), "without a treatment no formulation reaches the end at all tolerances", came)
     require(min(more.values()) > 10, "every error is well above the tolerance", more)
     drift = {name: float(run.g.max()) for name, run in cured.items()}
-    require(drift["index1"] > 5 * max(drift[name] for name in drift if name != "index1"), "index 1 leaves the constraint farthest", drift)
+    require(
+        drift["index1"] > 5 * max(drift[name] for name in drift if name != "index1"), "index 1 has the largest constraint residual", drift
+    )
     require(cured["index2"].g.max() > 10 * cured["ggl"].g.max(), "index 2 lets the positions drift, and GGL does not", cured["ggl"].g.max())
     return SimpleNamespace(cured=cured, came=came, more=more, tol=TOL, t_end=T_END, n=len(TOLERANCES))

@@ -31,13 +31,13 @@ H, T_END, FEW = 0.05, 10.0, 10
 
 
 def show(values: Values) -> Shown:
-    """Return the picture of a run and what was measured in it."""
+    """Return the picture of a run and its measurements."""
     run = carried(**values)
     return Shown(picture(run), says(run, asked=values["project"]))
 
 
 def says(run: Carried, *, asked: bool) -> Markup:
-    """Return what became of the area, the energy and the constraints of a run, in sentences."""
+    """Return sentences on the area, the energy and the constraints of a run."""
     fate = "unchanged to round-off" if run.kept else "not kept"
     parts = [
         Markup("<b>{}</b>: the area <i>dq</i> ∧ <i>dp</i> goes from {:.4f} to <b>{}</b>, {} (largest change {}).").format(
@@ -48,7 +48,7 @@ def says(run: Carried, *, asked: bool) -> Markup:
         ),
     ]
     if asked and not run.projected:
-        parts.append(Markup("Its steps end on the manifold as they are: there is nothing to project."))
+        parts.append(Markup("Its steps end on the manifold without projection: there is nothing to project."))
     if run.failure:
         parts.append(Markup("It stopped{}").format(run.failure.partition("stopped")[2]))
     return Markup(" ").join(parts)
@@ -79,7 +79,7 @@ EXPERIMENTS = (PARALLELOGRAM,)
 
 
 def preparations() -> list[Preparation]:
-    """Return what has to be compiled before the controls answer at once."""
+    """Return the kernels that have to be compiled before the controls respond."""
     pairs = [(scheme, project) for scheme in SCHEMES for project in NO_YES if method_of(scheme, project)[1] or not project]
     return [(f"compiling {method_of(*pair)[0].name}", partial(carried, *pair, "wide", H, H)) for pair in pairs]
 

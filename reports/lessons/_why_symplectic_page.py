@@ -27,7 +27,7 @@ def start() -> ConstrainedIvp:
 
 
 def content() -> Content:
-    """Return what the page is made of; it computes the numbers of its sentences itself."""
+    """Return the content of the page, which computes the numbers of its sentences itself."""
     ivp = start()
     scripts = {name: script(parse(name), ivp, H, watch=("energy",)) for name in CARRIED}
     scripts |= {f"{name} tangents": script(parse(name), ivp, H, directions=2) for name in CARRIED}

@@ -18,7 +18,7 @@ RUN, START, LEVEL, VELOCITY = (
     Stroke(VERMILION, (0, (6, 2)), ""),
 )
 SMALLEST, FLOOR, CEILING = 0.05, -2.0, 4.0
-"""Least half width of the axis of areas, and how far it goes at most: an area may run away."""
+"""Smallest and largest half width of the axis of areas, because an area may diverge."""
 
 INDEX = "\N{SUBSCRIPT ONE}\N{SUBSCRIPT TWO}\N{SUBSCRIPT THREE}"
 
@@ -51,7 +51,7 @@ def energy_panel(run: Carried) -> Panel:
 
 
 def constraint_panel(run: Carried) -> Panel:
-    """Return the residuals of both constraints against time; what is below 10^-17 is drawn there."""
+    """Return the residuals of both constraints against time; values below 10^-17 are drawn at 10^-17."""
     g, Gv = np.maximum(run.g, 1e-17), np.maximum(run.Gv, 1e-17)
     axis = around("|g|, |G H\N{LATIN SUBSCRIPT SMALL LETTER P}|", g, Gv, [1e-17, 1e-1], log=True)
     return Panel(
@@ -83,5 +83,5 @@ def time(run: Carried) -> Axis:
 
 
 def level(run: Carried, value: float) -> Mark:
-    """Return what would be kept."""
+    """Return the label for a kept area."""
     return Curve([0.0, float(run.t[-1])], [value, value], LEVEL, width=0.9, faint=True)

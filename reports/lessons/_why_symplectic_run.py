@@ -1,4 +1,4 @@
-"""The spherical pendulum and a parallelogram of tangent vectors that its steps carry along."""
+"""The spherical pendulum, and a parallelogram of tangent vectors under its steps."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -29,7 +29,7 @@ def ivp_of(start: str) -> ConstrainedIvp:
 
 @dataclass(frozen=True)
 class Carried:
-    """A run and what became of the parallelogram.
+    """A run and its parallelogram.
 
     Parameters
     ----------
@@ -70,12 +70,12 @@ class Carried:
 
     @property
     def change(self) -> float:
-        """By how much the area differs from that at the start, at most."""
+        """Largest difference of the area from that at the start."""
         return float(np.max(np.abs(self.area - self.area[0])))
 
     @property
     def round_off(self) -> float:
-        """What rounding may make of the area: it is a difference of products of sides that have grown."""
+        """Round-off of the area, a difference of products of sides that have grown."""
         sides = np.linalg.norm(self.X, axis=1)
         return 1e-12 * float(np.max(sides[:, 0] * sides[:, 1]))
 
@@ -102,11 +102,11 @@ def sides(ivp: ConstrainedIvp) -> Array:
 
 
 def method_of(scheme: str, project: bool) -> tuple[Any, bool]:
-    """Return a method, with the projection where it takes one, and whether it does."""
+    """Return a method, with the projection if it allows one, and whether it does."""
     if project:
         try:
             return parse(f"{scheme}+proj"), True
-        except BadInput:  # it is on the manifold by itself
+        except BadInput:  # it is on the manifold without projection
             return parse(scheme), False
     return parse(scheme), False
 

@@ -2,7 +2,7 @@
 # [tool.marimo.display]
 # theme = "system"
 # ///
-"""A mechanism that locks, a spring in the place of a constraint, sums of very many steps, and two pendulums that start almost alike."""
+"""A mechanism that locks, a spring in place of a constraint, sums over very many steps, and two pendulums with nearly equal starts."""
 
 import marimo
 
@@ -26,9 +26,8 @@ def _(mo):
     mo.md(r"""
     # The extremes
 
-    Every method for constrained motion has assumptions that are true most of the time. Here are four places where they are not: where
-    $G$ loses rank, where a spring is stiff, where steps are so many that their roundings count, and where the motion itself forgets its
-    start.
+    Every method for constrained motion makes assumptions that usually hold. Here are four situations in which they do not hold: $G$ loses
+    rank, a spring is stiff, a run has so many steps that their round-off matters, and the motion is chaotic.
     """)
     return
 
@@ -45,12 +44,12 @@ def _(mo):
     mo.md(r"""
     ## Lock-up
 
-    Whoever computes a multiplier solves, somewhere, a system with this matrix or one close to it:
+    To compute a multiplier, a method has to solve a system with this matrix or a similar one:
 
     $$G(q)\,H_{pp}\,G(q)^T \quad\text{invertible} \tag{HLW VII.1.13}$$
 
     A crank drives a slider by a rod. With a rod hardly longer than the crank, each turn passes close to a position where both lie on each
-    other and the two constraints say the same.
+    other and the two constraints are dependent.
     """)
     return
 
@@ -71,14 +70,14 @@ def _(lesson, live, lock_knobs):
 @app.cell
 def _(at_most, facts, mo, number):
     mo.md(f"""
-    With a rod of two cranks, the energy error of RATTLE is {at_most(facts.energy[2.0])} J at most; with {facts.nearly:g} cranks, it is
-    {at_most(facts.energy[facts.nearly])} J. With a rod as long as the crank, the run stops at t = {number(facts.lock[1.0][0].t[-1], 2)} s:
-    two branches of motion meet there, and no equation says which to take.
+    With a rod of two crank lengths, the energy error of RATTLE is at most {at_most(facts.energy[2.0])} J; with {facts.nearly:g} crank
+    lengths, it is {at_most(facts.energy[facts.nearly])} J. With a rod as long as the crank, the run stops at t =
+    {number(facts.lock[1.0][0].t[-1], 2)} s: two branches of motion meet there, and no equation selects one.
 
     ## Stiffness
 
-    Why not drop the constraint, and add a strong spring in its place? To H is added g²/(2ε²). As ε goes to 0, the motion becomes the
-    constrained one, with an oscillation across the constraint on top.
+    The constraint can be replaced by a stiff spring: g²/(2ε²) is added to H. As ε goes to 0, the motion becomes the constrained one, with
+    an additional oscillation across the constraint.
     """)
     return
 
@@ -100,13 +99,13 @@ def _(lesson, live, stiff_knobs):
 def _(facts, mo, number):
     mo.md(f"""
     With ε = {facts.tight:g} and steps of 0.005 s, the method of Runge and Kutta ends at
-    t = {number(facts.stiff["stiff:rk4"][0].t[-1], 2)} s: its steps are longer than the spring's
-    oscillation, and what it does not resolve, it amplifies. The midpoint rule comes to the end.
+    t = {number(facts.stiff["stiff:rk4"][0].t[-1], 2)} s: its steps are longer than the spring's oscillation, and it amplifies an
+    oscillation that it does not resolve. The midpoint rule reaches the end.
 
     ## Round-off
 
-    RATTLE keeps the angular momentum about the vertical. What is left of its error is rounding: one for each addition. Compensated
-    summation keeps what an addition loses, and adds it to the next one (HLW VIII.5).
+    RATTLE keeps the angular momentum about the vertical. Its remaining error is round-off: one rounding for each addition. Compensated
+    summation stores the rounding error of an addition, and adds it to the next one (HLW VIII.5).
     """)
     return
 
@@ -127,7 +126,8 @@ def _(lesson, live, rounding_knobs):
 @app.cell
 def _(count, facts, mo, number):
     mo.md(f"""
-    In {count(facts.many)} steps, plain sums lose {number(facts.rounding[False])} J s, compensated ones {number(facts.rounding[True])} J s.
+    In {count(facts.many)} steps, the error is {number(facts.rounding[False])} J s with plain sums, and {number(facts.rounding[True])} J s
+    with compensated ones.
 
     ## Chaos
 
@@ -152,12 +152,12 @@ def _(chaos_knobs, lesson, live):
 @app.cell
 def _(count, facts, mo, number):
     mo.md(f"""
-    Released {number(facts.delta, 1)} rad apart, they are a tenth of an arm apart after {number(facts.chaos["rattle"], 3)} s, as RATTLE has
-    it, and after {number(facts.chaos["lobatto3"], 3)} s, as Lobatto's method with three stages has it. A hundredth of the difference buys
-    only {number(facts.nearer - facts.chaos["rattle"], 2)} s more.
+    Released {number(facts.delta, 1)} rad apart, they are a tenth of an arm apart after {number(facts.chaos["rattle"], 3)} s according to
+    RATTLE, and after {number(facts.chaos["lobatto3"], 3)} s according to Lobatto's method with three stages. A hundredth of the difference
+    delays this by only {number(facts.nearer - facts.chaos["rattle"], 2)} s.
 
-    One pair of releases is one pair. The map has {count(facts.releases)} of them, each run anew when a control is moved, several at
-    a time on each core.
+    This is a single pair of releases. The map has {count(facts.releases)} releases. All are run again when a control is moved, several at a
+    time on each core.
     """)
     return
 
@@ -178,40 +178,40 @@ def _(lesson, live, map_knobs):
 @app.cell
 def _(facts, mo, percent):
     mo.md(f"""
-    From {percent(facts.turn)} of the releases the lower arm turns over within {facts.length:g} s. From {percent(facts.cannot)} it never
-    can: released at rest, the arms have too little energy for it to stand upright where 2 cos θ₁ + cos θ₂ > 1, and none of these runs does.
-    Most neighbours turn over together early, and few late: of the neighbours of releases that turn over within {facts.early:g} s,
-    {percent(facts.alike_early)} do so within a tenth of a second of them; of those of releases that turn over after {facts.late:g} s,
+    From {percent(facts.turn)} of the releases the lower arm turns over within {facts.length:g} s. From {percent(facts.cannot)} it cannot:
+    arms released at rest with 2 cos θ₁ + cos θ₂ > 1 have too little energy for the lower arm to stand upright, and in none of these runs it
+    turns over. Neighbouring releases that turn over early mostly do so together, late ones rarely. Of the neighbours of releases that turn
+    over within {facts.early:g} s, {percent(facts.alike_early)} do so within a tenth of a second of each other; after {facts.late:g} s, only
     {percent(facts.alike_late)} do.
 
     ## Questions to try
 
-    **Shorten the rod step by step. Where does a smaller step help, and where not?**
+    **Shorten the rod gradually. When does a smaller step size help, and when not?**
 
     /// details | Answer
-    As long as the rank is lost only nearly, steps small against the time in which the mechanism passes the position resolve it. At a rod
-    of exactly one crank no step helps: the question has two answers.
+    If G only comes close to losing rank, steps that are small compared with the time of the passage resolve it. With a rod of exactly one
+    crank length no step helps: the motion is not unique.
     ///
 
     **Make the spring so stiff that the midpoint rule does not resolve it. Is its g small? Is the motion right?**
 
     /// details | Answer
-    Look at both panels: the residual of the constraint may be small while the distance from the constrained motion is not. An
-    oscillation that is not resolved is not damped by the midpoint rule either.
+    Look at both panels: the residual of the constraint may be small while the distance from the constrained motion is not. The midpoint
+    rule does not damp an oscillation that it does not resolve.
     ///
 
     **In the round-off panel, does the error grow like the number of steps, or slower?**
 
     /// details | Answer
-    Slower. Roundings of either sign partly cancel, as the steps of a drunkard do: their sum grows like the square root, unless something
-    biases them.
+    Slower. Roundings of both signs partly cancel, as in a random walk: their sum grows like the square root of the number of steps, unless
+    they are biased.
     ///
 
-    **The energy error stays small while the pendulums part. Which of the two runs is wrong?**
+    **The energy error stays small while the pendulums separate. Which of the two runs is wrong?**
 
     /// details | Answer
-    Both, soon. After they have parted, neither follows the motion from its own start: a rounding is a difference of starts, too. What
-    such a run can still tell are energies, constraints and statistics.
+    Both, soon. After they have separated, neither follows the motion from its own start: a rounding acts like a difference of starts. Such
+    a run can still give energies, constraints and statistics.
     ///
     """)
     return

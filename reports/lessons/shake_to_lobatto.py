@@ -2,7 +2,7 @@
 # [tool.marimo.display]
 # theme = "system"
 # ///
-"""From SHAKE to RATTLE to Lobatto: which constraints a scheme meets, with which multipliers, to which order and at which cost."""
+"""From SHAKE to RATTLE to Lobatto: the constraints that a scheme satisfies, its multipliers, its order and its cost."""
 
 import marimo
 
@@ -26,22 +26,22 @@ def _(mo):
     mo.md(r"""
     # From SHAKE to RATTLE to Lobatto
 
-    A constraint $0 = g(q)$ hides a second one. A motion that stays on it has a velocity along it:
+    A constraint $0 = g(q)$ implies a second, hidden one. If a motion satisfies it, its velocity is tangent to it:
 
     $$0 = G(q)\,H_p(p,q), \qquad G = g_q \tag{HLW VII.1.11}$$
 
-    Three generations of schemes differ in which of the two they meet, and with how many multipliers in a step.
+    Three generations of schemes differ in which of the two constraints they satisfy, and in the number of multipliers per step.
 
-    **SHAKE** (1977) is the leapfrog method with one multiplier, found such that the next position is on the constraint:
+    **SHAKE** (1977) is the leapfrog method with one multiplier, chosen such that the next position is on the constraint:
 
     $$q_{n+1} - 2q_n + q_{n-1} = -h^2M^{-1}(U_q(q_n) + G(q_n)^T\lambda_n), \qquad 0 = g(q_{n+1}) \tag{HLW VII.1.23}$$
 
-    Its momenta are differences of positions, $p_n = M(q_{n+1}-q_{n-1})/2h$. Nobody asks them to meet the hidden constraint. The recursion
-    is symmetric: from $q_{n+1}$ and $q_n$ it leads back to $q_{n-1}$. The map of $(p, q)$ is not: it begins with a tangent momentum and
-    ends with one that is none.
+    Its momenta are differences of positions, $p_n = M(q_{n+1}-q_{n-1})/2h$. They need not satisfy the hidden constraint. The recursion is
+    symmetric: from $q_{n+1}$ and $q_n$ it leads back to $q_{n-1}$. The map of $(p, q)$ is not symmetric: it begins with a tangent momentum
+    and ends with one that is not tangent.
 
-    **RATTLE** (1983) is the same recursion as a one-step map, with a second multiplier that puts the momentum right at the end of
-    the step:
+    **RATTLE** (1983) is the same recursion as a one-step map, with a second multiplier that makes the momentum tangent at the end of the
+    step:
 
     $$p_{n+1} = p_{n+1/2} - \tfrac h2(U_q(q_{n+1}) + G(q_{n+1})^T\mu_n), \qquad 0 = G(q_{n+1})M^{-1}p_{n+1}
     \tag{HLW VII.1.25}$$
@@ -84,10 +84,10 @@ def _(hidden_knobs, lesson, live):
 @app.cell
 def _(at_most, facts, mo, number):
     mo.md(f"""
-    The positions of both agree to {at_most(facts.hidden.positions, 1)}: they are the same recursion. The momenta of SHAKE are off the
-    manifold by {number(max(facts.hidden.shake))}, an error of order two like all others of the scheme. Projected, they are those of
-    RATTLE to {at_most(facts.hidden.momenta, 1)}. So SHAKE lacks nothing that one projection at the times of output would not give;
-    RATTLE has it built in, and is a map of the manifold that can be started anew at any step.
+    The positions of both agree to {at_most(facts.hidden.positions, 1)}: both are the same recursion. The momenta of SHAKE are off the
+    manifold by {number(max(facts.hidden.shake))}, an error of order two like all other errors of the scheme. After projection they agree
+    with those of RATTLE to {at_most(facts.hidden.momenta, 1)}. One projection at the times of output thus corrects SHAKE. RATTLE includes
+    the projection, and is a map of the manifold that can be restarted at any step.
     """)
     return
 
@@ -105,9 +105,9 @@ def _(facts, mo):
     |---|---|---|---|---|
 {rows}
 
-    Forces are counted in ten steps from the slow start, those of the iteration within a step included. RATTLE is counted with both of its
-    kicks. The force at the end of a step is that at the start of the next one: a program that keeps it pays one force a step for RATTLE,
-    as for SHAKE.
+    Forces are counted in ten steps from the slow start, including those of the iteration within a step. RATTLE is counted with both of its
+    half-steps in the momentum. The force at the end of a step equals the force at the start of the next one: a program that stores it needs
+    one force per step for RATTLE, as for SHAKE.
     """)
     return
 
@@ -129,10 +129,10 @@ def _(lesson, live, order_knobs):
 def _(count, facts, mo, number):
     mo.md(f"""
     On the left, the slope of a line is the order: RATTLE has {facts.orders["rattle"]:.2f}, Lobatto with three stages
-    {facts.orders["lobatto3"]:.2f}, with four {facts.orders["lobatto4"]:.2f}. On the right, the same errors against what they cost.
-    For an error of {number(facts.error, 1)} in the position of the fast motion after one second, Lobatto with three stages needs
+    {facts.orders["lobatto3"]:.2f}, with four {facts.orders["lobatto4"]:.2f}. On the right, the same errors against their cost. For an error
+    of {number(facts.error, 1)} in the position of the fast motion after one second, Lobatto with three stages needs
     {count(facts.fine["lobatto3"])} evaluations of the force, SHAKE {count(facts.fine["shake"])}, RATTLE {count(facts.fine["rattle"])}, or
-    {count(facts.kept)} where the force at the end of a step is kept for the next, and symplectic Euler does not get there with any of
+    {count(facts.kept)} if the force at the end of a step is stored for the next, and symplectic Euler does not reach this error with any of
     these steps.
 
     ## Questions to try
@@ -141,28 +141,28 @@ def _(count, facts, mo, number):
 
     /// details | Answer
     One of order two. SHAKE needs {count(facts.rough["shake"])} evaluations and RATTLE {count(facts.rough["rattle"])}; Lobatto with three
-    stages spends {count(facts.rough["lobatto3"])} even with the largest of these steps, and is then far more accurate than was asked. A
-    high order pays where accuracy is asked for.
+    stages needs {count(facts.rough["lobatto3"])} even with the largest of these steps, and is then far more accurate than required. A high
+    order is cheaper only if high accuracy is required.
     ///
 
-    **Add step sizes until a line bends. Where does it, and why is the fitted order not spoilt?**
+    **Add step sizes until a line bends. Where does it bend, and why does this not affect the fitted order?**
 
     /// details | Answer
-    At some multiple of rounding, earlier for the schemes of high order. Smaller steps then add roundings and nothing else. The fit
-    leaves out what is on that plateau, and what is not yet on a straight line.
+    At some multiple of round-off, earlier for the schemes of high order. Smaller steps then only add round-off. The fit omits points on
+    that plateau, and points that are not yet on a straight line.
     ///
 
     **Look at momenta in place of positions. Does SHAKE lose an order?**
 
     /// details | Answer
-    No: being off the manifold is an error of second order, too. SHAKE and RATTLE have the same order in both.
+    No: the distance from the manifold is an error of second order, too. SHAKE and RATTLE have the same order in both.
     ///
 
     **Four stages or RATTLE composed with itself: both go beyond order two. What is the difference?**
 
     /// details | Answer
-    A composition takes steps of RATTLE forwards and backwards, each explicit but for its multipliers: simple, and with nothing new to
-    solve. Lobatto solves for all its stages at once, which costs more a step and allows larger ones.
+    A composition takes steps of RATTLE forwards and backwards, each explicit except for its multipliers; it needs no new solver. Lobatto
+    solves for all its stages at once, which costs more per step but allows larger steps.
     ///
     """)
     return

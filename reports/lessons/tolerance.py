@@ -2,7 +2,7 @@
 # [tool.marimo.display]
 # theme = "system"
 # ///
-"""IDA at index 3, 2, 1 and GGL: which error the tolerance that was asked for comes to, and what becomes of the constraints."""
+"""IDA at index 3, 2, 1 and GGL: the error that a tolerance leads to, and the residuals of the constraints."""
 
 import marimo
 
@@ -26,13 +26,13 @@ def _(mo):
     mo.md(r"""
     # What tolerance buys
 
-    IDA, of SUNDIALS, is the best known solver of differential-algebraic equations. One gives it a tolerance, it chooses steps and orders
-    such that an estimate of each step's error stays below. The motion is that of a spherical pendulum:
+    IDA, from SUNDIALS, is the best known solver of differential-algebraic equations. The user gives a tolerance, and IDA chooses steps and
+    orders such that an estimate of each step's error stays below it. The motion is that of a spherical pendulum:
 
     $$\dot q = v, \qquad M\dot v = -U_q(q) - G(q)^T\lambda, \qquad 0 = g(q) \tag{HLW VII.1.2}$$
 
-    The last equation can be posed in several ways, and each makes another system for the solver. The *index* is the number of
-    differentiations after which there is a differential equation for everything:
+    The last equation can be posed in several ways, and each gives a different system for the solver. The *index* is the number of
+    differentiations after which every unknown has a differential equation:
 
     - **index 3**: the constraint $0 = g(q)$ itself;
     - **index 2**: its first derivative, $0 = G(q)\,v$;
@@ -54,10 +54,10 @@ def _(lesson, live):
 @app.cell
 def _(mo):
     mo.md(r"""
-    ## Asked and reached
+    ## Tolerance and error
 
-    The ring is the chosen run; its error and its constraints are below. The switch decides whether the multipliers take part in the test
-    that chooses the steps. IDA as it comes tests all unknowns, multipliers included.
+    The ring is the chosen run; its error and its constraints are below. The switch decides whether the multipliers are in the error test
+    that controls the steps. By default IDA tests all unknowns, including multipliers.
     """)
     return
 
@@ -80,24 +80,22 @@ def _(at_most, facts, mo, number):
     mo.md(f"""
     ## What you see
 
-    With a tolerance of {number(facts.tol, 1)}, and multipliers out of the test, the error after {facts.t_end:g} s is
+    With a tolerance of {number(facts.tol, 1)}, and multipliers out of the error test, the error after {facts.t_end:g} s is
     {number(facts.more["index3"], 2)} times the tolerance at index 3, {number(facts.more["index2"], 2)} times at index 2,
-    {number(facts.more["index1"], 2)} times at index 1 and {number(facts.more["ggl"], 2)} times with GGL. The tolerance is a local promise:
-    about one step, not about the end.
+    {number(facts.more["index1"], 2)} times at index 1 and {number(facts.more["ggl"], 2)} times with GGL. The tolerance is local: it is for
+    the error of one step, not for the error at the end.
 
-    The constraints tell the formulations apart. GGL keeps g to {at_most(facts.cured["ggl"].g.max(), 1)}. Index 2 knows the velocity
-    constraint only, and its positions drift to {number(facts.cured["index2"].g.max(), 1)}. Index 1 knows neither:
-    {number(facts.cured["index1"].g.max(), 1)}.
-
-    As it comes, IDA reaches the end at {facts.came["index3"]} of {facts.n} tolerances at index 3, at {facts.came["index2"]} at index 2,
-    at {facts.came["index1"]} at index 1, and at {facts.came["ggl"]} with GGL.
+    The constraints distinguish the formulations. GGL keeps g to {at_most(facts.cured["ggl"].g.max(), 1)}. Index 2 has only the velocity
+    constraint, and its g drifts to {number(facts.cured["index2"].g.max(), 1)}. Index 1 has neither constraint:
+    {number(facts.cured["index1"].g.max(), 1)}. With its defaults, IDA reaches the end at {facts.came["index3"]} of {facts.n} tolerances at
+    index 3, at {facts.came["index2"]} at index 2, at {facts.came["index1"]} at index 1, and at {facts.came["ggl"]} with GGL.
 
     ## Why
 
-    The estimate of a multiplier's error is much larger than that of a position: the multiplier is a second derivative of the motion, and
-    nothing smooths it. To pass the test, steps would have to be absurdly small. At index 2 and GGL a remedy is to make the multiplier the
-    derivative of an unknown; at index 1 and 3, to give it an absolute tolerance that is always met (at index 3, the velocity too). It is
-    then computed anew, from position and velocity, when it is asked for.
+    The estimate of a multiplier's error is much larger than that of a position: the multiplier is a second derivative of the motion, and is
+    not smoothed by integration. To pass the test, steps would have to be extremely small. At index 2 and GGL a remedy is to make the
+    multiplier the derivative of an unknown; at index 1 and 3, to give it an absolute tolerance that is always met (at index 3, the velocity
+    too). It is then computed from position and velocity when it is needed.
 
     """)
     return
@@ -108,25 +106,25 @@ def _(mo):
     mo.md(r"""
     ## Questions to try
 
-    **Take index 1, cured, and go to smaller tolerances. What becomes of g?**
+    **Take index 1 with the treatment, and use smaller tolerances. What happens to g?**
 
     /// details | Answer
-    It falls with the tolerance, as the error does. Nothing pulls it back: drift is an error like the others, only one that can be seen
-    without knowing the solution.
+    It decreases with the tolerance, as the error does. No term of the equations reduces it: drift is an error like others, but it can be
+    observed without knowing the solution.
     ///
 
     **A run without the treatment stops at a tight tolerance. Is a looser one safer?**
 
     /// details | Answer
-    It may come to its end, and then one has an answer without digits. Look at index 1 at the loosest tolerances: the end is reached, and
+    It may reach its end, but then its result has no correct digit. Look at index 1 at the loosest tolerances: the run reaches the end, and
     the error is as large as the motion.
     ///
 
     **How would you find the error without a reference?**
 
     /// details | Answer
-    Run again with a tenth of the tolerance, and take the difference for the error of the first. Residuals of the constraints alone say
-    little: a formulation may keep them to many digits with a phase that is wrong.
+    Run again with a tenth of the tolerance, and take the difference as the error of the first run. Residuals of the constraints say little:
+    a formulation may keep them to many digits while the phase is wrong.
     ///
     """)
     return

@@ -2,7 +2,7 @@
 # [tool.marimo.display]
 # theme = "system"
 # ///
-"""A parallelogram of tangent vectors is carried along by each step of a method: its symplectic area stays, or it does not."""
+"""The symplectic area of a parallelogram of tangent vectors under the steps of a method."""
 
 import marimo
 
@@ -31,14 +31,14 @@ def _(mo):
 
     $$\dot q = H_p(p,q), \qquad \dot p = -H_q(p,q) - G(q)^T\lambda, \qquad 0 = g(q) = q^Tq - 1 \tag{HLW VII.1.9}$$
 
-    with $G = g_q$. Nobody gives an equation for $\lambda$. One way out is to differentiate the constraint until there is one. Once gives
-    $0 = G(q)H_p(p,q)$, the velocity is tangent to the sphere. Once more gives $\lambda = \lambda(p,q)$, and what is left is an
-    ordinary differential equation: the index is *reduced*.
+    with $G = g_q$. No equation for $\lambda$ is given. One remedy is to differentiate the constraint until there is such an equation. The
+    first derivative is $0 = G(q)H_p(p,q)$: the velocity is tangent to the sphere. The second derivative gives $\lambda = \lambda(p,q)$. The
+    result is an ordinary differential equation: the index is *reduced*.
 
     $$\dot q = H_p(p,q), \qquad \dot p = -H_q(p,q) - G(q)^T\lambda(p,q) \tag{HLW VII.1.18}$$
 
-    On the manifold $\mathcal M$ of states with $g = 0$ and $GH_p = 0$ both systems have the same solutions. So it should not matter
-    which of the two a method is given. It does.
+    On the manifold $\mathcal M$ of states with $g = 0$ and $GH_p = 0$ both systems have the same solutions. So it should not matter to
+    which of the two a method is applied. It does.
 
     ## What to look at
 
@@ -47,8 +47,8 @@ def _(mo):
 
     $$dq\wedge dp \,=\, \sum_{i=1}^{3} ( dq_i\,\delta p_i - dp_i\,\delta q_i ), \tag{HLW VI.2}$$
 
-    and the exact motion never changes it: the flow on $\mathcal M$ is symplectic. A method is a map too, and its linearised steps carry
-    the parallelogram along. Here they do, to the last digit: the derivative is taken by a complex step.
+    and the exact motion never changes it: the flow on $\mathcal M$ is symplectic. A method is a map too, and its linearised steps transform
+    the parallelogram. Here the derivative is exact to the last digit: it is taken by a complex step.
     """)
     return
 
@@ -65,8 +65,8 @@ def _(mo):
     mo.md(r"""
     ## Try it
 
-    Green is the parallelogram at the start, with area 1; red is where the run has carried it. The shadows may grow long and thin.
-    The question is whether their areas still add up to 1.
+    Green is the parallelogram at the start, with area 1; red is its image at the end of the run. The shadows may grow long and thin. The
+    question is whether their areas still add up to 1.
     """)
     return
 
@@ -91,12 +91,12 @@ def _(at_most, facts, mo, number):
 
     With h = {facts.h} s, after {facts.t_end:g} s the area is {number(facts.runs["se"].area[-1], 3)} with symplectic Euler on the reduced
     equations, {number(facts.runs["rk4"].area[-1], 6)} with the method of Runge and Kutta on the same equations, and with RATTLE it
-    differs from 1 by {number(facts.runs["rattle"].change, 1)}. RATTLE is no more accurate than it has to be, and yet keeps the area to
-    round-off; the method of order four comes close, and misses.
+    differs from 1 by {number(facts.runs["rattle"].change, 1)}. RATTLE has only order two, and yet keeps the area to round-off. The method
+    of order four comes close, but does not keep it.
 
-    Projecting each step of symplectic Euler back onto the manifold removes the distance from it, |g| is then
-    {at_most(max(facts.projected.g), 1)} at most. But the area becomes {number(facts.projected.area[-1], 3)}: a projection is one more map,
-    and not a symplectic one.
+    Projection of each step of symplectic Euler onto the manifold removes the distance from it: |g| is then at most
+    {at_most(max(facts.projected.g), 1)}. But the area becomes {number(facts.projected.area[-1], 3)}: the projection is a further map, and
+    it is not symplectic.
     """)
     return
 
@@ -106,14 +106,15 @@ def _(mo):
     mo.md(r"""
     ## Why
 
-    Let $x = (p,q)$, and carry two vectors $\xi_1(t)$, $\xi_2(t)$ along with the reduced system. Their two-form changes by
+    Let $x = (p,q)$, and let two vectors $\xi_1(t)$, $\xi_2(t)$ satisfy the variational equation of the reduced system. Their two-form
+    changes by
 
     $$\frac{d}{dt}\,\xi_1^TJ\,\xi_2 = \sum_{i=1}^m \big(\,(\nabla g_i^T\xi_1)(\nabla\lambda_i^T\xi_2)
     - (\nabla\lambda_i^T\xi_1)(\nabla g_i^T\xi_2)\big) \tag{HLW VII.1.17}$$
 
-    On $\mathcal M$ it is zero, since a tangent vector has $\nabla g_i^T\xi = 0$. A step that leaves $\mathcal M$ carries tangent vectors
-    to others, for which it is not zero: off $\mathcal M$ the reduced system is *not Hamiltonian*. Symplectic Euler is symplectic for
-    Hamiltonian systems only, and its first step already leaves $\mathcal M$. RATTLE never meets the reduced system. It takes $\lambda$ as
+    On $\mathcal M$ it is zero, since a tangent vector has $\nabla g_i^T\xi = 0$. A step that leaves $\mathcal M$ maps tangent vectors to
+    vectors for which it is not zero: off $\mathcal M$ the reduced system is *not Hamiltonian*. Symplectic Euler is symplectic for
+    Hamiltonian systems only, and its first step already leaves $\mathcal M$. RATTLE does not use the reduced system. It takes $\lambda$ as
     an unknown of each step, and solves for it such that the constraint holds at the *end* of the step:
 
     $$p_{1/2} = p_0 - \tfrac h2(U_q(q_0) + G(q_0)^T\lambda_0), \qquad q_1 = q_0 + hM^{-1}p_{1/2}, \qquad 0 = g(q_1)
@@ -133,30 +134,30 @@ def _(facts, mo, number):
     **Take symplectic Euler (se) and a run of a single step. Is the area kept?**
 
     /// details | Answer
-    From the manifold, one step of it is symplectic to round-off: the defect of its two-form is {number(facts.one, 1)}. After
-    {facts.few} steps it is {number(facts.several)}: the second step begins off the manifold, where the equations are not Hamiltonian.
-    So a test that looks at one step only finds nothing.
+    From the manifold, one step is symplectic to round-off: the defect of its two-form is {number(facts.one, 1)}. After {facts.few} steps it
+    is {number(facts.several)}: the second step begins off the manifold, where the equations are not Hamiltonian. A test of a single step
+    therefore finds no defect.
     ///
 
-    **Halve the step size of rk4. What becomes of the change of the area? Does it ever vanish?**
+    **Halve the step size of rk4. How does the change of the area depend on it? Does it ever vanish?**
 
     /// details | Answer
-    It shrinks like a power of h, as errors do, and is gone only below rounding. With RATTLE it is at rounding for every h for which the
-    step can be solved at all, however wrong the path is.
+    It decreases like a power of h, as errors do, and vanishes only below round-off. With RATTLE it is round-off for every h for which the
+    step has a solution, however inaccurate the path is.
     ///
 
     **Implicit Euler for the constrained equations stays on the manifold. Is that enough?**
 
     /// details | Answer
-    No. Its area shrinks towards zero, and so does the energy above the lowest point: it is dissipative. On the manifold and symplectic
-    are two properties.
+    No. Its area shrinks towards zero, and so does the energy above the lowest point: it is dissipative. To be on the manifold and to be
+    symplectic are two different properties.
     ///
 
-    **With RATTLE, the largest step and the fast start: what happens, and what does the area say?**
+    **With RATTLE, take the largest step and the fast start. What happens, and what does the area show?**
 
     /// details | Answer
-    The equations of the step have no solution that Newton's iteration finds, and the run ends at once. A symplectic scheme is no
-    licence for any step: it says nothing about a step that cannot be taken.
+    Newton's iteration finds no solution of the equations of the step, and the run ends at once. Symplecticity does not allow every step: it
+    says nothing about a step that has no solution.
     ///
     """)
     return

@@ -162,8 +162,8 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
         (("report", "court"), "needs a folder of certificates"),
         (("report", "court", "nothing", "--trust"), "there is no folder nothing"),
         (("report", "court", ".", "--trust"), "has no certificates"),
-        (("report", "methods", "."), "goes with court; leave it out"),
-        (("report", "methods", "--trust"), "--trust goes with court; leave it out"),
+        (("report", "methods", "."), "belongs to court; leave it out"),
+        (("report", "methods", "--trust"), "--trust belongs to court; leave it out"),
     ],
 )
 def test_bad_input_is_one_sentence_and_writes_nothing(codes, daebench, monkeypatch, words, sentence):

@@ -126,7 +126,7 @@ def test_a_picture_alone_has_its_size_names_and_data(daebench, plain, folder):
     {
         "size": (("--out", "a.svg", "--size", "16"), "--size '16' must be width x height in inches"),
         "labels": (("--out", "a.svg", "--labels", "one"), "--labels has 1 entries for 2 methods"),
-        "colors": (("--out", "a.svg", "--colors", "black,nocolour"), "'nocolour' is no colour"),
+        "colors": (("--out", "a.svg", "--colors", "black,nocolour"), "'nocolour' is not a colour"),
         "folder": (("--out", "a", "--size", "4x3"), "add --out FILE.pdf"),
     }.values(),
     ids=["size", "labels", "colors", "folder"],

@@ -48,7 +48,7 @@ def test_the_faults_are_listed(daebench):
         ((f"{CODES}:nothing", *ON), "has no nothing; it has "),
         (("rattle", *ON), "rattle is a method of daebench; give code from outside"),
         (("rattle",), "rattle is a method of daebench; give code from outside"),
-        ((f"{CODES}:correct_1", "--param", "mass2=3"), "--param is of a problem; say which"),
+        ((f"{CODES}:correct_1", "--param", "mass2=3"), "--param belongs to a problem; name it"),
         ((f"{CODES}:correct_1", *ON, "--h", "nan"), "h"),
         ((f"{CODES}:correct_1", *ON, "--h", "1e6"), "RATTLE itself cannot take steps of 1e+06"),
         ((f"{CODES}:correct_1", *ON, "--as", "rattel"), "did you mean"),

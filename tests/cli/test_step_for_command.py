@@ -18,7 +18,7 @@ def test_json_has_the_step_and_the_tests(daebench, tmp_path):
 def test_of_the_largest_step_that_passes_it_is_said_what_is_not_shown(daebench):
     status, out, _ = daebench(*RUN, "--statistic", "energy", "--margin", 1)
     assert status == 0
-    passed = "h = 0.02 s passes, the largest tried: it does as 0.01 s does; whether that does as the exact motion is not tested"
+    passed = "h = 0.02 s passes, the largest tried: it agrees with 0.01 s; whether that agrees with the exact motion is not tested"
     assert passed in out.splitlines()
 
 

@@ -130,7 +130,7 @@ def test_an_interrupted_gallery_goes_on_where_it_stopped(tmp_path, gallery_of, m
     monkeypatch.setattr(pages, "pages", lambda: [report for report, _, _ in (first, interrupted, last)])
     status, said, told = daebench("report", "all", "--out", out)
     assert (status, said.count("made in"), counts([first, last])) == (130, 1, [1, 0])
-    assert told == f"daebench: interrupted; what was made is in {out}: run again to go on.\n"
+    assert told == f"daebench: interrupted; the finished pages are in {out}: run again to continue.\n"
     assert 'href="one/index.html"' in (out / "index.html").read_text(encoding="utf-8")
     built(out, [first, stopped, last])
     assert counts([first, stopped, last]) == [1, 1, 1]
@@ -361,7 +361,7 @@ def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, mon
     app([*command, "--archive", str(tmp_path / "all.zip")], standalone_mode=False)
     assert re.findall(r"(?m)^(one|two): made in", capsys.readouterr().out) == ["one", "two"]
     app(command, standalone_mode=False)
-    assert capsys.readouterr().out.count("as it should be") == 2
+    assert capsys.readouterr().out.count("up to date") == 2
     assert (tmp_path / "all.zip").is_file()
 
 
@@ -370,7 +370,7 @@ def test_the_command_makes_the_gallery_and_its_archive(tmp_path, gallery_of, mon
     [
         (["all", "--archive", "pages.tar"], "must end in .zip"),
         (["all", "--archive", "nowhere/pages.zip"], "--archive .*no folder"),
-        (["poisson", "--anew"], "--anew goes with all"),
+        (["poisson", "--anew"], "--anew belongs to all"),
         (["poissno"], "did you mean poisson"),
     ],
     ids=["ending", "folder", "anew", "name"],

@@ -115,7 +115,7 @@ def test_nothing_is_overwritten_without_a_terminal(daebench, own, folder, monkey
     monkeypatch.setattr(sys, "stdin", io.StringIO())
     status, out, err = daebench("reference", "build", name, *words)
     assert (status, out) == (2, "")
-    assert err == f"daebench: {name} is in {own} already; add --overwrite to write a new one in its place.\n"
+    assert err == f"daebench: {name} is already in {own}; add --overwrite to replace it.\n"
     with pytest.raises(BadInput, match="say that it shall be overwritten"):
         build(name, folder=None if folder is None else own)
     assert store.load(name).certificate == store.load(name, own).certificate
@@ -130,9 +130,9 @@ def test_at_a_terminal_one_is_asked(answer, made, daebench, own, monkeypatch):
     monkeypatch.setattr("typer.confirm", lambda text, **more: asked.append(text) or answer == "y")
     monkeypatch.setattr("daebench.reference.make.build.build", lambda name, **more: built.append(more["overwrite"]) or own)
     status, _, err = daebench("reference", "build", "torus-inner")
-    assert asked == [f"torus-inner is in {own} already. Write a new one in its place?"]
+    assert asked == [f"torus-inner is already in {own}. Replace it?"]
     assert (status, built) == ((0, [True]) if made else (2, []))
-    assert ("was left as it is" in err) != made
+    assert ("was not changed" in err) != made
 
 
 def test_every_command_finds_ones_own_and_says_whose_it_is(daebench, own):
@@ -155,5 +155,5 @@ def test_one_that_daebench_has_is_not_hidden_by_ones_own_and_the_list_says_so(da
     assert store.kept_in(SHIPPED) == places.DATA
     assert store.load(SHIPPED).horizon > store.load(SHIPPED, own).horizon == 4
     assert store.names().count(SHIPPED) == 1
-    assert f"{SHIPPED} of {own} is not listed, for daebench has one of this name" in daebench("reference", "list")[1]
+    assert f"{SHIPPED} of {own} is not listed, because daebench has one of this name" in daebench("reference", "list")[1]
     assert "is not listed" not in daebench("reference", "list", "--folder", own)[1]

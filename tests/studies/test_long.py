@@ -425,7 +425,7 @@ def test_an_interrupted_command_says_what_is_kept_and_goes_on(daebench, uncompil
     assert status == 130
     assert "undetermined: there is too little to tell; take more steps. Told to t = 0.64 from 1 of 1 members." in out
     assert err.startswith("daebench: interrupted; 10.7 % of rattle")
-    assert err.endswith("the same command goes on from there.\n")
+    assert err.endswith("the same command continues from there.\n")
     spec = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01)
     ensemble = Ensemble(spec, 1, 600, tmp_path / "checkpoints")
     assert ensemble.kept()[0].done == 64

@@ -95,7 +95,7 @@ IDLE = {"param": ("--param", "mass=3"), "h": ("--h", 0), "steps": ("--steps", 20
 def test_what_only_a_method_is_checked_with_is_refused_without_one(daebench, folder, words):
     status, out, err = daebench("check", "./ring.py", *words)
     assert (status, out) == (2, "")
-    assert err == f"daebench: {words[0]} is for the check of a method; add --method, or leave it out.\n"
+    assert err == f"daebench: {words[0]} belongs to the check of a method; add --method, or leave it out.\n"
 
 
 def test_a_file_without_cases_starts_from_what_is_given(daebench, folder):

@@ -1,4 +1,4 @@
-"""``daebench reference``: certified trajectories, one command a file."""
+"""``daebench reference``: certified trajectories, one file per command."""
 
 import typer
 
@@ -10,7 +10,7 @@ from daebench.cli.reference.listing import listing
 from daebench.cli.reference.show import show
 from daebench.cli.reference.verify import verify
 
-app = typer.Typer(no_args_is_help=True, help="Certified reference trajectories: digits to put into your own tests.")
+app = typer.Typer(no_args_is_help=True, help="Certified reference trajectories: digits for your own tests.")
 app.command("list")(listing)
 for command in (show, at, verify, compare, export, build):
     app.command()(command)

@@ -13,7 +13,7 @@ Folder = Annotated[
 
 
 def whose(place: Path) -> str:
-    """Return whose the references of a folder are: daebench's, or those of the folder."""
+    """Return the owner of the references of a folder: daebench, or the folder."""
     from daebench.reference.keep.places import DATA
 
     return "daebench" if place == DATA else str(place)

@@ -20,7 +20,7 @@ def at(
     folder: Folder = None,
     as_json: Json = False,
 ) -> None:
-    """Give q, p, lam, or y, and their bounds at a time: stored digits, or the nearest of them carried on in double precision."""
+    """Print q, p, lam, or y, and their bounds at a time: stored digits, or digits integrated from the nearest time in double precision."""
     from daebench.reference.keep.dense_evaluation import states_at
     from daebench.reference.keep.store import find, kept_in
 
@@ -38,7 +38,7 @@ def _origin(reference: "Reference", evaluation: "At") -> str:
     if evaluation.stored[0]:
         return "stored digits"
     if reference.rank_losses:
-        return "worked out from the closed form, for the motion passes rank loss"
+        return "computed from the closed form, because the motion passes rank loss"
     nearest = reference.t[abs(reference.t - evaluation.t[0]).argmin()]
     return f"integrated in double precision from the stored state at t = {nearest:g}"
 

@@ -12,18 +12,18 @@ from daebench.errors import BadInput
 
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "--folder", help="Folder of references to write it to; that of your own if left out.", show_default=False),
+    typer.Option("--out", "--folder", help="Folder of references to write to; your own if left out.", show_default=False),
 ]
 
 
 def build(
     name: Name,
-    t_end: Annotated[float, typer.Option("--t-end", help="Last output, s; the horizon may come before.")] = 100.0,
-    spacing: Annotated[int, typer.Option("--spacing", help="Outputs a second, a power of two.")] = 8,
+    t_end: Annotated[float, typer.Option("--t-end", help="Last output, s; the horizon may be earlier.")] = 100.0,
+    spacing: Annotated[int, typer.Option("--spacing", help="Outputs per second, a power of two.")] = 8,
     folder: Out = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Write it in place of the one that is there.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing reference.")] = False,
 ) -> None:
-    """Make, certify and store a reference; needs the extra certify. Interrupted, it goes on where it stopped when called again."""
+    """Make, certify and store a reference; needs the extra certify. After an interruption, the same command continues."""
     from daebench.reference.make.build import build as made
 
     overwrite = overwrite or _agreed(name, folder)
@@ -33,14 +33,14 @@ def build(
 
 
 def _agreed(name: str, folder: Path | None) -> bool:
-    """Return whether the reference that is there may be overwritten; only a person at a terminal is asked."""
+    """Return whether an existing reference may be overwritten; the question is asked only at a terminal."""
     from daebench.reference.make.build import taken
 
     where = taken(name, folder)
     if where is None:
         return False
     if not sys.stdin.isatty():
-        raise BadInput(f"{name} is in {where} already; add --overwrite to write a new one in its place.")
-    if not typer.confirm(f"{name} is in {where} already. Write a new one in its place?", err=True):
-        raise BadInput(f"{name} was left as it is.")
+        raise BadInput(f"{name} is already in {where}; add --overwrite to replace it.")
+    if not typer.confirm(f"{name} is already in {where}. Replace it?", err=True):
+        raise BadInput(f"{name} was not changed.")
     return True

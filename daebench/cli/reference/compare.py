@@ -1,4 +1,4 @@
-"""``daebench reference compare``: how far a trajectory of another program agrees with a reference."""
+"""``daebench reference compare``: the agreement of a trajectory of another program with a reference."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 def compare(
     file: Annotated[Path, typer.Argument(help="CSV file with a header: t and any of q1, ..., p1, ..., lam1, ..., or y1, ...")],
     name: Annotated[str, typer.Option("--with", help="Name of a reference, PROBLEM-CASE.")],
-    within: Annotated[float, typer.Option("--within", help="Part of the motion beyond which a trajectory has left.")] = 0.01,
-    between: Annotated[int, typer.Option("--between", help="Most rows between stored times that are compared, evenly chosen.")] = 500,
+    within: Annotated[
+        float, typer.Option("--within", help="Fraction of the size of the motion beyond which a trajectory has departed.")
+    ] = 0.01,
+    between: Annotated[int, typer.Option("--between", help="Largest number of compared rows between stored times, evenly chosen.")] = 500,
     folder: Folder = None,
     as_json: Json = False,
 ) -> None:
-    """Say how many digits of a trajectory agree with a reference, when it leaves, and in which component."""
+    """Print how many digits of a trajectory agree with a reference, when it departs, and in which component."""
     from dataclasses import asdict
 
     from daebench.reference.check.file_agreement import agreement
@@ -59,7 +61,7 @@ def _left(agreed: "FileAgreement") -> str:
 
 
 def _rest(agreed: "FileAgreement") -> str:
-    """Say what was not compared."""
+    """Print which rows were not compared."""
     rest = []
     if agreed.passed_over:
         rest.append(f"{agreed.passed_over} between stored times passed over (see --between)")

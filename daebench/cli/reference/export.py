@@ -11,21 +11,23 @@ from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput
 
 MAKER = "daebench reference export"
-"""Who made a file, as the text beside it says."""
+"""The command that made a file, as the text beside it says."""
 
 MOST = 1_000_000
-"""Most times of a range."""
+"""Largest number of times of a range."""
 
 
 def export(
     name: Name,
     kind: Annotated[str, typer.Option("--format", help="csv, json, npz or parquet.")] = "csv",
     times: Annotated[str | None, typer.Option("--times", help="t1,t2,... or from:to:step; all stored times if left out.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="File to write; NAME.FORMAT here if left out.", show_default=False)] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="File to write; NAME.FORMAT in the current folder if left out.", show_default=False)
+    ] = None,
     overwrite: Overwrite = False,
     folder: Folder = None,
 ) -> None:
-    """Write a reference to a file: stored digits where there are some, else integrated between them; bounds beside the numbers."""
+    """Write a reference to a file: stored digits at stored times, integrated ones between them; error bounds beside the numbers."""
     from daebench.errors import unknown
     from daebench.reference.keep.export import WRITERS, write
     from daebench.reference.keep.places import require_name
@@ -47,7 +49,7 @@ def export(
         "Definition": str(certificate["definition"]),
         "Times": times or "all stored",
     }
-    provenance.write_beside(path, {"Reference": f"{name}, certified, with a bound for every number", **made})
+    provenance.write_beside(path, {"Reference": f"{name}, certified, with an error bound for every number", **made})
     print(f"written: {path}")
 
 
@@ -60,5 +62,5 @@ def _times(text: str | None) -> list[float] | None:
         raise BadInput(f"--times {text}: a range is from:to:step, ascending, for example 0:10:0.5.")
     steps = (parts[1] - parts[0]) / parts[2]
     if steps > MOST:
-        raise BadInput(f"--times {text}: that is more than {MOST} times; give a larger step.")
+        raise BadInput(f"--times {text} has more than {MOST} times; give a larger step.")
     return [parts[0] + k * parts[2] for k in range(int(steps + 1e-9) + 1)]

@@ -1,4 +1,4 @@
-"""``daebench reference list``: what there is, and how far it goes."""
+"""``daebench reference list``: all references and their horizons."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from daebench.cli.reference.arguments import Folder, whose
 
 
 def listing(folder: Folder = None, as_json: Json = False) -> None:
-    """List all references: horizons, bound, whose they are and how each was made; exit 1 if one is damaged."""
+    """List all references: horizons, bound, owner and origin of each; exit 1 if one is damaged."""
     from daebench.reference.keep.store import names
 
     rows = [_row(name, folder) for name in names(folder)]
@@ -24,7 +24,7 @@ def listing(folder: Folder = None, as_json: Json = False) -> None:
             if "damaged" in entry:
                 print(f"damaged: {entry['damaged']}")
         for name, place in _hidden(folder):
-            print(f"{name} of {place} is not listed, for daebench has one of this name; see it with --folder.")
+            print(f"{name} of {place} is not listed, because daebench has one of this name; see it with --folder.")
     raise typer.Exit(1 if any("damaged" in row for row in rows) else 0)
 
 
@@ -34,7 +34,7 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 
 def _hidden(folder: Path | None) -> list[tuple[str, Path]]:
-    """Return the user's own references that those of daebench hide, and where they are."""
+    """Return the user's own references that are hidden by those of daebench, and their places."""
     from daebench.reference.keep.places import folders
     from daebench.reference.keep.store import names
 

@@ -1,4 +1,4 @@
-"""``daebench reference show``: the certificate of one reference, for people."""
+"""``daebench reference show``: the certificate of one reference as text."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,11 +8,11 @@ from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, Name, whose
 
 LONGEST = 600
-"""Characters of an entry of the definition that are printed at most."""
+"""Largest number of printed characters of an entry of the definition."""
 
 
 def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
-    """Show what is known of a reference: definition, checks, horizons, drifts, rank, and what IDA reaches on it."""
+    """Show the certificate of a reference: definition, checks, horizons, drifts, rank, and the accuracy of IDA on it."""
     from daebench.reference.keep.store import kept_in, load
 
     reference, home = load(name, folder), whose(kept_in(name, folder))
@@ -42,7 +42,7 @@ def _facts(reference: Any) -> list[list[str]]:
         ["truth", certificate["made"]["method"]],
         ["rows", f"{len(reference.t)} from t = 0 to {reference.horizon:g}"],
         ["bound at the end", ", ".join(largest)],
-        ["horizon of the truth", f"{horizon['truth']:g}" + (" (as far as was asked)" if horizon["truth"] == horizon["asked"] else "")],
+        ["horizon of the truth", f"{horizon['truth']:g}" + (" (as far as requested)" if horizon["truth"] == horizon["asked"] else "")],
         ["horizon of double precision", "beyond the end" if horizon["double"] is None else f"{horizon['double']:g}"],
         ["amplification", f"{certificate['amplification']['largest']:g} at most"],
         ["drift", ", ".join(f"{name} {value:.2g}" for name, value in certificate["drift"].items())],
@@ -53,7 +53,7 @@ def _facts(reference: Any) -> list[list[str]]:
 
 
 def _rank(certificate: Mapping[str, Any]) -> list[list[str]]:
-    """Return the row of what must not lose rank, which constrained problems have."""
+    """Return the row on the rank of G, which constrained problems have."""
     if "rank" not in certificate:
         return []
     rank = certificate["rank"]
@@ -64,7 +64,7 @@ def _rank(certificate: Mapping[str, Any]) -> list[list[str]]:
 
 
 def _text(value: Any) -> str:
-    """Return an entry of the definition as text, its beginning where it is very long."""
+    """Return an entry of the definition as text, or its beginning if it is very long."""
     text = _whole(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}... ({len(text)} characters, which --json has)"
 

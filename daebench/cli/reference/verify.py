@@ -1,4 +1,4 @@
-"""``daebench reference verify``: stored references held against everything that can be known of them without heyoka."""
+"""``daebench reference verify``: checks of stored references that do not need heyoka."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from daebench.reference.check.verification import Digits, Verification
 
 METHODS = 3
-"""Recomputations: ours throughout, ours from row to row, IDA."""
+"""Recomputations: by daebench over the whole time, by daebench from row to row, by IDA."""
 
 
 def verify(
@@ -23,7 +23,7 @@ def verify(
     folder: Folder = None,
     as_json: Json = False,
 ) -> None:
-    """Check checksums, definition and invariants, and recompute by a method of our own and by IDA; exit 1 if a check fails."""
+    """Check checksums, definition and invariants, and recompute by another method of daebench and by IDA; exit 1 if a check fails."""
     from daebench.reference.check.verify import verify as verified
     from daebench.reference.keep.store import kept_in, names
 
@@ -52,7 +52,7 @@ def verify(
 
 
 def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
-    """Verify one of many references: where files are damaged, that is what is found, and the others are still looked at."""
+    """Verify one of many references: damaged files are reported, and the other references are still verified."""
     from daebench.reference.check.verification import Check, Verification
     from daebench.reference.check.verify import verify as verified
     from daebench.reference.keep.store import Damaged
@@ -89,7 +89,7 @@ def _verdict(ok: bool) -> str:
 
 
 def _least(verification: "Verification") -> list[str]:
-    """Return the digits of agreement of the worst part by each method, and the smallest alteration that is sure to be seen."""
+    """Return the digits of agreement of the worst part by each method, and the smallest alteration that is certainly detected."""
     if len(_by_method(verification)) < METHODS:
         return [""] * (METHODS + 1)
     least = [f"{min(agreement.overall for agreement in parts):.1f}" for parts in _by_method(verification)]
@@ -103,6 +103,6 @@ def _by_method(verification: "Verification") -> "list[list[Digits]]":
 
 def _print_digits(verification: "Verification") -> None:
     for parts in _by_method(verification):
-        columns = ["digits up to t =", *(f"{t:g}" for t, _ in parts[0].at), "an alteration is seen from"]
+        columns = ["digits up to t =", *(f"{t:g}" for t, _ in parts[0].at), "smallest detectable change"]
         rows = [[agreement.part, *(f"{digits:.1f}" for _, digits in agreement.at), f"{agreement.visible:.1e}"] for agreement in parts]
         print_table(columns, rows, parts[0].method)
