@@ -1,4 +1,4 @@
-"""The problem collection: one file a problem, each with a function ``problem(*, ...)`` that returns its definition."""
+"""The problem collection: one file per problem, each with a function ``problem(*, ...)`` that returns its definition."""
 
 from daebench.systems.renamed_modules import keep_old_call
 

@@ -1,4 +1,4 @@
-"""Charts by coordinates and their rates, and the stereographic projection, which leaves out one point of a sphere alone."""
+"""Charts by coordinates and their rates, and the stereographic projection, which is singular at a single point of a sphere."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -56,6 +56,6 @@ def unit_vector(x: Sequence[Any], S: sp.Matrix) -> sp.Matrix:
 
 
 def projected(n: Sequence[sp.Expr], S: sp.Matrix) -> list[sp.Expr]:
-    """Return the stereographic projection x, shape(2,), of a unit vector n: what :func:`unit_vector` undoes."""
+    """Return the stereographic projection x, shape(2,), of a unit vector n, the inverse of :func:`unit_vector`."""
     seen = S.T * sp.Matrix(n)
     return [seen[0] / (1 - seen[2]), seen[1] / (1 - seen[2])]

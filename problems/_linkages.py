@@ -1,4 +1,4 @@
-"""Linkages of one degree of freedom, point after point: where each is by the distances from those before it, and how it moves with them."""
+"""Linkages of one degree of freedom, point after point: positions and velocities of each from its distances from previous points."""
 
 from collections.abc import Mapping, Sequence
 
@@ -56,7 +56,7 @@ def followed(x: sp.Matrix, anchors: Sequence[tuple[sp.Matrix, sp.Matrix]]) -> sp
 
 
 def dot(a: sp.Matrix, b: sp.Matrix) -> sp.Expr:
-    """Return a . b, not multiplied out."""
+    """Return a . b, not expanded."""
     return sp.Add(*(x * y for x, y in zip(a, b, strict=True)))
 
 

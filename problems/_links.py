@@ -1,4 +1,4 @@
-"""Point masses on a chain of massless rods in the plane: what the double pendulum and the longer chain share.
+"""Point masses on a chain of massless rods in the plane: the common part of the double pendulum and the longer chain.
 
 Mass k is at q_k = (x_k, y_k), y up, and rod k leads to it from mass k - 1, the first from the pivot at the origin. Positions are
 stacked as (x_1, y_1, x_2, y_2, ...), momenta likewise.

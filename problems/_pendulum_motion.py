@@ -16,14 +16,14 @@ Vector = list[Any]
 Motion = Callable[[Any, Vector, Vector], tuple[Vector, Vector]]
 
 OFF = 1e-12
-"""Initial values further than this from the sphere or its tangent plane, relatively, are refused."""
+"""Initial values whose relative distance from the sphere or its tangent plane is larger are refused."""
 
 
 def in_units(motion: Motion, t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mapping[str, Any]) -> tuple[Vector, Vector]:
     """Return (q, p) at time t by a motion in units of the pendulum, correct to mpmath's working precision.
 
-    The work is done with twice the digits and some, for the roots of an almost circular motion lose half of them. What rounding of
-    q0 and p0 leaves off the manifold is projected away, q0 along the rod and then p0.
+    The computation uses more than twice the digits, because the roots of an almost circular motion lose half of them. The rounding of q0
+    and p0 off the manifold is removed by projection, q0 along the rod and then p0.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _amplitude(z: Any, z_rate: Any, roots: Vector) -> Any:
 def _Pi(n: Any, u: Any, k2: Any, precision: int) -> Any:
     """Return the elliptic integral of the third kind as a function of u: the integral of 1/(1 - n sn^2) from 0 to u.
 
-    Values are kept for the precision in which they are worked out: that at the start is the same for all times of a motion.
+    Values are cached for the precision in which they are computed: the value at the start is the same for all times of a motion.
     """
     K = mp.ellipk(k2)
     turns = mp.nint(u / (2 * K))
@@ -143,7 +143,7 @@ def _complete_Pi(n: Any, k2: Any, precision: int) -> Any:
 
 
 def _through_the_poles(tau: Any, x: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """Return the motion in a vertical plane, that of the larger of the horizontal parts of x and v."""
+    """Return the motion in a vertical plane, which contains the larger of the horizontal parts of x and v."""
     larger = max(x[:2], v[:2], key=mp.norm)
     size = mp.norm(larger)
     e = [a / size for a in larger] if size else [mp.mpf(1), mp.mpf(0)]

@@ -11,9 +11,9 @@ Vector = list[Any]
 def euler(t: Any, y0: Sequence[Any], moments: Sequence[Any]) -> Vector:
     """Return the solution of y' = y x I^-1 y at time t, correct to mpmath's working precision, from any state and for any moments.
 
-    The axes are put in the order of their moments; an odd permutation turns the cross product round, and so time. The distance from the
-    separatrix is found with as many digits as make it exact, and the work is done with twice the digits and some, and as many more as
-    that distance has zeros.
+    The axes are sorted by their moments; an odd permutation reverses the cross product, and thus time. The distance from the separatrix is
+    computed with enough digits to be exact. The computation uses more than twice the digits, and as many more as that distance has leading
+    zeros.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def euler(t: Any, y0: Sequence[Any], moments: Sequence[Any]) -> Vector:
 
 
 def _from_the_separatrix(J: Vector, y: Vector) -> tuple[Any, int]:
-    """Return S of ``_ordered`` but for a positive factor, and how many zeros its relative size begins with."""
+    """Return S of ``_ordered`` up to a positive factor, and the number of leading zeros of its relative size."""
     with mp.workdps(8 * mp.mp.dps + 100):
         first, third = J[2] * (J[1] - J[0]), J[0] * (J[2] - J[1])
         S = first * y[0] ** 2 - third * y[2] ** 2
@@ -52,8 +52,8 @@ def _ordered(t: Any, y: Vector, e: Vector, S: Any) -> Vector:
         y1' = -(e2 - e3) y2 y3      y2' = (e1 - e3) y3 y1      y3' = -(e1 - e2) y1 y2
         S   = (e1 - e2) y1^2 - (e2 - e3) y3^2      constant: > 0 about axis 1, < 0 about axis 3, = 0 on the separatrix
 
-    Steady rotations stay, and with them the motion for three equal moments. Motion about axis 3 is that about axis 1 of a body with the
-    axes in reverse order and -e for e.
+    Steady rotations are constant, as is every motion for three equal moments. A motion about axis 3 is a motion about axis 1 of a body with
+    the axes in reverse order and -e for e.
     """
     if _rates(y, e) == [0, 0, 0]:
         return y
@@ -67,7 +67,7 @@ def _rates(y: Vector, e: Vector) -> Vector:
 
 
 def _about_the_first(t: Any, y: Vector, e: Vector, *, separatrix: bool) -> Vector:
-    """Return a motion with S >= 0 that is not steady, so that y1 keeps its sign, e1 > e2 and p > 0.
+    """Return a motion with S >= 0 that is not steady; then y1 keeps its sign, e1 > e2 and p > 0.
 
     ::
 

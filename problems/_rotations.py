@@ -11,7 +11,7 @@ def hat(y: Sequence[sp.Expr]) -> sp.Matrix:
 
 
 def turned(vector: Sequence[sp.Expr], axis: int, angle: sp.Expr) -> list[sp.Expr]:
-    """Return the solution at s = angle of x' = x x e_axis from a vector, which is the vector turned by -angle about the axis 0, 1 or 2."""
+    """Return the solution at s = angle of x' = x x e_axis from a vector: the vector rotated by -angle about the axis 0, 1 or 2."""
     after, j, k = list(vector), (axis + 1) % 3, (axis + 2) % 3
     after[j] = vector[j] * sp.cos(angle) + vector[k] * sp.sin(angle)
     after[k] = vector[k] * sp.cos(angle) - vector[j] * sp.sin(angle)

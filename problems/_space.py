@@ -1,4 +1,4 @@
-"""Point masses in space: vectors stacked point after point, what the points conserve, and surfaces that they move on."""
+"""Point masses in space: vectors stacked point after point, conserved quantities, and surfaces on which the points move."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -6,7 +6,7 @@ from daebench.systems.lattice import LatticeDarboux, LatticePart, PoissonLattice
 from daebench.systems.poisson import PoissonCase
 
 LEAST = sp.Rational(1, 10**40)
-"""Added to the arguments of sigma and tau of (4.11), which divide by them: 0 becomes a number, and no other is changed."""
+"""Added to the arguments of sigma and tau of (4.11), which divide by them: it avoids 0/0 and changes no other value."""
 
 
 def problem(*, sites: int = 16) -> PoissonLattice:
@@ -19,9 +19,9 @@ def problem(*, sites: int = 16) -> PoissonLattice:
         H = dx^-2 sum (u_k u_{k-1} + v_k v_{k-1}) - dx^-4 sum ln d_k
 
     In the coordinates (4.11) the bracket is canonical. The parts are D, the logarithms, whose flow rotates every y_k, and U and V, the
-    products of one field: they move the other, each site by an equation of Riccati that the tangent solves. All keep to neighbours, so that
-    a step of a splitting is explicit and its cost linear in the number of sites. The flows of U and V reach infinity in finite time, where
-    the formulas below cease to be real.
+    products of one field, which move the other field: each site obeys a Riccati equation, whose solution is a tangent. All parts couple
+    neighbours only, so a step of a splitting is explicit, and its cost is linear in the number of sites. The flows of U and V reach
+    infinity in finite time, where the formulas below cease to be real.
 
     Parameters
     ----------
@@ -74,8 +74,8 @@ def problem(*, sites: int = 16) -> PoissonLattice:
 def _riccati(x: sp.Expr, other: sp.Expr, rate: sp.Expr, dx: sp.Expr, t: sp.Expr) -> sp.Expr:
     """Return x after time t under x' = rate (1 + dx^2 (other^2 + x^2)).
 
-    The denominator, 1 at the start, is written as two roots: past infinity, where it is negative, the flow has no value. That lies within
-    half a turn of theta, beyond which it has none either: the second term is there for nothing else.
+    The denominator, 1 at the start, is written as two roots: past infinity, where it is negative, the flow has no value. Infinity lies
+    within half a turn of theta; the second term makes the value undefined beyond half a turn, too.
     """
     a = sp.sqrt(1 + dx**2 * other**2)
     turn = dx * a * rate * t

@@ -7,7 +7,7 @@ import sympy as sp
 from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 Pieces = Sequence[tuple[sp.Expr, sp.Expr]]
-"""Lengths and angles of the straight pieces that lead from one point to another."""
+"""Lengths and angles of the straight pieces from one point to another."""
 
 xa, ya, xb, yb, xc, yc = map(sp.Rational, ["-.06934", "-.00227", "-.03635", ".03273", ".014", ".072"])
 d, da, e, ea, fa, rr, ra = map(sp.Rational, [".028", ".0115", ".02", ".01421", ".01421", ".007", ".00092"])
@@ -34,11 +34,11 @@ def problem(
         U = stiffness/2 (|D - C| - rest_length)^2 - torque beta                          D where the spring holds the lever
         g = (P - P_3, P - P_54, P - P_76)                                                P_.. the same point by the lever and the arms
 
-    A constant torque has a potential, so that this is a Hamiltonian system, with one degree of freedom and no integral besides H. M depends
+    A constant torque has a potential, so this is a Hamiltonian system, with one degree of freedom and no integral other than H. M depends
     on Theta, Phi and Omega, and couples beta with Theta, Phi with delta, and Omega with epsilon.
 
-    The values printed for t = 0.03 s in the Bari test set are off by up to 1.4e-9 rad in q, by one shift of time of 1e-12 s, and by up to
-    1.5e-5 N in lam; the certified reference is not.
+    The values printed for t = 0.03 s in the Bari test set have errors of up to 1.4e-9 rad in q, due to a shift of time by 1e-12 s, and of
+    up to 1.5e-5 N in lam; the certified reference does not.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def problem(
 
 
 def loops(q: Sequence[sp.Expr]) -> list[list[sp.Matrix]]:
-    """Return the points on the four ways that lead to P: by crank and link, the lever, the arms 5 and 4, and the arms 7 and 6."""
+    """Return the points on the four paths to P: by crank and link, the lever, the arms 5 and 4, and the arms 7 and 6."""
     beta, Theta, gamma, Phi, delta, Omega, epsilon = q
     return [
         way(ORIGIN, [(rr, beta), (-d, beta + Theta)]),
@@ -86,7 +86,7 @@ def hook(q: Sequence[sp.Expr]) -> sp.Matrix:
 
 
 def way(base: sp.Matrix, pieces: Pieces) -> list[sp.Matrix]:
-    """Return a point and the ends of the straight pieces that lead on from it, one after another."""
+    """Return a point and the ends of the straight pieces from it, one after another."""
     points = [base]
     for length, angle in pieces:
         points.append(points[-1] + length * sp.Matrix([sp.cos(angle), sp.sin(angle)]))
@@ -94,7 +94,7 @@ def way(base: sp.Matrix, pieces: Pieces) -> list[sp.Matrix]:
 
 
 def bodies(q: Sequence[sp.Expr]) -> list[tuple[Pieces, sp.Expr]]:
-    """Return for each body what leads from a fixed point to its centre of mass, and the angle that it has turned by."""
+    """Return for each body the pieces from a fixed point to its centre of mass, and its angle of rotation."""
     beta, Theta, gamma, Phi, delta, Omega, epsilon = q
     return [
         ([(ra, beta)], beta),

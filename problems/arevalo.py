@@ -9,7 +9,7 @@ from daebench.errors import BadInput
 from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture
 
 OFF = 1e-12
-"""By how much a start may be off the exact one."""
+"""Largest distance of a start from the exact one."""
 
 
 def problem() -> ConstrainedHamiltonian:
@@ -20,9 +20,9 @@ def problem() -> ConstrainedHamiltonian:
         H = (px^2 + py^2) / 2,      F = (2 y, -2 x),      g = (x^2 + y^2 - 1) / 2
         x = sin t^2,    y = cos t^2,    lam = 4 t^2
 
-    The force is tangent to the circle, so that the angle's rate is 2 t, and 2 t^2 is the energy that the force has put in. The example is
+    The force is tangent to the circle, so the rate of the angle is 2 t, and the force has put in the energy 2 t^2. The example is
     that of C. Arevalo and P. Lotstedt, *Improving the accuracy of BDF methods for index 3 differential-algebraic equations*, BIT 35 (1995)
-    297-308, as the authors of ``solve_dae`` measure codes with it; their multiplier is minus this one.
+    297-308, in the form in which the authors of ``solve_dae`` test codes with it; their multiplier is minus this one.
     """
     q, p, t = sp.symbols("x y", real=True), sp.symbols("px py", real=True), sp.Symbol("t", real=True)
     x, y = q

@@ -1,4 +1,4 @@
-"""Bricard's mechanism, five rods in a closed loop: one degree of freedom, which counting constraints would not give it."""
+"""Bricard's mechanism, five rods in a closed loop: it has one degree of freedom, although a count of constraints gives none."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -28,11 +28,11 @@ def problem(*, mass: float = 1.0, length: float = 1.0, width: float = 0.1, gravi
     of inertia mass width^2/6 about its length, has a constant mass matrix.
 
     There are 16 constraints on 16 positions, and G has rank 15 all along the motion: most loops of six joints in space are stiff, but this
-    one moves (Bricard, *J. Math. Pures Appl.* 3 (1897) 113-150). One constraint is redundant for good, so that of the multipliers only
-    G^T lam is determined. Joints of odd number all turn by one angle b and those of even number by one angle a, with
-    (1 + cos a) (1 + cos b) = 1, as in every linkage of threefold symmetry with right angles (Chen, You and Tarnai, *Int. J. Solids
-    Struct.* 42 (2005) 2287-2301). In the benchmark the joint P_3, the third from the origin, is back at its start after 4.99 s; it comes
-    up to y = -0.866 and down to z = -0.5 on the way.
+    one moves (Bricard, *J. Math. Pures Appl.* 3 (1897) 113-150). One constraint is redundant everywhere, so only the combination G^T lam of
+    the multipliers is determined. Joints of odd number all turn by one angle b and those of even number by one angle a, with (1 + cos a) (1
+    + cos b) = 1, as in every linkage of threefold symmetry with right angles (Chen, You and Tarnai, *Int. J. Solids Struct.* 42 (2005)
+    2287-2301). In the benchmark the joint P_3, the third from the origin, is back at its start after 4.99 s; it comes up to y = -0.866 and
+    down to z = -0.5 on the way.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def constraints(P: Sequence[sp.Matrix], u: Sequence[sp.Matrix], length: sp.Expr)
 
 
 def mass_matrix(q: Sequence[sp.Symbol], mass: sp.Expr, length: sp.Expr, width: sp.Expr) -> sp.Matrix:
-    """Return M, shape(16, 16), constant: joints and axes are linear in q, so that those at q' are their velocities but for a constant."""
+    """Return M, shape(16, 16), constant: joints and axes are linear in q, so their values at q' are their velocities up to a constant."""
     still = dict.fromkeys(q, 0)
     P, u = ([x - x.subs(still) for x in part] for part in (joints(q, length), axes(q)))
     T = sum(mass / 6 * (v.dot(v) + v.dot(w) + w.dot(w)) for v, w in pairwise(P))

@@ -1,4 +1,4 @@
-"""Butane, four united atoms with rigid bonds and angles: the molecule of the SHAKE paper, which turns about its middle bond alone."""
+"""Butane, four united atoms with rigid bonds and angles: the molecule of the SHAKE paper, which is flexible only about its middle bond."""
 
 from collections.abc import Sequence
 
@@ -30,15 +30,15 @@ def problem(
         g = |r_{i+1} - r_i|^2 - bond^2,   i = 1, 2, 3,    and    |r_{i+2} - r_i|^2 - 2 bond^2 (1 - cos angle),   i = 1, 2
         cos(phi) = (|r_4 - r_1|^2 - bond^2 (1 - 2 cos angle)^2) / (2 bond^2 sin(angle)^2) - 1
 
-    The molecule is the one of Ryckaert, Ciccotti & Berendsen, *J. Comput. Phys.* 23 (1977) 327-341, with whom SHAKE began; the potential
-    is by Ryckaert & Bellemans, *Chem. Phys. Lett.* 30 (1975) 123-125. The angles are kept as distances, so that each triangle of
+    The molecule is the one of Ryckaert, Ciccotti & Berendsen, *J. Comput. Phys.* 23 (1977) 327-341, the paper that introduced SHAKE; the
+    potential is by Ryckaert & Bellemans, *Chem. Phys. Lett.* 30 (1975) 123-125. The angles are kept as distances, so that each triangle of
     neighbours is rigid and all five multipliers are coupled. The torsion phi is 0 in trans; with rigid bonds and angles its cosine is
-    linear in the squared distance of the outer atoms. Off the manifold that is another function than the cosine of the angle between
-    two planes, so that the multipliers are not the same, but the motion is.
+    linear in the squared distance of the outer atoms. Off the manifold this function differs from the cosine of the angle between two
+    planes, so the multipliers are not the same, but the motion is.
 
-    Total momentum P and angular momentum L about the origin stay, and from rest the torsion alone decides where all atoms are. It
-    has wells in trans and, higher by 2.93 kJ/mol, at two gauche positions 120 degrees off, between barriers of 12.35 (trans-gauche) and
-    44.8 kJ/mol (cis). A molecule that turns as a whole couples its torsion to its rotation.
+    Total momentum P and angular momentum L about the origin are conserved, and from rest the torsion alone determines the positions of all
+    atoms. It has wells in trans and, higher by 2.93 kJ/mol, at two gauche positions 120 degrees off, between barriers of 12.35
+    (trans-gauche) and 44.8 kJ/mol (cis). A molecule that turns as a whole couples its torsion to its rotation.
 
     Lengths are in Angstrom, masses in u and energies in kJ/mol, so that the unit of time is 0.1 ps: t = 10 is a picosecond.
 
@@ -88,7 +88,7 @@ def torsion_cosine(r: Sequence[sp.Matrix], b: sp.Expr, degrees: sp.Expr) -> sp.E
 
 
 def steps(b: sp.Expr, degrees: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Return how far a bond goes along the next one and away from it."""
+    """Return the components of a bond along the next one and perpendicular to it."""
     return -b * cosine(degrees), b * sp.sin(sp.pi * degrees / 180)
 
 

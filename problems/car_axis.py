@@ -1,4 +1,4 @@
-"""A car axle on two springs whose right wheel rolls over bumps: constraints that depend on time, and a benchmark of codes for DAEs."""
+"""A car axle on two springs whose right wheel rolls over bumps: constraints that depend on time, and a benchmark of DAE codes."""
 
 from collections.abc import Sequence
 

@@ -31,12 +31,12 @@ def problem(
         cos(phi) = (|r_{i+3} - r_i|^2 - bond^2 (1 - 2 cos angle)^2) / (2 bond^2 sin(angle)^2) - 1
 
     The twelve distances are the edges of an octahedron. In the chair they are independent and leave the six degrees of freedom of a rigid
-    body. The boat is one of Bricard's flexible octahedra (*J. Math. Pures Appl.* 3 (1897) 113-150), symmetric under a half turn: there G
-    has rank 11 wherever it goes, one constraint is redundant, and the ring turns its boat from atom to atom, which chemists call
-    pseudorotation (Hazebroek and Oosterhoff, *Discuss. Faraday Soc.* 10 (1951) 87-93). Which form a motion has is decided by its start.
+    body. The boat is one of Bricard's flexible octahedra (*J. Math. Pures Appl.* 3 (1897) 113-150), symmetric under a half turn: G has rank
+    11 along the whole motion, one constraint is redundant, and the boat moves round the ring from atom to atom, which is called
+    pseudorotation (Hazebroek and Oosterhoff, *Discuss. Faraday Soc.* 10 (1951) 87-93). The start determines the form of a motion.
 
     Opposite torsions are equal, as they have the same outer atoms. Their potential is that of butane, by Ryckaert & Bellemans, *Chem. Phys.
-    Lett.* 30 (1975) 123-125, with phi = 0 in trans. Total momentum P and angular momentum L about the origin stay.
+    Lett.* 30 (1975) 123-125, with phi = 0 in trans. Total momentum P and angular momentum L about the origin are conserved.
 
     Lengths are in Angstrom, masses in u and energies in kJ/mol, so that the unit of time is 0.1 ps: t = 10 is a picosecond.
 

@@ -1,4 +1,4 @@
-"""Two point masses hung one from the other in the plane: the smallest chaotic problem, with two constraints that meet in one mass."""
+"""Two point masses, one hung from the other, in the plane: the smallest chaotic problem, with two constraints that share one mass."""
 
 import sympy as sp
 

@@ -1,4 +1,4 @@
-"""Two point masses hung one from the other in space: chaotic, with an angular momentum about the vertical that stays."""
+"""Two point masses, one hung from the other, in space: chaotic, with a conserved angular momentum about the vertical."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -23,9 +23,9 @@ def problem(
         g1 = |q_1|^2 - length1^2      g2 = |q_2 - q_1|^2 - length2^2
 
     The system of Marsden & Scheurle, Lagrangian reduction and the double spherical pendulum, ZAMP 44 (1993) 17-43. It has four degrees
-    of freedom and two integrals, H and the angular momentum L3 about the vertical. L3 is quadratic, and RATTLE keeps it to rounding
-    although the motion itself is lost: what a method keeps of a chaotic motion is shown here in the smallest problem in space. Its
-    multipliers are coupled, for the rods meet in the first mass.
+    of freedom and two integrals, H and the angular momentum L3 about the vertical. L3 is quadratic, and RATTLE keeps it to round-off
+    although the motion itself is lost: this is the smallest problem in space that shows which quantities of a chaotic motion a method
+    keeps. Its multipliers are coupled, because the rods meet in the first mass.
 
     Parameters
     ----------

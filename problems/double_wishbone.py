@@ -24,8 +24,8 @@ def problem(
         H           1/2 p^T M^-1 p + stiffness/2 (|H - E| - length)^2 + weight        g: eight distances
 
     The x-axis points forward, y to the wheel's side and z up; lengths are in metres. All joints are balls at points that bodies share, and
-    take no equation. Without a tyre the wheel hangs in its spring, whose length without force is the one at the reference position.
-    The wheel's moments of inertia are left out: it hardly turns.
+    need no equation. Without a tyre the wheel hangs in its spring, whose length without force is the one at the reference position. The
+    wheel's moments of inertia are neglected, because it hardly turns.
 
     Parameters
     ----------

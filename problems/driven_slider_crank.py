@@ -1,4 +1,4 @@
-"""A slider crank whose crank is turned by a motor at an angle that is prescribed: constraints in time, a spring and a damper."""
+"""A slider crank whose crank is turned by a motor through a prescribed angle: time-dependent constraints, a spring and a damper."""
 
 import sympy as sp
 
@@ -20,7 +20,7 @@ def problem(
 ) -> ConstrainedHamiltonian:
     """Return the driven slider crank, q = (x1, y1, x2, x3): the crank's tip (x1, y1), the slider (x2, 0) and a load (x3, 0) behind it.
 
-    A motor holds the crank at the angle phi(t), whatever torque that takes. A spring and a damper pull a load along the slider's line.
+    A motor holds the crank at the angle phi(t) with any torque that is needed. A spring and a damper pull a load along the slider's line.
 
     ::
 
@@ -29,8 +29,8 @@ def problem(
         U = gravity rod_mass y1/2 + stiffness/2 (x3 - x2 - rod)^2        F = -damping (x3' - x2') in x3, and its opposite in x2
         g = (x1 - crank cos phi, y1 - crank sin phi, (x1 - x2)^2 + y1^2 - rod^2)
 
-    The three positions of the mechanism follow from the time, so that the load alone moves freely: it is a linear oscillator under the
-    force of a motion that is known. The multipliers of the first two constraints are the force at the crank's tip.
+    The three positions of the mechanism are functions of time, so only the load moves freely: it is a linear oscillator under a known
+    force. The multipliers of the first two constraints are the force at the crank's tip.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def problem(
     speed : float
         Mean angular speed of the crank, rad/s.
     ripple : float
-        Amplitude of the angle's deviation from uniform turning, rad; it turns one way while this is below 1.
+        Amplitude of the angle's deviation from uniform rotation, rad; below 1 the crank turns in one direction.
     gravity : float
         Gravitational acceleration along -y, m/s^2.
     """

@@ -18,8 +18,8 @@ def problem(*, mass: float = 1.0, a1: float = 1.8, a2: float = 1.5, a3: float = 
         Jacobi's integral  (q1^2 / a1^4 + q2^2 / a2^4 + q3^2 / a3^4) (p1^2 / a1^2 + p2^2 / a2^2 + p3^2 / a3^2)
 
     C. G. J. Jacobi, *Vorlesungen ueber Dynamik*, 28th lecture; the integral is also called Joachimsthal's. There is no potential: every
-    force is one of constraint, and what a method does to a motion is done by how it treats the surface. The integral is of fourth
-    degree, and no method is built to keep it; with |p| it decides the kind. Geodesics that cross the ellipse q2 = 0 between
+    force is a constraint force, and the errors of a method come from its treatment of the surface. The integral is of fourth degree, and no
+    method is designed to keep it; with |p| it determines the kind of the geodesic. Geodesics that cross the ellipse q2 = 0 between
     neighbouring umbilics are kept off the ends of either the shortest or the longest axis, round which they wind. Those through an umbilic
     all meet again in the opposite one, half the length of that ellipse away, and are unstable. The umbilics are at
 
@@ -76,7 +76,7 @@ def umbilic(a: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
 def projection(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix, a: Sequence[sp.Expr]) -> Chart:
     """Return the chart by the stereographic projection of (q1/a1, q2/a2, q3/a3) from (3/5, 0, 4/5), third column of S.
 
-    With the default semi-axes that is an umbilic, which no geodesic reaches but those that go through one.
+    With the default semi-axes this point is an umbilic, which only geodesics through an umbilic reach.
     """
     u, S = sp.symbols("u1:3", real=True), sp.Matrix([[4, 0, 3], [0, 5, 0], [-3, 0, 4]]) / 5
     place = [b * x for b, x in zip(a, unit_vector(u, S), strict=True)]

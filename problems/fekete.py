@@ -1,4 +1,4 @@
-"""Points that repel each other on a sphere and come to rest by damping: elliptic Fekete points, and a large benchmark of codes for DAEs."""
+"""Points that repel each other on a sphere and come to rest by damping: elliptic Fekete points, and a large benchmark of DAE codes."""
 
 import sympy as sp
 
@@ -10,7 +10,7 @@ RINGS = [(3, (3, 8), 13, 1), (7, (1, 8), 29, 1), (6, (-2, 15), 7, 1), (4, (-3, 1
 """Of each ring: its points, its latitude in parts of pi, pi over the first longitude's shift, and the number that it begins with."""
 
 CHARTED = 8
-"""Most points for which there is a chart: that of twenty takes longer to write down than it is of use."""
+"""Largest number of points with a chart: the chart of twenty points takes too long to derive."""
 
 
 def problem(*, points: int = 20, damping: float = 0.5) -> ConstrainedHamiltonian:
@@ -20,11 +20,11 @@ def problem(*, points: int = 20, damping: float = 0.5) -> ConstrainedHamiltonian
 
         H = |p|^2 / 2 - sum_{i < j} ln |p_i - p_j|      F = -damping p      g_i = |p_i|^2 - 1
 
-    The points come to rest where the product of their distances is largest, and all multipliers are (n - 1)/4 then, whatever the points.
+    The points come to rest where the product of their distances is largest, and all multipliers are then (n - 1)/4, for any start.
     A problem by J. D. Pinter, W. J. H. Stortelder and J. J. B. de Swart, *Computation of elliptic Fekete point sets*, CWI Quarterly 12
     (1999) 63-76, in F. Mazzia and C. Magherini, *Test Set for Initial Value Problem Solvers*, release 2.4 (Bari, 2008), whose
-    multipliers are minus these. Twenty points are derived and compiled once, in about a minute; then ``ida:index2`` is at t = 1000 in a
-    fraction of a second, with a tolerance of 1e-9 within 1e-8 of the positions published there.
+    multipliers are minus these. The derivation and compilation for twenty points takes about a minute, once. Then ``ida:index2`` reaches t
+    = 1000 in a fraction of a second; with a tolerance of 1e-9 it agrees with the positions published there within 1e-8.
 
     Parameters
     ----------

@@ -23,9 +23,9 @@ def problem(*, bars: int = 2, mass: float = 1.0, length: float = 1.0, gravity: f
             theta'' = -a gravity / length sin theta,   a = 3 (3 N + 1) / (2 (4 N + 1)),   the motion of a pendulum
 
     M couples neighbours, so that G M^-1 G^T is full, while [[M, G^T], [G, 0]] is banded from link to link. Where all bars lie in one
-    horizontal line G has rank N + 1 in place of 2 N + 1, and uprights could begin to turn against each other there. In the parallel motion
-    the forces of constraint G^T lam pass that place unharmed; the multipliers of three uprights and more grow like 1/cos(theta). H is the
-    only first integral.
+    horizontal line, G has rank N + 1 in place of 2 N + 1, and uprights could begin to turn against each other. In the parallel motion the
+    constraint forces G^T lam stay finite there; the multipliers of three or more uprights grow like 1/cos(theta). H is the only first
+    integral.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def couplers(bars: int) -> list[int]:
 
 
 def shares(bars: int) -> list[sp.Expr]:
-    """Return what each B_i has of the momentum of a parallel motion, for bars of mass 1: a third of an upright and half of each coupler."""
+    """Return the share of each B_i in a parallel motion's momentum, for bars of mass 1: a third of an upright, half of each coupler."""
     return [sp.Rational(1, 3) + sp.Rational(number, 2) for number in couplers(bars)]
 
 
@@ -134,7 +134,7 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
     t : number
         Time, s; of either sign.
     q0, p0 : sequence of number, shape(2 N + 2,)
-        State at time 0, on the constraint manifold, as exact as the answer is to be.
+        State at time 0, on the constraint manifold, with the accuracy that the result should have.
     parameters : mapping of str to number
         mass (kg), length (m) and gravity (m/s^2), all positive.
 

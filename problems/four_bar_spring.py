@@ -24,8 +24,8 @@ def problem(
 
     The problem is of the kind of the IFToMM benchmark *Fourbar linkage with diagonal spring*, which asks for the equilibrium and for the
     eigenvalues of the linearised motion (see also Gonzalez, Masarati, Cuadrado & Naya, *J. Comput. Nonlinear Dyn.* 12 (2017) 041009). The
-    numbers here are our own, for those of the benchmark are not at hand: what they are held against is the motion in theta. With all bars
-    equal the bars on the ground stay parallel, until all lie in one line, where G loses rank.
+    numbers here are not those of the benchmark, which are not available; the tests compare the motion with the motion in theta. With equal
+    bars the bars on the ground stay parallel until all bars lie in one line, where G loses rank.
 
     Parameters
     ----------

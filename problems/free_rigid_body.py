@@ -21,8 +21,8 @@ def problem(*, I1: float = 0.6, I2: float = 0.8, I3: float = 1.0) -> PoissonSyst
 
         y' = y x I^-1 y = B(y) grad H(y)      B = hat(y)      H = 1/2 sum y_i^2/I_i      C = 1/2 |y|^2
 
-    Splittings: ``123`` and the other five orders of the rotations T_i = y_i^2/(2 I_i) about the axes; and ``top``, the symmetric top S
-    with I1 in the place of I2, which turns y about axis 3, and the rotation R about axis 2 that is left.
+    Splittings: ``123`` and the other five orders of the rotations T_i = y_i^2/(2 I_i) about the axes; and ``top``, the symmetric top S with
+    I1 in place of I2, which rotates y about axis 3, and the remaining rotation R about axis 2.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def kinetic(y: State, moments: State) -> sp.Expr:
 def parts(y: State, moments: State) -> dict[str, Part]:
     """Return the rotations T1, T2, T3, the symmetric top S and the rotation R that makes it the body.
 
-    The energy of the top is a Casimir function and (1/I3 - 1/I1) y3^2/2, so that it turns y about axis 3 too.
+    The energy of the top is a Casimir function plus (1/I3 - 1/I1) y3^2/2, so its flow also rotates y about axis 3.
     """
     t = sp.Symbol("t", real=True)
     e = [1 / moment for moment in moments]
@@ -93,8 +93,8 @@ def longitude(y: State) -> DarbouxMap:
 
         y = (sqrt(C^2 - P^2) sin Q, sqrt(C^2 - P^2) cos Q, P)      {Q, P} = 1
 
-    They are canonical but at the poles y1 = y2 = 0, which are equilibria, so that no other motion meets them. The way back holds on the
-    whole space. In numbers they lose eps/sin^2 of the angle to axis 3: all digits within 1e-8 of a pole.
+    They are canonical except at the poles y1 = y2 = 0, which are equilibria, so no other motion reaches them. The inverse holds on the
+    whole space. In floating point they lose eps/sin^2 of the angle to axis 3: all digits within 1e-8 of a pole.
     """
     q, p, c = sp.symbols("Q P C", real=True)
     across = sp.sqrt(c**2 - p**2)
@@ -110,13 +110,13 @@ def longitude(y: State) -> DarbouxMap:
 
 
 def rotation(y: State, moments: State) -> Lift:
-    """Return the motion of the rotation matrix Q itself, with P = Q' D, above that of y: at Q = 1 to begin with.
+    """Return the motion of the rotation matrix Q with P = Q' D, whose image is the motion of y; it starts at Q = 1.
 
     ::
 
         Q' = Q hat(I^-1 y)      d_k = (I1 + I2 + I3)/2 - I_k      Q^T P - P^T Q = hat(y)
 
-    A flat body, I3 = I1 + I2 say, has none: its D is singular.
+    A flat body, for example with I3 = I1 + I2, has no such motion: its D is singular.
     """
     omega = [component / moment for component, moment in zip(y, moments, strict=True)]
     return Lift(problem="rigid_body_rotation", q=tuple(sp.eye(3)), p=turning(omega, moments), y=body_momentum)

@@ -31,9 +31,9 @@ def problem(
         Gamma' = Gamma x I^-1 y
         B      = [[hat(y), hat(Gamma)], [hat(Gamma), 0]]    C1 = 1/2 |Gamma|^2,  C2 = y . Gamma
 
-    Splittings: ``V123`` and the other five orders of the rotations T_i = y_i^2/(2 I_i), which turn y and Gamma alike, each after the
-    potential V, which changes y alone. For particular moments there is a fourth integral - Lagrange's and Kovalevskaya's - that holds for
-    no others, so that it is not declared.
+    Splittings: ``V123`` and the other five orders of the rotations T_i = y_i^2/(2 I_i), which rotate y and Gamma alike, each after the
+    potential V, which changes only y. For particular moments there is a fourth integral - Lagrange's and Kovalevskaya's. It does not hold
+    for other moments, so it is not declared.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def parts(y: State, Gamma: State, moments: State) -> dict[str, Part]:
 
 
 def potential(y: State, Gamma: State, V: sp.Expr, weight: State) -> Part:
-    """Return the potential, along whose flow Gamma stays and y grows evenly by the torque Gamma x weight."""
+    """Return the potential, along whose flow Gamma is constant and y grows linearly by the torque Gamma x weight."""
     t = sp.Symbol("t", real=True)
     torque = hat(Gamma) * sp.Matrix(weight)
     return Part(H=V, t=t, y=(*(component + t * part for component, part in zip(y, torque, strict=True)), *Gamma))

@@ -1,4 +1,4 @@
-"""Predator and prey, HLW (2.13): a Poisson system in the plane, whose orbits are closed curves that many methods open."""
+"""Predator and prey, HLW (2.13): a Poisson system in the plane, whose orbits are closed curves, but not with many methods."""
 
 import sympy as sp
 
@@ -14,7 +14,7 @@ def problem(*, a: float = 1.0, b: float = 2.0) -> PoissonSystem:
         u' = u (v - b)      v' = v (a - u)
         B = [[0, u v], [-u v, 0]]      H = u - a ln u + v - b ln v      u, v > 0
 
-    In the logarithms Q = ln u, P = ln v the structure matrix is the canonical one, which is what (4.9) rests on. The parts are
+    In the logarithms Q = ln u, P = ln v the structure matrix is the canonical one, which is the basis of (4.9). The parts are
     L = v - b ln v, which moves u, and K = u - a ln u, which moves v; L first makes ``strang`` the method (4.6).
 
     Parameters

@@ -1,4 +1,4 @@
-"""A chain of equal point masses on equal massless rods in the plane: as many constraints as links, each tied to its neighbours."""
+"""A chain of equal point masses on equal massless rods in the plane: as many constraints as links, each coupled to its neighbours."""
 
 import sympy as sp
 
@@ -16,10 +16,10 @@ def problem(*, links: int = 5, mass: float = 1.0, length: float = 1.0, gravity: 
         G M^-1 G^T is tridiagonal: with r_k = q_k - q_{k-1},
             (G M^-1 G^T)_{1,1} = 4 |r_1|^2 / mass,   _{k,k} = 8 |r_k|^2 / mass,   _{k,k+1} = -4 r_k . r_{k+1} / mass
 
-    H is the only first integral, unless gravity is 0. Released from the horizontal all masses at first fall freely, for no rod but
-    the first turns: q'' = (0, -gravity) and lam = 0. The motion is chaotic: of five links with the default parameters a difference of
-    one rounding has grown by e^36.7, to the size of the motion, after about 21 s; one percent is lost after 19 s. No double-precision
-    run follows it further.
+    H is the only first integral, unless gravity is 0. Released from the horizontal, all masses at first fall freely, because only the first
+    rod turns: q'' = (0, -gravity) and lam = 0. The motion is chaotic: of five links with the default parameters a difference of one
+    rounding has grown by e^36.7, to the size of the motion, after about 21 s; one percent is lost after 19 s. No double-precision run
+    follows it further.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A point mass on a circle under gravity: one degree of freedom, and a closed form to hold everything against."""
+"""A point mass on a circle under gravity: one degree of freedom, and a closed form for comparisons."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -84,7 +84,7 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
     t : number
         Time, s; of either sign.
     q0, p0 : sequence of number, shape(2,)
-        State at time 0, on the constraint manifold, as exact as the answer is to be.
+        State at time 0, on the constraint manifold, with the accuracy that the result should have.
     parameters : mapping of str to number
         mass (kg), length (m) and gravity (m/s^2), all positive.
 

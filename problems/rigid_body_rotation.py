@@ -1,4 +1,4 @@
-"""A rigid body with a fixed point by its rotation matrix: nine positions tied by six constraints, HLW VII.5."""
+"""A rigid body with a fixed point by its rotation matrix: nine positions under six constraints, HLW VII.5."""
 
 from collections.abc import Sequence
 
@@ -28,13 +28,13 @@ def problem(
         H = 1/2 tr(P D^-1 P^T) + mass gravity (Q r)_3      P = Q' D      d_k = (I1 + I2 + I3)/2 - I_k
         g = Q^T Q - I, its entries 11, 22, 33, 12, 13, 23
 
-    The body's angular momentum y is that of hat(y) = Q^T P - P^T Q, and L = Q y is the one in space, of which gravity leaves the
-    component about the vertical alone. For particular moments and centres of mass there are more integrals; they are not declared.
+    The body's angular momentum y is given by hat(y) = Q^T P - P^T Q, and L = Q y is the angular momentum in space; under gravity only its
+    vertical component is conserved. For particular moments and centres of mass there are more integrals; they are not declared.
 
     Parameters
     ----------
     I1, I2, I3 : float
-        Principal moments of inertia about the fixed point, kg m^2; each less than the sum of the others, as of any body that is not flat.
+        Principal moments of inertia about the fixed point, kg m^2; each less than the sum of the others, as for any body that is not flat.
     mass : float
         Mass of the body, kg.
     gravity : float
@@ -102,9 +102,9 @@ def angles(Q: sp.Matrix, P: sp.Matrix, moments: Expressions) -> Chart:
 
         Q = S R3(phi) R1(theta) R2(psi)      P = Q hat(omega) D
 
-    Its poles theta = +-pi/2 are where axis 2 of the body lies along the axis (2, 3, 6)/7 of space, third column of S. It is chosen so that
-    the free body of the case ``free`` stays more than 15 degrees away for ever, and the ``heavy_top`` 4.7 degrees until t = 20: about the
-    vertical the axis of that top would fall through a pole at t = 0.37.
+    Its poles theta = +-pi/2 are where axis 2 of the body lies along the axis (2, 3, 6)/7 of space, third column of S. This axis is chosen
+    so that the free body of the case ``free`` always stays more than 15 degrees away, and the ``heavy_top`` 4.7 degrees until t = 20: with
+    poles on the vertical, the axis of that top would pass through a pole at t = 0.37.
     """
     phi, theta, psi, *omega = sp.symbols("phi theta psi omega1:4", real=True)
     S = sp.Matrix([[6, -3, 2], [2, 6, 3], [-3, -2, 6]]) / 7

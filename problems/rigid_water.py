@@ -27,11 +27,11 @@ def problem(
         g = |r_2 - r_1|^2 - bond^2,   |r_3 - r_1|^2 - bond^2,   |r_3 - r_2|^2 - 2 bond^2 (1 - cos angle)
 
     Geometry, masses and charges are those of SPC water, Berendsen, Postma, van Gunsteren & Hermans, in *Intermolecular Forces* (Reidel
-    1981) 331-342; ``bond=0.9572``, ``angle=104.52`` and ``charge=0.417`` make it TIP3P. The three distances make the triangle rigid, which
-    SETTLE solves in closed form (Miyamoto & Kollman, *J. Comput. Chem.* 13 (1992) 952-962) and other codes iterate for.
+    1981) 331-342; ``bond=0.9572``, ``angle=104.52`` and ``charge=0.417`` make it TIP3P. The three distances make the triangle rigid, for
+    which SETTLE has a closed form (Miyamoto & Kollman, *J. Comput. Chem.* 13 (1992) 952-962) and other codes iterate.
 
-    The field along the third axis turns the dipole, the well holds the oxygen atom: rotation and motion as a whole are coupled, since the
-    centre of mass is elsewhere. Angular momentum L3 about the axis of the field stays.
+    The field along the third axis turns the dipole, and the well holds the oxygen atom. Rotation and translation are coupled, since the
+    centre of mass is not at the oxygen atom. The angular momentum L3 about the axis of the field is conserved.
 
     Lengths are in Angstrom, masses in u, charges in e and energies in kJ/mol, so that the unit of time is 0.1 ps.
 

@@ -23,8 +23,8 @@ def problem(
         crank O N A and rocker Q R B, uniform triangles that turn about the axes O N and Q R at rest      coupler A B, a uniform rod
         g = |A - O|^2 - ..., |A - N|^2 - ..., |B - Q|^2 - ..., |B - R|^2 - ..., |B - A|^2 - ...
 
-    A rod between two balls does not turn about itself, so that one degree of freedom is left. At all angles of the crank the coupler
-    reaches the rocker: the crank turns all the way round.
+    A rod between two balls does not turn about itself, so one degree of freedom remains. The coupler reaches the rocker at all angles of
+    the crank: the crank can make full turns.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def problem(
 def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart:
     """Return the chart of the crank's angle from the vertical and its rate, nowhere singular.
 
-    The rocker's end B goes on a circle in the plane z = 0; the coupler leaves it the points at a distance of A there.
+    The rocker's end B moves on a circle in the plane z = 0; the coupler selects the points at its length from A.
     """
     phi = sp.Symbol("phi", real=True)
     at = vectors({**GROUND, **POINTS})

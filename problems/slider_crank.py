@@ -1,4 +1,4 @@
-"""A crank that drives a slider by a rod: the smallest mechanism, with a mass matrix that is not diagonal, and one that can lock up."""
+"""A crank that drives a slider by a rod: the smallest mechanism, with a non-diagonal mass matrix, which can lock up."""
 
 from collections.abc import Sequence
 
@@ -28,9 +28,9 @@ def problem(
         g2 = (x1 - x2)^2 + y1^2 - rod^2
 
     With rod > crank the rank of G is 2 everywhere. With rod = crank it drops to 1 at the lock-up, where the crank is perpendicular to the
-    slider's line and rod and crank lie on each other: two branches meet there, x2 = 2 crank cos(phi) with phi the crank's angle, on
-    which the slider goes on, and x2 = 0, on which it stays at the pivot while crank and rod turn together. With rod < crank the rank is 2
-    again: the crank turns back where the rod is perpendicular, and the slider goes on.
+    slider's line and rod and crank lie on each other. Two branches meet there: x2 = 2 crank cos(phi) with the crank's angle phi, on which
+    the slider continues, and x2 = 0, on which it stays at the pivot while crank and rod turn together. With rod < crank the rank is 2
+    again: the crank turns back where the rod is perpendicular, and the slider continues.
 
     Parameters
     ----------
@@ -81,8 +81,8 @@ def crank_angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix, le
 
         q = (crank cos phi, crank sin phi, crank cos phi + sqrt(rod^2 - crank^2 sin^2 phi))      p = M q'
 
-    With rod = crank it ends at the lock-up, where the root has a corner: beyond, it is on the branch x2 = 0. With rod < crank it ends where
-    the rod is perpendicular.
+    With rod = crank it ends at the lock-up, where the square root has a corner: beyond, it is on the branch x2 = 0. With rod < crank it
+    ends where the rod is perpendicular.
     """
     phi, omega = sp.symbols("phi omega", real=True)
     a, b = lengths

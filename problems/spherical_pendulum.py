@@ -1,4 +1,4 @@
-"""A point mass on a sphere under gravity, HLW Example 1.1: the smallest problem in which index reduction shows its price."""
+"""A point mass on a sphere under gravity, HLW Example 1.1: the smallest problem on which index reduction loses the two-form."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -96,7 +96,7 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
     t : number
         Time, s; of either sign.
     q0, p0 : sequence of number, shape(3,)
-        State at time 0, on the constraint manifold, as exact as the answer is to be.
+        State at time 0, on the constraint manifold, with the accuracy that the result should have.
     parameters : mapping of str to number
         mass (kg), length (m) and gravity (m/s^2), all positive.
 

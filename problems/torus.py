@@ -1,4 +1,4 @@
-"""A point mass on a torus under gravity: a constraint that is not quadratic, on a surface that angles cover without a pole."""
+"""A point mass on a torus under gravity: a constraint that is not quadratic, on a surface with angles that have no pole."""
 
 import sympy as sp
 
@@ -14,14 +14,14 @@ def problem(*, mass: float = 1.0, radius: float = 2.0, tube: float = 1.0, gravit
         H = |p|^2 / (2 mass) + mass gravity q3      g = (rho - radius)^2 + q3^2 - tube^2      rho = sqrt(q1^2 + q2^2)
 
     With the angles theta round the tube, from the outermost circle upwards, and phi about the axis, the angular momentum
-    L3 = mass rho^2 phi' stays, and theta moves as in one degree of freedom,
+    L3 = mass rho^2 phi' is conserved, and theta moves with one degree of freedom,
 
     ::
 
         mass tube^2 theta'^2 / 2 + L3^2 / (2 mass rho^2) + mass gravity tube sin theta = H      rho = radius + tube cos theta
 
-    On the inner half the surface is saddle-shaped and geodesics part; the innermost circle is an unstable one. G is not linear in q, so
-    that what only holds for spheres and rods shows itself here: g along a straight line is not a parabola.
+    On the inner half the surface is saddle-shaped and geodesics diverge; the innermost circle is an unstable geodesic. G is not linear in
+    q, so this problem reveals properties that hold only for spheres and rods: g along a straight line is not a parabola.
 
     Parameters
     ----------

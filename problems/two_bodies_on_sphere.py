@@ -1,4 +1,4 @@
-"""Two point masses on the unit sphere that attract each other: a constraint for each, coupled by the force alone."""
+"""Two point masses on the unit sphere that attract each other: one constraint each, coupled only by the force."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,10 +20,10 @@ def problem(*, mass1: float = 1.0, mass2: float = 1.0, strength: float = 1.0) ->
         g_k = |q_k|^2 - 1
 
     acos(q_1 . q_2) is the distance on the sphere. The problem is one of the GniCodes of E. & M. Hairer (2003), in *Frontiers in Numerical
-    Analysis*. In the plane a centre of mass moves uniformly and can be split off; on the sphere it cannot, and of the four degrees of
-    freedom the three components of the angular momentum L = q_1 x p_1 + q_2 x p_2 and the energy are all that is known to be kept.
-    Here a method is asked for three quadratic integrals at once. The kinetic energies are not coupled and their flow is two rotations,
-    so that splitting applies; G M^-1 G^T is diagonal.
+    Analysis*. In the plane a centre of mass moves uniformly and can be split off; on the sphere it cannot. There are four degrees of
+    freedom, and the only known integrals are the three components of the angular momentum L = q_1 x p_1 + q_2 x p_2 and the energy. The
+    problem tests whether a method keeps three quadratic integrals at once. The kinetic energies are not coupled and their flow is two
+    rotations, so that splitting applies; G M^-1 G^T is diagonal.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def started(
 def projections(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart:
     """Return the chart by the stereographic projection of both points from (1, -2, -2)/3, third column of S.
 
-    In the cases that are declared no point comes within 70 degrees of it until t = 100.
+    In the declared cases no point comes within 70 degrees of it until t = 100.
     """
     u, S = sp.symbols("u1:5", real=True), sp.Matrix([[2, 2, 1], [2, -1, -2], [-1, 2, -2]]) / 3
     place = [*unit_vector(u[:2], S), *unit_vector(u[2:], S)]

@@ -23,8 +23,8 @@ def problem(
         crank O A C and coupler A B D, uniform triangles       rocker Q B, links C E and E D, uniform rods       O, Q at rest
         g = |A - O|^2 - 1, |B - A|^2 - ..., |B - Q|^2 - ..., |E - C|^2 - ..., |E - D|^2 - ...      C, D: linear in A, B
 
-    The crank is the shortest of the four bars O A, A B, B Q, Q O, and with the longest shorter than the other two together: it turns all
-    the way round (Grashof), and the second loop C E D closes at all its angles.
+    The crank is the shortest of the four bars O A, A B, B Q, Q O, and its sum with the longest is less than the sum of the other two: it
+    makes full turns (Grashof), and the second loop C E D closes at all its angles.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def problem(
 def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart:
     """Return the chart of the angle beta from the crank to the coupler, and its rate.
 
-    Seen from the crank, it decides where B and D are, and these where Q and E are: one circle across another each. The whole is then
-    turned so that Q lies where it is.
+    Relative to the crank, it determines B and D, and these determine Q and E, each by an intersection of two circles. The linkage is then
+    rotated so that Q is in its place.
     """
     beta = sp.Symbol("beta", real=True)
     at = vectors({**GROUND, **POINTS})
@@ -84,7 +84,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
 
 
 def slope(q: Sequence[sp.Symbol]) -> sp.Matrix:
-    """Return dq/dbeta: how A, B and E move where the crank turns, over how fast the coupler turns against it."""
+    """Return dq/dbeta: the velocities of A, B and E divided by the angular velocity of the coupler relative to the crank."""
     at = vectors({**GROUND, **POINTS})
     a, b, e = (sp.Matrix(q[k : k + 2]) for k in (0, 2, 4))
     a_rate = sp.Matrix([-a[1], a[0]])
@@ -98,7 +98,7 @@ def slope(q: Sequence[sp.Symbol]) -> sp.Matrix:
 
 
 def carried(x: sp.Matrix, a: sp.Matrix, b: sp.Matrix, a_now: sp.Matrix, b_now: sp.Matrix) -> sp.Matrix:
-    """Return where a point x of a body is whose points a and b are elsewhere, or how it moves with them."""
+    """Return the position of a point x of a body from the positions of its points a and b, or its velocity from theirs."""
     leg, to, now = b - a, x - a, b_now - a_now
     along, aside = dot(leg, to) / dot(leg, leg), (leg[0] * to[1] - leg[1] * to[0]) / dot(leg, leg)
     return a_now + along * now + aside * sp.Matrix([-now[1], now[0]])

@@ -88,8 +88,8 @@ else:
     def update(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
         """One fixed-point update, HLW VIII.6.2, for p' = F and q' = V at the stages.
 
-        The change of V alone is measured, against |V| and the speed that goes with length and rate of the problem; and that of two
-        iterations in a row, because a change of F is seen in V one iteration later. By then both have been contracted once more.
+        Only the change of V is measured, against |V| and a speed from the length and the rate of the problem, over two iterations in a row,
+        because a change of F appears in V one iteration later. By then both have been contracted again.
         """
         F, V, before = x
         p0, q0, h = data

@@ -1,7 +1,7 @@
-"""Generalized-alpha of Arnold and Brüls on the constraint g = 0 itself, index 3: what flexible multibody codes use; it damps.
+"""Generalized-alpha of Arnold and Brüls on the constraint g = 0 itself, index 3, as in codes for flexible multibody systems; it damps.
 
 At the default rho_inf = 0.8 it loses the motion where steps turn the constraint's normal by about 0.2 rad: pendulums at 3, 10 and 30 rad/s
-are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manifold grow without bound. A run that is lost is warned of.
+are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manifold grow without bound. A lost run gives a warning.
 """
 
 from typing import Any
@@ -116,9 +116,9 @@ def advanced(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector,
         (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) v1' + alpha_f v0'
         v1' = H_pp p1' + d/dq[H_p] v1,                         p1' = -H_q(p1, q1) - G(q1)^T lam,             0 = g(q1)
 
-    lam is of second order for rho_inf < 1. For rho_inf = 1 its errors are not damped but add up, so that it is of first order only;
-    there, and from about 0.95 on at any step, and for 0.8 where a step turns normals of the manifold by 0.2 rad or more, velocities along
-    them grow until the motion is lost; each step solves its equations, so that no report says so.
+    lam is of second order for rho_inf < 1. For rho_inf = 1 its errors are not damped but add up, so that it is of first order only. There,
+    from about 0.95 on at any step, and for 0.8 if a step turns normals of the manifold by 0.2 rad or more, velocities along the normals
+    grow until the motion is lost. Each step still solves its equations, so no report shows this.
     """
     alpha_m, alpha_f, beta, gamma = DATA
     v0, a0, rate0 = memory
@@ -150,7 +150,7 @@ if EXTENDED:
         return (memory, f(p0, q0)[0]), report
 
     def step(p0: Vector, q0: Vector, memory: Any, h: Number) -> tuple[Vector, Vector, Any, tuple[Multiplier], Report]:
-        """Return p1, q1, the next memory, lam of q1 and a report; p_t goes on by the trapezoidal rule, of order 2 as the rest.
+        """Return p1, q1, the next memory, lam of q1 and a report; p_t by the trapezoidal rule, also of order 2.
 
         ::
 

@@ -1,4 +1,4 @@
-"""First variational integrator of the GGL principle, explicit in p: metis calls it GGL_VI, and says that it is not symplectic."""
+"""First variational integrator of the GGL principle, explicit in p, GGL_VI in metis, which says that it is not symplectic."""
 
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.language import G, Gv_q, H_p, H_q, curvature, g, mass, norm, rows, solve, solve_2m, zero
@@ -54,16 +54,16 @@ def start(p0: Vector, q0: Vector, h: Number) -> tuple[Multiplier, Report]:
 def step(p0: Vector, q0: Vector, b0: Multiplier, h: Number) -> tuple[Vector, Vector, Multiplier, tuple[Multiplier, Multiplier], Report]:
     """Return p1, q1, h gam1, the multipliers lam of q0 and gam1, and a report.
 
-    With the augmented Hamiltonian of the GGL principle, H + lam.g + gam.G M^-1 p, p is stepped with what was there and q with what
-    comes; gam is carried from step to step and begins at zero::
+    With the augmented Hamiltonian of the GGL principle, H + lam.g + gam.G M^-1 p, the step of p uses the old values and the step of q the
+    new ones; gam is carried from step to step and begins at zero::
 
         p1 = p0 - h (U_q(q0) + G(q0)^T lam0 + K0 M^-1 p0),        K = d/dq[G(q)^T gam]
         q1 = q0 + h M^-1 (p1 + G(q1)^T gam1)
         0  = g(q1),        0 = G(q1) M^-1 p1
 
-    The map from (p1, q0) to (p2, q1) is a symplectic Euler step of the augmented Hamiltonian, and keeps dp1 ^ dq0 exactly. Between that
-    and dp1 ^ dq1 stands h dp1 ^ d(M^-1 G(q1)^T gam1), of second order in h: the defect of the two-form of a state does not grow with the
-    number of steps.
+    The map from (p1, q0) to (p2, q1) is a symplectic Euler step of the augmented Hamiltonian, and keeps dp1 ^ dq0 exactly. It differs from
+    dp1 ^ dq1 by h dp1 ^ d(M^-1 G(q1)^T gam1), of second order in h: the defect of the two-form of a state does not grow with the number of
+    steps.
     """
     p_free = p0 - h * H_q(p0, q0) - curvature(q0, b0) @ H_p(p0, q0)
     guess = h * H_p(p0, q0)

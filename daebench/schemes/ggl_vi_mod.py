@@ -1,4 +1,4 @@
-"""Variational integrator of the GGL principle, semi-explicit and symplectic: metis calls it GGL_VI_mod."""
+"""Variational integrator of the GGL principle, semi-explicit and symplectic, GGL_VI_mod in metis."""
 
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.language import G, Gv_q, H_p, H_q, curvature, g, mass, norm, rows, solve, solve_2m, zero
@@ -33,7 +33,7 @@ def predicted(x: tuple[Multiplier, Multiplier], p0: Vector, q0: Vector, h: Numbe
 
 
 def update(x: tuple[Multiplier, Multiplier], data: tuple[Vector, Vector, Number]) -> Update:
-    """One update of h lam and h gam: Newton's but for third derivatives of g, which act on h gam, of second order in h."""
+    """One update of h lam and h gam: Newton's without third derivatives of g, which act on h gam, of second order in h."""
     a, b = x
     p0, q0, h = data
     p_hat, q_bar, G_bar, C = predicted(x, p0, q0, h)
@@ -65,8 +65,8 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         p1  = p0 - h (U_q(q0) + G(q0)^T lam + K M^-1 p1),         0 = G(q_bar) M^-1 p1
         M v = p1 + h K M^-1 p1
 
-    The velocity constraint holds at q_bar, which is off q1 by h^2: momenta satisfy G H_p = 0 to second order only, but on a sphere, where
-    what is missing vanishes. The last two equations give M v = p0 - h (U_q(q0) + G(q0)^T lam), so that p1 solves a linear system.
+    The velocity constraint holds at q_bar, which is off q1 by h^2: momenta satisfy G H_p = 0 to second order only, except on a sphere,
+    where the error vanishes. The last two equations give M v = p0 - h (U_q(q0) + G(q0)^T lam), so that p1 solves a linear system.
     """
     x, report = newton(update, (zero(q0), zero(q0)), (p0, q0, h))
     a, b = x

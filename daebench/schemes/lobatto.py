@@ -56,7 +56,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         0   = g(Q_i),     q1 = Q_s
         p1  = p0 - h sum_j b_j (H_q(P_j, Q_j) + G(Q_j)^T Lam_j),                 0 = G(q1) H_p(p1, q1)
 
-    Q_1 = q0, and Lam_s enters p1 alone.
+    Q_1 = q0, and Lam_s enters only p1.
     """
     P, dQ, Lam, stage_report = stages(p0, q0, h)
     Q, b = positions(q0, dQ), DATA[3]

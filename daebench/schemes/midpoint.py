@@ -1,4 +1,4 @@
-"""The implicit midpoint rule on the index-reduced ODE (1.18): conserves what is quadratic, and is yet not symplectic there."""
+"""The implicit midpoint rule on the index-reduced ODE (1.18): conserves quadratic integrals, but is not symplectic there."""
 
 from functools import partial
 

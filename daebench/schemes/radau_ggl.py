@@ -1,4 +1,4 @@
-"""Radau IIA on the formulation of Gear, Gupta and Leimkuhler, which keeps g = 0 and G H_p = 0 both by a multiplier of its own."""
+"""Radau IIA on the formulation of Gear, Gupta and Leimkuhler, which keeps both g = 0 and G H_p = 0, each by a separate multiplier."""
 
 from functools import partial
 
@@ -64,13 +64,13 @@ def matrix(h: Number, J: tuple[Jacobian, ...], R: tuple[Rows, ...], C: tuple[Row
 
 
 def shifted(h: Number, free: Points, J: tuple[Jacobian, ...], mu: Multipliers, Q: Points) -> Points:
-    """Return positions moved by -h sum_j a_ij G_j^T mu_j, but for the time."""
+    """Return positions moved by -h sum_j a_ij G_j^T mu_j, except for the time."""
     back = tuple(but_for_time(J[j].T @ mu[j], Q[j]) for j in range(STAGES))
     return tuple(free[i] + weighted(-h, DATA[0][i], back) for i in range(STAGES))
 
 
 def update(x: tuple[Points, Points, Multipliers, Multipliers], data: tuple[Vector, Vector, Number]) -> Update:
-    """One update of P_i - p0, Q_i - q0, Lam_i and mu_i: Newton's but for second derivatives and that of H_p with respect to q."""
+    """One update of P_i - p0, Q_i - q0, Lam_i and mu_i: Newton's without second derivatives and that of H_p with respect to q."""
     dP, dQ, Lam, mu = x
     p0, q0, h = data
     Q, free_P, V, S, J, R, C, scale_v = held(p0, q0, dP, dQ, Lam, h)

@@ -1,4 +1,4 @@
-"""Radau IIA on the formulation of index 2, where G H_p = 0 stands in place of g = 0: what stiff solvers of order 3 and 5 do."""
+"""Radau IIA on the formulation of index 2, with G H_p = 0 in place of g = 0, as in stiff solvers of order 3 and 5."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ MEMBERS = {f"radau{s}_index2": _member(s) for s in (2, 3)}
 
 
 def update(x: tuple[Points, Points, Multipliers], data: tuple[Vector, Vector, Number]) -> Update:
-    """One update of P_i - p0, Q_i - q0 and Lam_i: Newton's but for the derivatives of the forces, and of H_p with respect to q."""
+    """One update of P_i - p0, Q_i - q0 and Lam_i: Newton's without the derivatives of the forces, and of H_p with respect to q."""
     dP, dQ, Lam = x
     p0, q0, h = data
     Q, free_P, V, S, J, R, C, scale_v = held(p0, q0, dP, dQ, Lam, h)

@@ -1,6 +1,6 @@
 """Conformal RATTLE: the damping F = -c p by its exact flow, half a step on either side of a step of RATTLE for all other forces.
 
-The flow of the damping shrinks the two-form by exp(-c h), and RATTLE keeps it: together they contract it exactly as the motion does,
+The flow of the damping contracts the two-form by exp(-c h), and RATTLE keeps it: together they contract it exactly like the motion,
 McLachlan and Perlmutter, J. Geom. Phys. 39 (2001), and for RATTLE Bhatt, Floyd and Moore, J. Sci. Comput. 66 (2016).
 """
 
@@ -25,11 +25,11 @@ MEMBERS = {"rattle_conformal": Member(claims=CLAIMS, multipliers=lambda: {"lam_n
 
 
 def damped(p: Vector, q: Vector, t: Number) -> tuple[Vector, Report]:
-    """Return what the damping alone makes of p in a time t, p(t) - p, and a report; q and the time rest.
+    """Return the change of p by the damping alone in a time t, p(t) - p, and a report; q and the time are constant.
 
     ::
 
-        p' = -c p - G^T lam,      0 = G M^-1 p + g_t        so that the tangent part p_T of p goes on as exp(-c t) p_T
+        p' = -c p - G^T lam,      0 = G M^-1 p + g_t        so that the tangent part p_T of p decays as exp(-c t) p_T
         p_t' = -g_t^T lam + c p.v                           so that K is kept
     """
     e, G0 = rate_of_time(q), G(q)
@@ -63,7 +63,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         p+     = p_half - h/2 (U_q(q1) + G(q1)^T mu),  0 = G(q1) M^-1 p+
         p1     = phi^D_{h/2}(p+)
 
-    Forces that do not depend on the velocity do their work along p_half, so that the step is symmetric in p_t too.
+    The work of forces that do not depend on the velocity is computed with p_half, so that the step is also symmetric in p_t.
     """
     before, first = damped(p0, q0, h / 2)
     p = p0 + before

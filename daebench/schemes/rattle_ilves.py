@@ -1,4 +1,4 @@
-"""RATTLE with ILVES: Newton's iteration on all constraints at once, ended by a tolerance as molecular dynamics ends it."""
+"""RATTLE with ILVES: Newton's iteration on all constraints at once, ended by a tolerance as in molecular dynamics."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ MEMBERS = {
 def update_positions(
     x: tuple[Vector, Multiplier], data: tuple[Vector, Rows, Multiplier]
 ) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
-    """One Newton update for g(q0 + dq - V^T nu) = 0, or none where all constraints are met."""
+    """One Newton update for g(q0 + dq - V^T nu) = 0, or none if all constraints hold."""
     dq, nu = x
     q0, V, bound = data
     q = q0 + dq
@@ -47,8 +47,9 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
 
         nu -> nu + (G(q) V^T)^-1 g(q),      q = q0 + dq - V^T nu,      V = G(q0) M^-1,      |g_k(q)| <= tolerance sum_i |G_ki(q0) q_i|
 
-    It is the iteration of ``rattle`` but for its end: there the increment of q is at round-off, here the residual is within the
-    tolerance of ``rattle_gauss_seidel``. Each round squares the error, so that what is left is mostly far less than the tolerance. For
-    molecules of any size ILVES eliminates along the bonds, where the matrix is a band; of few constraints, as here, it is eliminated whole.
+    It is the iteration of ``rattle`` with another stopping criterion: there the increment of q is at round-off, here the residual is within
+    the tolerance of ``rattle_gauss_seidel``. Each iteration squares the error, so the remaining error is mostly far below the tolerance.
+    For large molecules ILVES eliminates along the bonds, where the matrix is banded; for few constraints, as here, the full matrix is
+    eliminated.
     """
     return rattle_step(solve_positions, momentum_correction, p0, q0, h)

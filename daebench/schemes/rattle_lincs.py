@@ -1,4 +1,4 @@
-"""RATTLE with LINCS: a projection whose inverse is a truncated series, and corrections for the turning of bonds."""
+"""RATTLE with LINCS: a projection whose inverse is a truncated series, and corrections for the rotation of bonds."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ def expand(K: Gram, b: Multiplier) -> Multiplier:
 
 
 def update_turning(x: Iterate, data: tuple[Vector, Rows, Gram, Multiplier, Multiplier]) -> tuple[Iterate, Number, Number, Number]:
-    """Correct once for bonds that are too long along their old directions, having turned; return how many corrections are left, too."""
+    """Correct once for the lengthening of bonds by their rotation; also return how many corrections are left."""
     dq, nu, left = x
     q0, V, K, s, D = data
     value = g(q0 + dq)
@@ -66,7 +66,7 @@ def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -
 
 
 def update_momenta(x: tuple[Multiplier, Number], data: tuple[Gram, Multiplier]) -> tuple[tuple[Multiplier, Number], Number, Number, Number]:
-    """Correct mu once for what is left of the velocities along bonds; return how many corrections are left, too."""
+    """Correct mu once for the remaining velocities along bonds; also return how many corrections are left."""
     mu, left = x
     K, value = data
     rest = multiplier(value[k] - sum(K[k][j] * mu[j] for j in range(CONSTRAINTS)) for k in range(CONSTRAINTS))
@@ -74,7 +74,7 @@ def update_momenta(x: tuple[Multiplier, Number], data: tuple[Gram, Multiplier]) 
 
 
 def solve_momenta(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
-    """Return n = G(q)^T mu such that G M^-1 (p - n) is about 0, mu and a report."""
+    """Return n = G(q)^T mu such that G M^-1 (p - n) is approximately 0, mu and a report."""
     G1 = G(q)
     value = G1 @ H_p(p, q)
     (mu, _), report = relax(update_momenta, (zero(q), DATA[3] + 1.0), (G1 @ rows(G1, p, q).T, value))
@@ -85,8 +85,8 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, lam and mu, and a report.
 
     The step is :func:`daebench.schemes.kernels.rattle_step.rattle_step`. With g_k = |r_k|^2 - d_k^2, G_k(q) q = 2 |r_k|^2 and, up to one
-    factor that cancels, lengths s_k = |r_k| at q0 and D_k = d_k, bonds are first given their lengths along their old directions, and
-    then corrected ``iterations`` times for the turning that makes them longer than that::
+    factor that cancels, lengths s_k = |r_k| at q0 and D_k = d_k, bonds are first given their lengths along their old directions, and then
+    corrected ``iterations`` times for the lengthening by rotation::
 
         G_k(q0) q = 2 s_k D_k,        nu -> nu + K_n^-1 (G(q0) dq + 2 s (s - D)),      s_k - D_k = g_k(q0) / (s_k + D_k)
         p_k = sqrt(2 D_k^2 - l_k^2),  nu -> nu + K_n^-1 (2 s (D - p)),                 D_k - p_k = g_k(q) / (D_k + p_k)
@@ -95,9 +95,9 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
 
         K^-1 = S (I - A)^-1 S = S (I + A + A^2 + ...) S,      S = diag(K)^-1/2,      A = I - S K S
 
-    with the diagonal of K taken out once and for all, as S A^n S = (I - diag(K)^-1 K)^n diag(K)^-1. The series has a sum where the
-    spectral radius of A is less than 1: elsewhere the problem is refused. Momenta are projected with the same series at q1, once and
-    then ``iterations`` times for what is left; with once alone, as programs do it, momenta are of first order in h. Hess and
-    others, *J. Comput. Chem.* 18 (1997), equations of the sections on the projection and on the correction for rotational lengthening.
+    with the diagonal of K factored out once, as S A^n S = (I - diag(K)^-1 K)^n diag(K)^-1. The series converges if the spectral radius of A
+    is less than 1; otherwise the problem is refused. Momenta are projected with the same series at q1, once and then ``iterations`` times
+    for the remainder; with a single projection, as in molecular dynamics programs, momenta are of first order in h. Hess and others, *J.
+    Comput. Chem.* 18 (1997), equations of the sections on the projection and on the correction for rotational lengthening.
     """
     return rattle_step(solve_positions, solve_momenta, p0, q0, h)

@@ -7,7 +7,7 @@ from daebench.schemes.kernels.rattle_step import CHOICES, choices, rattle_step
 from daebench.schemes.kernels.spaces import Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
 INLINED = 1
-"""All functions become part of the step: what depends on masses and distances alone then leaves the loop over steps."""
+"""All functions are inlined into the step: terms that depend only on masses and distances then leave the loop over steps."""
 
 Space = tuple[Number, Number, Number]
 Plane = tuple[Number, Number]
@@ -50,12 +50,12 @@ def unit(x: Space) -> Space:
 
 
 def bonds(q: Vector) -> tuple[Space, Space]:
-    """Return the places of both hydrogen atoms seen from oxygen."""
+    """Return the positions of both hydrogen atoms relative to oxygen."""
     return (q[3] - q[0], q[4] - q[1], q[5] - q[2]), (q[6] - q[0], q[7] - q[1], q[8] - q[2])
 
 
 def place(b0: Plane, c0: Plane, a1z: Number, b1: Space, c1: Space, sizes: Space) -> tuple[Plane, Plane]:
-    """Return how far both hydrogen atoms go, in the plane that the molecule was in, so that distances are kept.
+    """Return the displacements of both hydrogen atoms in the old plane of the molecule that restore the distances.
 
     ``sizes`` are ra, rb and rc: the distances of oxygen and of the middle of the hydrogen atoms from the centre of mass, and half of the
     distance of these.
@@ -80,7 +80,7 @@ def place(b0: Plane, c0: Plane, a1z: Number, b1: Space, c1: Space, sizes: Space)
 
 
 def multipliers(b0: Plane, c0: Plane, b_moved: Plane, c_moved: Plane, mass_H: Number) -> Multiplier:
-    """Return the nu that move the hydrogen atoms as far: mass_H times that is -2 nu_1 b0 - 2 nu_3 (b0 - c0), and so on."""
+    """Return the nu that give these displacements of the hydrogen atoms: mass_H times that is -2 nu_1 b0 - 2 nu_3 (b0 - c0), and so on."""
     x, y = b0[0] - c0[0], b0[1] - c0[1]
     w = mass_H / (2.0 * (b0[0] * c0[1] - b0[1] * c0[0]))
     first = w * (b_moved[0] * y - b_moved[1] * x)
@@ -89,7 +89,7 @@ def multipliers(b0: Plane, c0: Plane, b_moved: Plane, c_moved: Plane, mass_H: Nu
 
 
 def three(first: Number, second: Number, third: Number) -> Multiplier:
-    """Return the multiplier of these."""
+    """Return the multiplier of these entries."""
     return multiplier(first if k == 0 else second if k == 1 else third for k in range(CONSTRAINTS))
 
 
@@ -132,15 +132,15 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, lam and mu, and a report.
 
     The step is :func:`daebench.schemes.kernels.rattle_step.rattle_step`. The forces of the constraints lie in the plane of the old
-    molecule, with normal Z: heights over it stay, and tell the angles phi and psi by which the new one is inclined. The angle theta by
-    which it is turned about Z follows from the total moment of those forces, which is none::
+    molecule, with normal Z: heights over it are unchanged, and determine the angles phi and psi of inclination of the new molecule. The
+    angle theta of rotation about Z follows from the total moment of those forces, which is zero::
 
         sin phi = a1z / ra,      sin psi = (b1z - c1z) / (2 rc cos phi),      alpha sin theta + beta cos theta = gamma
 
     with the letters of Miyamoto and Kollman, *J. Comput. Chem.* 13 (1992): a is oxygen, b and c are hydrogen, 0 is before, 1 is without
-    constraints, seen from the centre of mass; X is normal to Z and to a1. Distances are taken from oxygen, and the centre of mass enters
-    through them alone, so that rounding does not act on places. The multipliers nu follow from how far the hydrogen atoms go. Momenta
-    are projected by the 3 by 3 system of the same paper, whose matrix G M^-1 G^T is that of a rigid triangle::
+    constraints, seen from the centre of mass; X is normal to Z and to a1. Positions are relative to oxygen, and the centre of mass enters
+    only through them, so that rounding is relative to distances. The multipliers nu follow from the displacements of the hydrogen atoms.
+    Momenta are projected by the 3 by 3 system of the same paper, whose matrix G M^-1 G^T is that of a rigid triangle::
 
         [s  o  e] mu_1         s = 4 d^2 (1/m_O + 1/m_H),     o = 4 (d^2 - d_H^2 / 2) / m_O
         [o  s  e] mu_2 = G v   e = 2 d_H^2 / m_H,             f = 8 d_H^2 / m_H

@@ -1,4 +1,4 @@
-"""The classical Runge-Kutta method on the index-reduced ODE, HLW (1.18): explicit, accurate, and blind to all structure."""
+"""The classical Runge-Kutta method on the index-reduced ODE, HLW (1.18): explicit and accurate, without structure preservation."""
 
 from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.language import f, norm

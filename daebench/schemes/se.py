@@ -1,4 +1,4 @@
-"""Symplectic Euler on the index-reduced ODE, HLW (1.18): the cautionary tale of Fig. 1.1."""
+"""Symplectic Euler on the index-reduced ODE, HLW (1.18): the negative example of Fig. 1.1."""
 
 from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, a, a_p, norm, rows, solve, zero
@@ -46,7 +46,7 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
         p1 = p0 - h (H_q(p1, q0) + G(q0)^T lam(p1, q0)),     lam(p, q) from (1.12)
         q1 = q0 + h H_p(p1, q0)
 
-    lam is evaluated in full, also off the manifold, where the solution soon is.
+    lam is evaluated in full, also off the manifold, which the solution soon leaves.
     """
     (p1, _), report = newton(update, (p0, zero(q0)), (p0, q0, G(q0), h))
     return p1, q0 + h * H_p(p1, q0), (), report

@@ -10,7 +10,7 @@ CLAIMS = Claims(order=1, symmetric=False, symplectic=False, keeps_g=True, keeps_
 
 
 def step(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1, q1, no stage multipliers, and a report: a step of ``se``, projected in a metric that has a unit of time, 1 s."""
+    """Return p1, q1, no stage multipliers, and a report: a step of ``se``, projected in a metric with the unit of time 1 s."""
     p_free, q_free, _, step_report = se_step(p0, q0, h)
     p1, q1, settled = project(p_free, q_free)
     return p1, q1, (), both(step_report, settled)

@@ -1,7 +1,7 @@
 """Strang splitting of H = T + U, HLW (1.45): half the flow of the kinetic energy on either side of that of the potential energy.
 
-This is variational splitting, HLW (4.7)-(4.8), with H^[1] = T and H^[2] = U: both flows are those of the reduction of T and of U to the
-manifold, and so Poisson flows in every chart of it.
+This is variational splitting, HLW (4.7)-(4.8), with H^[1] = T and H^[2] = U: both flows are flows of the restrictions of T and of U to the
+manifold, and thus Poisson flows in every chart of it.
 """
 
 from dataclasses import replace

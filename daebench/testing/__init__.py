@@ -1,10 +1,10 @@
-r"""For the tests of any code: certified references that its results agree with or converge to, and properties of its steps.
+r"""Assertions for the tests of any code: agreement with or convergence to certified references, and properties of its steps.
 
 These are plain functions that raise AssertionError; pytest has them as fixtures of the same names wherever daebench is installed.
 
-Any other language reads the CSV that ``daebench reference export`` writes: a line of names, then t, q1, ..., p1, ..., lam1, ... (of a
-Poisson system t, y1, ...) with 34 digits each. t goes in steps of a power of two, here 1/8. In C, with h a power of two as well, so that
-every t is met exactly::
+Programs in other languages read the CSV that ``daebench reference export`` writes: a line of names, then t, q1, ..., p1, ..., lam1, ... (of
+a Poisson system t, y1, ...) with 34 digits each. The spacing of t is a power of two, here 1/8. In C, with h also a power of two, so that
+every t is reached exactly::
 
     #include <math.h>
     #include <stdio.h>

@@ -1,4 +1,4 @@
-"""Properties of a code in tests: symplecticity, reversibility, what it conserves, drift of its energy, order."""
+"""Properties of a code in tests: symplecticity, reversibility, conserved quantities, drift of its energy, order."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -18,7 +18,7 @@ def assert_symplectic(
 ) -> None:
     """Assert that a method keeps the two-form on the manifold, over several steps; on a Poisson system, that it is a Poisson map.
 
-    The derivative is by complex step where the code computes in complex numbers, else by differences, whose floor is allowed for.
+    The derivative is by complex step if the code computes in complex numbers, otherwise by differences, whose error is taken into account.
 
     Parameters
     ----------
@@ -33,14 +33,14 @@ def assert_symplectic(
     h : float
         Step size, s.
     steps : int
-        Steps, at most 10.
+        Number of steps, at most 10.
 
     Raises
     ------
     AssertionError
         If the defect is larger than rounding explains.
     BadInput
-        If a name or number is not what it must be, or ``step`` returns no such state.
+        If a name or number is invalid, or ``step`` does not return such a state.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def assert_reversible(
     h: float = 0.01,
     steps: int = 10,
 ) -> None:
-    """Assert that steps are undone by turning momenta round and stepping again; on a Poisson system, by steps of -h.
+    """Assert that steps with reversed momenta lead back to the start; on a Poisson system, that steps of -h do.
 
     Parameters and errors are those of :func:`assert_symplectic`.
 
@@ -92,16 +92,16 @@ def assert_keeps(
     *names : str
         "g", "Gv" (the velocity constraint G H_p), "energy", or Casimir functions and first integrals by their names.
     steps : int
-        Steps of the run.
+        Number of steps of the run.
     within : float, optional
-        Largest error allowed; by default what the rounding of the steps explains.
+        Largest error allowed; by default the rounding of the steps.
 
     Raises
     ------
     AssertionError
-        If one is off by more; with all that are.
+        If an error is larger; the message lists all such errors.
     BadInput
-        As :func:`assert_symplectic`, or if a name is none of the problem's.
+        As :func:`assert_symplectic`, or if the problem has no quantity of a name.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def assert_no_drift(
     h: float = 0.01,
     t_end: float = 100.0,
 ) -> None:
-    """Assert that the energy error of a run is bounded. A run that is too short to tell fails too.
+    """Assert that the energy error of a run is bounded. A run that is too short for a decision fails, too.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def assert_no_drift(
     Raises
     ------
     AssertionError
-        If the energy drifts, with the law of the drift; or if it cannot be told, with the reason.
+        If the energy drifts, with the law of the drift; or if it cannot be decided, with the reason.
     BadInput
         As :func:`assert_symplectic`.
 
@@ -162,14 +162,14 @@ def assert_order(
     step, problem, case, parameters
         As for :func:`assert_symplectic`.
     order : float
-        Order of q and p, or y, that is asked for.
+        Required order of q and p, or y.
     halvings : int, optional
-        How often the step size is halved; by default until round-off is reached.
+        Number of halvings of the step size; by default until round-off is reached.
 
     Raises
     ------
     AssertionError
-        If it is lower, or the errors show none.
+        If the order is lower, or the errors show none.
     BadInput
         As :func:`assert_symplectic`.
 
@@ -187,7 +187,7 @@ def assert_order(
 def _assert(posed: tuple[Any, Any, str | None, Mapping[str, float] | None], fault: Callable[[Any, Any, Any], str]) -> None:
     """Raise AssertionError with the sentence on what is wrong, if there is one.
 
-    ``fault`` is given the module of properties, which takes longer to import than all else here, a problem and a method.
+    ``fault`` receives the module of properties, whose import is slow, a problem and a method.
     """
     __tracebackhide__ = True
     from daebench.studies.claims import properties

@@ -1,4 +1,4 @@
-"""Certified references in tests: a code's results agree with them, or converge to them."""
+"""Certified references in tests: agreement of a code's results with them, and convergence to them."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -17,27 +17,27 @@ from daebench.reference.keep.state_layout import StateLayout
 from daebench.runs.external_state import external_state
 
 Step = Callable[..., Any]
-"""``step(p, q, h)`` returns p and q after a step of h, shape(d,) each; of a Poisson system ``step(y, h)`` returns y, shape(n,)."""
+"""``step(p, q, h)`` returns p and q after a step of h, shape(d,) each; for a Poisson system ``step(y, h)`` returns y, shape(n,)."""
 
 
 def reference_trajectory(problem: str | Reference, case: str | None = None, *, folder: Path | None = None) -> Reference:
-    """Return a certified reference: t, q, p, lam (of a Poisson system y), bound, amplification, horizon, certificate.
+    """Return a certified reference: t, q, p, lam (y for a Poisson system), bound, amplification, horizon, certificate.
 
     Parameters
     ----------
     problem : str or Reference
         Name of a reference, for example "spherical_pendulum-fig1.2", or of a problem. A Reference is returned as it is.
     case : str, optional
-        Name of the case; of a problem, by default its first.
+        Name of the case; by default the first of the problem.
     folder : Path, optional
-        Where references are kept; by default those that come with daebench, and the user's own.
+        Folder of references; by default those of daebench, and the user's own.
 
     Raises
     ------
     BadInput
-        If there is none of this name; the message has the nearest names, or says how to build it.
+        If there is no reference of this name; the message has the nearest names, or says how to build it.
     Damaged
-        If its files are not what was written.
+        If its files have changed since they were written.
 
     Examples
     --------
@@ -68,9 +68,9 @@ def assert_converges(
 ) -> None:
     """Assert that a one-step method converges to a certified reference with at least this order, in q and in p, or in y.
 
-    It is run from the reference's initial values with h, h/2, h/4, ..., and its errors are taken at the stored times up to t_end
-    that are whole numbers of h. The order is the slope fitted to the asymptotic part of the errors; points at rounding, which the
-    reference's amplification foretells, and points at which the slopes have not settled are left out.
+    The method runs from the reference's initial values with h, h/2, h/4, ..., and its errors are measured at the stored times up to t_end
+    that are multiples of h. The order is the slope fitted to the asymptotic part of the errors. Points at round-off, which the reference's
+    amplification predicts, and points at which the slopes have not settled are left out.
 
     Parameters
     ----------
@@ -83,20 +83,20 @@ def assert_converges(
     case : str, optional
         Name of the case.
     t_end : float
-        Last time, s; one that the reference has.
+        Last time, s; a stored time of the reference.
     h : float
-        Largest step size, s; t_end is a whole number of them.
+        Largest step size, s; t_end is a multiple of it.
     halvings : int
-        How often it is halved.
+        Number of halvings.
     slack : float
-        A slope is accepted that is below the order by at most this and two standard errors.
+        A slope is accepted if it is below the order by at most this and two standard errors.
 
     Raises
     ------
     AssertionError
-        If the order is lower, or the errors show none; with a table of step sizes, errors and slopes, and what to change.
+        If the order is lower, or the errors show none; the message has a table of step sizes, errors and slopes, and advice.
     BadInput
-        If a name or number is not what it must be, t_end is beyond a horizon, or ``step`` returns no such state.
+        If a name or number is invalid, t_end is beyond a horizon, or ``step`` does not return such a state.
 
     Examples
     --------
@@ -128,13 +128,13 @@ def assert_solver_converges(
     halvings: int = 6,
     slack: float = SLACK,
 ) -> None:
-    """Assert the same of what is no map of states: multistep methods, staggered grids, a solver that keeps a state of its own.
+    """Assert the same for codes that are not maps of states: multistep methods, staggered grids, solvers with an internal state.
 
     Parameters
     ----------
     solve : callable
         A whole run: ``solve(p, q, h, t)`` begins with p and q of shape(d,) at time 0, takes steps of h, and returns p and q at the
-        times t, shape(n, d) each; every time is a whole number of steps. Of a Poisson system it is ``solve(y, h, t)``.
+        times t, shape(n, d) each; every time is a multiple of h. For a Poisson system it is ``solve(y, h, t)``.
     problem, order, case, t_end, h, halvings, slack
         As for :func:`assert_converges`.
 
@@ -192,27 +192,27 @@ def assert_agrees(
 ) -> None:
     """Assert that a trajectory agrees with a certified reference to this number of digits, at each time and in each component.
 
-    Digits are those of the largest modulus that q, p, or y has in the reference: an error e in q has -log10(e / max |q|).
+    Digits are relative to the largest modulus of q, p, or y in the reference: an error e in q has -log10(e / max |q|) digits.
 
     Parameters
     ----------
     problem : str or Reference
         As for :func:`reference_trajectory`.
     t : array_like, shape(n,)
-        Times, s; each one that the reference has.
+        Times, s; each a stored time of the reference.
     q, p : array_like, shape(n, d)
         Positions and momenta of a constrained problem.
     y : array_like, shape(n, size)
         States of a Poisson system.
     digits : float
-        Digits of agreement asked for.
+        Required digits of agreement.
     case : str, optional
         Name of the case.
 
     Raises
     ------
     AssertionError
-        If there are fewer; with the first time and the component, and the worst.
+        If there are fewer; the message has the first time and the component, and the worst.
     BadInput
         If a name is unknown, a time is not stored, states are those of the other kind of problem, or the shapes do not fit.
 

@@ -1,1 +1,1 @@
-"""What every linked kernel shares: the scheme language, Newton's iteration, the loop over steps, and functions composed of others."""
+"""Common parts of every linked kernel: the scheme language, Newton's iteration, the loop over steps, and composed functions."""

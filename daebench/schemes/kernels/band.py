@@ -1,7 +1,7 @@
-"""Gaussian elimination of a banded matrix, row by row as they come: a window of the rows that still meet, and what has left it.
+"""Gaussian elimination of a banded matrix, row by row, with a window of the rows that are still coupled.
 
 With half-bandwidth WIDTH the window has WIDTH + 1 rows, whose entries begin at the column that is eliminated next, and end with the right
-side. Rows that have been pivots are kept in ``U`` with the inverse of the pivot in the place of the pivot. ``size``, with a row to spare,
+side. Former pivot rows are stored in ``U``, with the inverse of the pivot in place of the pivot. ``size``, with a row to spare,
 has the sums of moduli of the terms that each entry was computed from, and ``scale`` the largest modulus of each row when it came.
 """
 
@@ -14,7 +14,7 @@ from daebench.schemes.kernels.sizes import WIDTH
 
 
 def push(window: Any, size: Any, scale: Any, row: int) -> None:
-    """Take note of the moduli of a row that was put into the window, and of the largest of them."""
+    """Store the moduli of a new row of the window, and the largest of them."""
     largest = abs(window[row, 0])
     for j in range(2 * WIDTH + 1):
         size[row, j] = abs(window[row, j])
@@ -56,7 +56,7 @@ def reduce(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int) -
 
 
 def settle(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int, smallest: Any) -> Any:
-    """Eliminate a column with scaled partial pivoting among so many rows, which leaves one fewer.
+    """Eliminate a column with scaled partial pivoting among a number of rows, which leaves one row less.
 
     Returns the smallest relative pivot so far: each is taken relative to the sum of moduli of the terms that it was computed from.
     """

@@ -1,4 +1,4 @@
-"""The right side of Baumgarte's equation: (1.18) with the hidden constraint drawn back to the manifold."""
+"""The right side of Baumgarte's equation: (1.18) with feedback of the constraint residuals."""
 
 from daebench.schemes.kernels.language import g
 from daebench.schemes.kernels.reduced import force, hidden

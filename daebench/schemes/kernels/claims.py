@@ -1,4 +1,4 @@
-"""What a scheme says of itself; the tests and the reports measure it."""
+"""The claims of a scheme; the tests and the reports measure them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -9,7 +9,7 @@ STRUCTURES = {
     EXPANDABLE: "distances between point masses, coupled so weakly that the inverse of G M^-1 G^T has an expansion",
     WATER: "the three distances of a rigid water molecule",
 }
-"""What constraints may have to be for a scheme, and what that is."""
+"""Structures of constraints that a scheme may require, with descriptions."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,15 +40,15 @@ class Claims:
     needs_kinetic_flow : bool
         Whether it needs the flow of the kinetic energy on the manifold, which a problem declares.
     any_form : bool
-        Whether it asks the problem for the right side f of an ODE alone, so that it can be run on every form of the system.
+        Whether it needs only the right side f of an ODE, so that it can be run on every form of the system.
     autonomous_only : bool
-        Whether it needs a system without time and without forces that have no potential.
+        Whether it needs a system that is independent of time and has no forces without potential.
     canonical : bool
-        Whether it is symplectic for a canonical Hamiltonian ODE, so on the penalised system, which is one.
+        Whether it is symplectic for a canonical Hamiltonian ODE, and thus on the penalised system.
     conformal : bool
         Whether the two-form contracts as exp(-c t) under a damping F = -c p, to round-off; it needs such a damping.
     constraints : str
-        What its constraints have to be: "" for any, or one of :data:`STRUCTURES`.
+        Required structure of the constraints: "" for any, or one of :data:`STRUCTURES`.
     """
 
     order: int
@@ -79,7 +79,7 @@ CLASSES = {
     "constant": "constant B",
     "bilinear": "B(u, v) with one diagonal block: constant, or d_k linear in u_k and in v_k and H a sum of functions of one u_k or v_k",
 }
-"""The classes of structure matrices that schemes are Poisson integrators for, HLW Def. 4.6."""
+"""The classes of structure matrices for which schemes are Poisson integrators, HLW Def. 4.6."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ class PoissonClaims:
     source : str
         Where it is defined, with the equation number.
     keeps : str
-        First integrals that it keeps whatever B is: "linear", "quadratic", or "" for none.
+        First integrals that it keeps for any B: "linear", "quadratic", or "" for none.
     halves : bool
         Whether it treats two halves of the state differently.
     """
@@ -138,26 +138,26 @@ def projected(claims: Claims, projection: str) -> Claims:
 
 @dataclass(frozen=True, kw_only=True)
 class Member:
-    """One scheme of a file: its claims, and the numbers that tell it from the others in the same file.
+    """One scheme of a file: its claims, and the numbers that distinguish it from others in the same file.
 
     Parameters
     ----------
     claims : Claims
-        What it says of itself.
+        Its claims.
     stages : int
-        Number of stages: what changes the structure of the kernel.
+        Number of stages, which changes the structure of the kernel.
     numbers : callable
-        ``numbers(**options)`` returns the nested tuple of floats that the kernel reads as ``DATA``, its tableau, say. These are
-        run-time data: other numbers compile nothing.
+        ``numbers(**options)`` returns the nested tuple of floats that the kernel reads as ``DATA``, for example its tableau. These are
+        run-time data: other numbers need no compilation.
     options : mapping of str to float
         Free numbers and their defaults.
     multipliers : callable
         Returns the names of the stage multipliers in the order in which a step returns them, each with its node c: it belongs to
         the time t_n + c h.
     vanishing : tuple of str
-        Names of those stage multipliers that are zero along the exact solution, as mu of GGL; all others stand for lam.
+        Names of stage multipliers that are zero along the exact solution, such as mu of GGL; all others approximate lam.
     simplified : bool
-        Whether its iteration leaves out derivatives, as fixed-point iteration does, so that it may end before solutions do.
+        Whether its iteration omits derivatives, as fixed-point iteration does, so that it may fail where solutions still exist.
     """
 
     claims: Claims

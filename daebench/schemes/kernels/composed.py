@@ -1,4 +1,4 @@
-"""Functions of any problem that are composed of its own: velocity constraint, hidden constraint, multiplier, mass."""
+"""Functions that are composed of the problem's own functions: velocity constraint, hidden constraint, multiplier, mass."""
 
 from daebench.schemes.kernels.language import EXTENDED, G, Gv_p, Gv_q, H_p, H_pp, H_pp_and_time, H_q, H_qp, identity_d, solve, zero
 from daebench.schemes.kernels.spaces import Gram, Jacobian, Matrix, Multiplier, Number, Rows, Vector
@@ -31,14 +31,14 @@ def lam_and_pivot(p: Vector, q: Vector) -> tuple[Multiplier, Number]:
 
 
 def lam(p: Vector, q: Vector) -> Multiplier:
-    """Multiplier lam(p, q) that (1.12) determines; off the manifold too, where g = 0 must not be used to simplify it."""
+    """Multiplier lam(p, q) that (1.12) determines, also off the manifold, where g = 0 must not be used to simplify it."""
     return lam_and_pivot(p, q)[0]
 
 
 if EXTENDED:
 
     def mass(p: Vector, q: Vector) -> Matrix:
-        """Mass matrix, the inverse of H_pp, with a 1 in the place of the time."""
+        """Mass matrix, the inverse of H_pp, with a 1 in place of the time."""
         return solve(H_pp_and_time(p, q), p, identity_d(q))[1]
 
 else:

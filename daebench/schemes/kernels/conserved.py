@@ -1,4 +1,4 @@
-"""What stays constant along a motion on the manifold: H, and the distances from g = 0 and G H_p = 0, which stay zero."""
+"""Constants of a motion on the manifold: H, and the distances from g = 0 and G H_p = 0, which are zero."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ def of_momenta(p: Vector, q: Vector) -> Any:
 
 
 def of_velocities(v: Vector, q: Vector) -> Any:
-    """Return the same for p = M v."""
+    """Return the same quantities for p = M v."""
     return of_momenta(mass(v, q) @ v, q)
 
 

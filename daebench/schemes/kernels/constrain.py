@@ -19,9 +19,9 @@ def update_position(x: tuple[Vector, Multiplier], data: tuple[Vector, Rows]) -> 
 def project_position(q0: Vector, dq: Vector, V: Rows) -> tuple[Vector, Multiplier, Report]:
     """Return dq - V^T nu with g(q0 + dq - V^T nu) = 0, nu and a report, for V of shape(m, d).
 
-    It is the increment that is iterated, so that rounding is relative to it and not to q0.
+    The iteration is for the increment, so that rounding is relative to the increment and not to q0.
     """
-    if ONE_UNKNOWN:  # settled when the kernel is linked
+    if ONE_UNKNOWN:  # evaluated when the kernel is linked
         (dq, nu), report = newton_of_one(update_position, (dq, zero(q0)), (q0, V))
     else:
         (dq, nu), report = newton(update_position, (dq, zero(q0)), (q0, V))

@@ -1,4 +1,4 @@
-"""What the loop does with states x = (p, q) of a constrained system: one step, what ends it, and its output.
+"""Functions of the loop for states x = (p, q) of a constrained system: one step, its end, and its output.
 
 ``step``, ``increment`` and ``start`` are those of the scheme's file; a file that has only ``increment`` gets ``added`` as its step.
 """
@@ -27,14 +27,14 @@ if MULTISTEP:
 elif COMPENSATED:
 
     def one_step(x: State, memory: Any, h: Number) -> Any:
-        """Return the next state, what rounding left of its sums, the stage multipliers and a report."""
+        """Return the next state, the rounding errors of its sums, the stage multipliers and a report."""
         dp, dq, stage_lam, report = increment(x[0], x[1], h)
         p1, low_p = add(x[0], memory[0], dp)
         q1, low_q = add(x[1], memory[1], dq)
         return (p1, q1), (low_p, low_q), stage_lam, report
 
     def initialise(x: State, h: Number) -> Any:
-        """Return what rounding has left so far: nothing; and a report."""
+        """Return the rounding errors so far, which are zero, and a report."""
         return (0 * h * x[0], 0 * h * x[1]), (OK, 0 * h, INF, no_work())
 
 else:
@@ -46,7 +46,7 @@ else:
 
 
 def added(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1 = p0 + dp, q1 = q0 + dq, the stage multipliers and a report: the step of a scheme that gives its increments."""
+    """Return p1 = p0 + dp, q1 = q0 + dq, the stage multipliers and a report: the step of a scheme that returns increments."""
     dp, dq, stage_lam, report = increment(p0, q0, h)
     return p0 + dp, q0 + dq, stage_lam, report
 
@@ -54,27 +54,27 @@ def added(p0: Vector, q0: Vector, h: Number) -> Step:
 if PROJECTED:
 
     def after_step(x: State, report: Report) -> Any:
-        """Return the projection of a state onto the manifold, and the report of everything up to there."""
+        """Return the projection of a state onto the manifold, and the report of step and projection."""
         p1, q1, settled = project(x[0], x[1])
         return (p1, q1), both(report, settled)
 
 else:
 
     def after_step(x: State, report: Report) -> Any:
-        """Return the state and the report as they are."""
+        """Return the state and the report unchanged."""
         return x, report
 
 
 if LOCAL:
 
     def output(x: State) -> Any:
-        """Return the state (p, q) at the local coordinates that the scheme computes in."""
+        """Return the state (p, q) at the local coordinates of the scheme."""
         return chart(x[0], x[1])
 
 else:
 
     def output(x: State) -> Any:
-        """Return the state (p, q), which the scheme computes in."""
+        """Return the state (p, q), in which the scheme computes."""
         return x
 
 

@@ -1,4 +1,4 @@
-"""Gaussian elimination in loops over the entries of an array, for many unknowns."""
+"""Gaussian elimination by loops over the entries of an array, for many unknowns."""
 
 from typing import Any
 
@@ -9,11 +9,11 @@ from daebench.schemes.kernels.sizes import COLUMNS, UNKNOWNS
 
 
 def solve(a: Any) -> Any:
-    """Put the X of A X = B in the place of B, given a = (A, B), shape(UNKNOWNS, COLUMNS); return the smallest relative pivot.
+    """Replace B by the solution X of A X = B, given a = (A, B), shape(UNKNOWNS, COLUMNS); return the smallest relative pivot.
 
     It is elimination with scaled partial pivoting. A pivot is taken relative to the sum of moduli of the terms that it was computed
-    from: it is the share that cancellation has left, and scaling rows or columns of A (masses between 1e-8 and 1e8, say) does not
-    change it. It is 0 or NaN where A is exactly singular.
+    from: it is the fraction that remains after cancellation. A scaling of rows or columns of A, for example by masses between 1e-8 and 1e8,
+    does not change it. It is 0 or NaN where A is exactly singular.
     """
     s = absolute(a[:, :UNKNOWNS])
     scale = empty(UNKNOWNS, dtype=s.dtype)

@@ -1,13 +1,13 @@
 # mypy: disable-error-code="empty-body"
-"""What a scheme may use: the linker puts a problem's own functions and the fitting algebra in place of this module.
+"""The scheme language: the linker replaces this module by the problem's own functions and the algebra for their shapes.
 
-A scheme file imports the names of its language from here and is never run as it stands: the linker joins it with the
-source of exactly those names for one problem, so that one namespace holds everything and a compiler can inline it. The rules:
+A scheme file imports the names of its language from here and is never executed directly. The linker joins it with the source of exactly
+those names for one problem, so that a compiler can inline everything in one namespace. The rules:
 
 - vectors are values, shape(d,) for states and shape(m,) for multipliers: tuples that no function changes;
 - formulas are written with ``+ - * / @`` and ``.T`` on the classes of ``spaces.py``, as ``p0 - h / 2 * (H_q(p0, q0) + G(q0).T @ lam)``;
-- every parameter has an annotation: it says which operation of the algebra an operator stands for, and an operand of unknown kind or
-  of a shape that does not fit is refused with the file, the line and the expression;
+- every parameter has an annotation: it says which operation of the algebra an operator denotes. An operand of unknown kind or of a shape
+  that does not fit is refused with the file, the line and the expression;
 - an integer in arithmetic is a number of the run's type, and division by a power of two is multiplication by its inverse;
 - a scheme file has functions, ``CLAIMS``, names of kinds, and ``if`` statements on the constants below; nothing else at module level;
 - a function whose parameter is called, as ``update`` in Newton's iteration, is specialised for each function passed by name;
@@ -70,7 +70,7 @@ RANK_WATCHED: bool = False
 """The loop monitors whether G keeps its rank."""
 
 SINGLE: bool = False
-"""Pivots of a step do not tell the rank of G, which is measured at its end: there is one constraint, or G M^-1 G^T is not formed."""
+"""Pivots of a step do not show the rank of G, which is measured at its end: there is one constraint, or G M^-1 G^T is not formed."""
 
 STAGES: int = 1
 """Number of stages. A range that names this constant, or the next, is unrolled: ``tuple(... for i in range(STAGES))``, ``min``, ``max``
@@ -80,7 +80,7 @@ CONSTRAINTS: int = 1
 """Number of constraints m."""
 
 AGAIN: int = 1
-"""Newton's iterations are done this many times over: 2 when derivatives are carried in the imaginary part."""
+"""Newton's iterations are repeated this many times: 2 when derivatives are in the imaginary part."""
 
 TANGENTS: bool = False
 """Numbers are dual and carry derivatives in several directions, see ``daebench/compiler/dual``."""
@@ -92,10 +92,10 @@ ONE_UNKNOWN: bool = False
 """The same holds, and there is one constraint: a linear solve is a division."""
 
 ITERATIONS_ASKED: int = 0
-"""Sweeps after which Newton's iteration is ended whether it has converged or not; 0: it is not."""
+"""Number of iterations after which Newton's iteration is ended even if it has not converged; 0: no such limit."""
 
 ROUNDINGS: float = 4.0
-"""Increments of so many roundings end Newton's iteration."""
+"""Size of an increment, in roundings, that ends Newton's iteration."""
 
 EPS: Number = 0.0
 """Spacing of the run's numbers at 1."""
@@ -123,7 +123,7 @@ def H_pp(p: Vector, q: Vector) -> InverseMass:
 
 
 def H_pp_and_time(p: Vector, q: Vector) -> Matrix:
-    """H_pp with a 1 in the place of the time, which makes it regular."""
+    """H_pp with a 1 in place of the time, which makes it regular."""
 
 
 def H_qp(p: Vector, q: Vector) -> Matrix:
@@ -131,7 +131,7 @@ def H_qp(p: Vector, q: Vector) -> Matrix:
 
 
 def H_pq(p: Vector, q: Vector) -> Matrix:
-    """Derivative of H_p with respect to q, shape(d, d): the transpose of H_qp, but where forces without potential depend on velocities."""
+    """Derivative of H_p with respect to q, shape(d, d): the transpose of H_qp, unless forces without potential depend on velocities."""
 
 
 def H_qq(p: Vector, q: Vector) -> Matrix:
@@ -175,7 +175,7 @@ def T_qv(q: Vector, v: Vector) -> Matrix:
 
 
 def rate_of_time(q: Vector) -> Vector:
-    """Velocity of a system at rest: 1 in the place of the time, where it is a position, and 0 elsewhere."""
+    """Velocity of a system at rest: 1 in place of the time, if it is a position, and 0 elsewhere."""
 
 
 def damping(q: Vector, time: tuple[Number]) -> tuple[Number, Number]:
@@ -231,7 +231,7 @@ def a_p(p: Vector, q: Vector, lam: Multiplier) -> Rows:
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
-    """p', q' of the ODE in the form that is chosen, (1.18) by default, and the smallest relative pivot met on the way."""
+    """p', q' of the ODE in the chosen form, (1.18) by default, and the smallest relative pivot."""
 
 
 def K_y(p: Vector, q: Vector) -> Any:
@@ -243,15 +243,15 @@ def two_form(p: Vector, q: Vector) -> Any:
 
 
 def chart(p: Vector, q: Vector) -> tuple[Vector, Vector]:
-    """State (p, q) at the local coordinates that a scheme computes in, as momenta and positions."""
+    """State (p, q) at the local coordinates of a scheme, as momenta and positions."""
 
 
 def kinetic_increment(p: Vector, q: Vector, time: tuple[Number]) -> tuple[Vector, Vector]:
-    """What the flow of the kinetic energy on the manifold over a time adds to p and to q, where the problem declares that flow."""
+    """Increments of p and q by the flow of the kinetic energy on the manifold over a time, if the problem declares that flow."""
 
 
 def integrals(p: Vector, q: Vector) -> tuple[Number, ...]:
-    """First integrals that the problem declares besides H."""
+    """First integrals other than H that the problem declares."""
 
 
 # ---- algebra -------------------------------------------------------------------------------------------------------------
@@ -266,11 +266,11 @@ def dot(x: Vector, y: Vector) -> Number:
 
 
 def dot_moduli(x: Vector, y: Vector) -> Number:
-    """Sum of the moduli |x_i y_i|: what a relative change of one in y makes of x^T y at most."""
+    """Sum of the moduli |x_i y_i|: the largest change of x^T y under a relative change of one in y."""
 
 
 def sqrt(x: Number) -> Number:
-    """Square root; NaN of what is negative."""
+    """Square root; NaN of a negative number."""
 
 
 def identity_d(q: Vector) -> Matrix:
@@ -286,8 +286,7 @@ def norm(x: Half) -> Number: ...
 def norm(x: Any) -> Any:
     """Sum of moduli; unlike the largest modulus it cannot hide a NaN.
 
-    It is what increments are measured by, and nothing else: of dual numbers it has the sums of the derivatives' moduli besides, which are
-    not its derivative.
+    It measures increments only: for dual numbers it also has the sums of the derivatives' moduli, which are not its derivative.
     """
 
 
@@ -316,7 +315,7 @@ def solve_mass(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ..
 @overload
 def solve_mass(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
 def solve_mass(A: Any, b: Any, X: Any = None) -> Any:
-    """As ``solve`` for A = M(q); what M does not couple is left out."""
+    """As ``solve`` for A = M(q); entries that M does not couple are left out."""
 
 
 def solve_2m(A: Gram, B: Gram, C: Gram, D: Gram, b: Multiplier, c: Multiplier) -> tuple[Multiplier, Multiplier, Number]:
@@ -343,11 +342,11 @@ def solve_2d(A: Any, b: Any) -> tuple[Vector, Vector, Number]:
     """Both halves of the x with A x = b, shape(2 d,), and the smallest relative pivot."""
 
 
-# ---- what only Newton and the loop use -----------------------------------------------------------------------------------
+# ---- used only by Newton and the loop -----------------------------------------------------------------------------------
 
 
 def tally(update: Any, iterations: int) -> Any:
-    """Work of so many iterations of ``update``; empty where work is not counted."""
+    """Work of a number of iterations of ``update``; empty if work is not counted."""
 
 
 def no_work() -> Any:
@@ -363,11 +362,11 @@ def with_tangents(x: Any, y: Any) -> Any:
 
 
 def unsettled(size: Number, scale: Number, last: Number) -> Number:
-    """What a sweep has changed derivatives by, less than nothing where they have settled; ``last`` is the same of the sweep before it."""
+    """Change of derivatives in a sweep, negative if they have settled; ``last`` is the change in the previous sweep."""
 
 
 def at_rest(last: Number) -> bool:
-    """Whether derivatives have settled in every direction, by what ``unsettled`` returned."""
+    """Whether derivatives have settled in every direction, according to ``unsettled``."""
 
 
 def finite_tangents(size: Number) -> bool:
@@ -379,7 +378,7 @@ def step(p0: Vector, q0: Vector, h: Number) -> Any:
 
 
 def plain_step(p0: Vector, q0: Vector, h: Number) -> Step:
-    """The scheme's own step, whatever is done around it."""
+    """The scheme's own step, without operations around it."""
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
@@ -399,11 +398,11 @@ def initialise(x: State, h: Number) -> Any:
 
 
 def after_step(x: State, report: Report) -> Any:
-    """State and report after what ends a step."""
+    """State and report after the end of a step."""
 
 
 def output(x: State) -> State:
-    """The state in the coordinates that are monitored and stored."""
+    """The state in the monitored and stored coordinates."""
 
 
 def state_norm(x: State) -> Number:
@@ -419,19 +418,19 @@ def monitored_errors(x: State, first: tuple[Number, ...]) -> tuple[Number, ...]:
 
 
 def worst(x: tuple[Number, ...], y: tuple[Number, ...]) -> tuple[Number, ...]:
-    """The larger of each pair; NaN where either is."""
+    """The larger of each pair; NaN if either is NaN."""
 
 
 def total(x: tuple[Number, ...]) -> Number:
-    """Sum of moduli that are monitored; not finite where any of them is not."""
+    """Sum of monitored moduli; not finite if any of them is not."""
 
 
 def defined(x: State) -> Number:
-    """0 where H has a value, NaN where it has none; 0 everywhere if the forces tell that, or H is monitored."""
+    """0 if H has a value, NaN if it has none; always 0 if the forces show this, or if H is monitored."""
 
 
 def store(states: Any, stage_lams: Any, row: int, x: State, stage_lam: Any) -> None:
-    """Write a state into row ``row`` of the outputs, and the step's stage multipliers where they are wanted; or H where samples are."""
+    """Write a state into row ``row`` of the outputs, and the step's stage multipliers on request; or H if samples are requested."""
 
 
 declare(globals())

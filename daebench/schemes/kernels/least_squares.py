@@ -1,4 +1,4 @@
-"""The least-squares solution of small linear systems, which may be singular."""
+"""The least-squares solution of small linear systems, possibly singular."""
 
 from typing import Any
 
@@ -8,12 +8,12 @@ from daebench.schemes.kernels.sizes import COLUMNS, DEPENDENT, UNKNOWNS
 
 
 def solve(a: Any) -> Any:
-    """Put the x of least norm that minimises |A x - b| in the place of b, given a = (A, b), shape(UNKNOWNS, UNKNOWNS + 1).
+    """Replace b by the x of least norm that minimises |A x - b|, given a = (A, b), shape(UNKNOWNS, UNKNOWNS + 1).
 
-    Return the smallest diagonal entry of R that was kept, relative to the first; 0 where there is none, NaN where A is not finite.
+    Return the smallest diagonal entry of R that was kept, relative to the first; 0 if there is none, NaN if A is not finite.
     Rows, then columns, are first scaled to have a largest modulus of 1, so that units do not matter; the norm is that of the scaled x.
-    A P = Q R is found by modified Gram-Schmidt with column pivoting and with b as a last column, and ended where what is left of the
-    columns is below DEPENDENT. Products are taken without conjugation, so that an imaginary part carries a derivative.
+    A P = Q R is found by modified Gram-Schmidt with column pivoting and with b as a last column, and ended where the remainder of the
+    columns is below DEPENDENT. Products are taken without conjugation, so that the imaginary part is a derivative.
     """
     r, x, null = zeros((UNKNOWNS, COLUMNS), a.dtype), zeros(UNKNOWNS, a.dtype), zeros((UNKNOWNS, UNKNOWNS), a.dtype)
     size, order = absolute(a[0, :UNKNOWNS]), arange(UNKNOWNS)

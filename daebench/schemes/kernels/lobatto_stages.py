@@ -1,9 +1,9 @@
-"""The stages of Lobatto IIIA-IIIB, HLW VII.1.5, by an iteration in increments that leaves out the derivatives of the forces.
+"""The stages of Lobatto IIIA-IIIB, HLW VII.1.5, by an iteration in increments that omits the derivatives of the forces.
 
-Its matrix is exact in the multipliers; what is left out makes it linear with a factor O(h^2), and O(h) where H_p depends on q. Where
-it no longer converges Newton's full matrix does for a while, but leads to other solutions than those that go on from smaller steps: of
-lobatto3 on the spherical pendulum, case fig1.2, from h = 0.35 on, with energy errors of 0.1 to 0.3 after 0.037 at h = 0.34.
-``DATA`` is what :func:`daebench.schemes.lobatto.numbers` returns: A, A^, the matrix N with c_i N = A A^, b and c.
+Its matrix is exact in the multipliers. The omitted terms make the convergence linear with a factor O(h^2), and O(h) if H_p depends on q.
+For somewhat larger steps Newton's full matrix still converges, but to other solutions than those that continue from smaller steps: for
+lobatto3 on the spherical pendulum, case fig1.2, from h = 0.35 on, with energy errors of 0.1 to 0.3 instead of 0.037 at h = 0.34. ``DATA``
+is what :func:`daebench.schemes.lobatto.numbers` returns: A, A^, the matrix N with c_i N = A A^, b and c.
 """
 
 from daebench.schemes.kernels.language import SEPARABLE, STAGES, G, H_p, H_pp, H_q, g, norm, rows, solve_stages_but_one, zero
@@ -52,7 +52,7 @@ def correct(
 
 
 def first_guess(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]:
-    """Return Q_i - q0 on the tangent, i = 2 ... s, and multipliers of zero, to begin the iteration with."""
+    """Return the start of the iteration: Q_i - q0 on the tangent, i = 2 ... s, and zero multipliers."""
     v0 = H_p(p0, q0)
     return tuple(h * DATA[4][i] * v0 for i in range(1, STAGES)), tuple(zero(q0) for k in range(STAGES - 1))
 

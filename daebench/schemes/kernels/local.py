@@ -5,7 +5,7 @@ from daebench.schemes.kernels.spaces import Number, Vector
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
-    """Return eta', xi' and the smallest relative pivot of X^T J X, which is singular where the chart is.
+    """Return eta', xi' and the smallest relative pivot of X^T J X, which is singular if the chart is.
 
     ::
 

@@ -1,4 +1,4 @@
-"""The only loop over steps: it composes, stores, monitors and stops; a step is a map of states and knows nothing of it.
+"""The only loop over steps: it composes, stores, monitors and stops; a step is a pure map of states.
 
 ``one_step``, ``after_step``, ``output`` and ``state_norm`` are those of :mod:`daebench.schemes.kernels.constrained`, or of
 :mod:`daebench.schemes.kernels.poisson`.
@@ -33,7 +33,7 @@ ERROR_NOT_FINITE = 4
 if COMPOSED:
 
     def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
-        """Return what ``one_step`` returns for substeps of weights[0] h, weights[1] h, ... in a row, how many were tried, and G's rank."""
+        """Return the result of ``one_step`` for substeps of weights[0] h, weights[1] h, ..., the number tried, and the rank of G."""
         pivot, work = INF, no_work()
         for stage in range(len(weights)):
             x, memory, stage_lam, report = one_step(x, memory, weights[stage] * h)
@@ -45,7 +45,7 @@ if COMPOSED:
 else:
 
     def advance(x: State, memory: Any, h: Number, weights: Data) -> tuple[Any, Any, Any, Report, int, Number]:
-        """Return what ``one_step`` returns, that it was one substep, and G's rank."""
+        """Return the result of ``one_step``, the number 1 of substeps, and the rank of G."""
         x1, memory1, stage_lam, report = one_step(x, memory, h)
         return x1, memory1, stage_lam, report, 1, measured(output(x1), report[2])
 
@@ -56,7 +56,7 @@ def first(x: State) -> tuple[Number, ...]:
 
 
 def differentiable(x: State, report: Report) -> Report:
-    """Return a report, which says so where the derivatives of the state that a step ended in are not finite."""
+    """Return a report, whose status shows if the derivatives of the state after a step are not finite."""
     if report[0] == OK and not finite_tangents(state_norm(x)):
         return UNSETTLED, INF, report[2], report[3]
     return report
@@ -76,12 +76,12 @@ def integrate(
     states: Any,
     stage_lams: Any,
 ) -> Any:
-    """Take so many steps of size h, storing a state when ``left`` steps are done and then after every ``every``.
+    """Take a number of steps of size h, and store a state after ``left`` steps and then after every ``every`` steps.
 
-    Returns the last good state and memory, the maxima of the monitored quantities, what is recalled of pivots, the steps done, the rows
-    stored, the steps left until the next output, Newton's work, the substeps tried in the last step, and the last report; the number tried
-    is negative where it was not one of them that failed but what comes after. It stops with RANK_LOST after the step before that in which G
-    loses rank; called again, it goes on.
+    Returns the last good state and memory, the maxima of the monitored quantities, the record of pivots, the steps done, the rows stored,
+    the steps left until the next output, Newton's work, the substeps tried in the last step, and the last report. The number tried is
+    negative if no substep failed but an operation after them. The loop stops with RANK_LOST after the step before the one in which G loses
+    rank; called again, it continues.
     """
     row = 0
     work = no_work()

@@ -1,4 +1,4 @@
-"""The manifold g = 0, G H_p = 0: its normals, the correction that leads to it, and the orthogonal projection onto it."""
+"""The manifold g = 0, G H_p = 0: its normals, the correction towards it, and the orthogonal projection onto it."""
 
 from daebench.schemes.kernels.language import G, Gv_p, Gv_q, H_p, H_pp, g, mass, norm, solve_2m, zero
 from daebench.schemes.kernels.newton import newton
@@ -23,10 +23,10 @@ def shift(down: tuple[Rows, Rows, Rows], nu: Multiplier, mu: Multiplier) -> tupl
 def correction(
     w: Number, x: Point, p_free: Vector, q_free: Vector, inverse_mass: Matrix, mass_: Matrix
 ) -> tuple[Point, Number, Number, Number, Number]:
-    """Return what to subtract from x = (p, q, nu, mu); and size, scale, residual and pivot, as Newton's iteration wants them.
+    """Return the correction to subtract from x = (p, q, nu, mu); and size, scale, residual and pivot for Newton's iteration.
 
-    It leads to the point of the manifold that differs from the free one by a normal vector there; second derivatives of the
-    constraints, which the small multipliers carry, are left out. The free point itself moves by w - 1 times that vector::
+    It leads to the point of the manifold that differs from the free one by a normal vector there; second derivatives of the constraints,
+    whose factors are the small multipliers, are omitted. The free point itself moves by w - 1 times that vector::
 
         dy - w D^-1 C^T (dnu, dmu) = y - y_free - D^-1 C^T (nu, mu)        C dy = (g, G H_p)        y = (p, q)
     """
@@ -52,7 +52,7 @@ def correction(
 
 
 def corrected(x: Point, due: Point) -> Point:
-    """Return (p, q, nu, mu) less what is due."""
+    """Return (p, q, nu, mu) minus the correction."""
     return x[0] - due[0], x[1] - due[1], x[2] - due[2], x[3] - due[3]
 
 

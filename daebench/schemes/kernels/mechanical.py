@@ -1,4 +1,4 @@
-"""H = 1/2 p^T M(q)^-1 p + U(q) with a mass matrix that is solved with and never inverted symbolically."""
+"""H = 1/2 p^T M(q)^-1 p + U(q) with a mass matrix that is never inverted symbolically: linear systems are solved with it."""
 
 from daebench.schemes.kernels.language import (
     EXTENDED,

@@ -1,4 +1,4 @@
-"""The two mixed second derivatives of H, which are each other's transposes but where there are forces without potential."""
+"""The two mixed second derivatives of H, which are each other's transposes unless there are forces without potential."""
 
 from daebench.schemes.kernels.language import FORCED, H_pq
 from daebench.schemes.kernels.spaces import Matrix, Vector

@@ -30,7 +30,7 @@ ITERATIONS = 100
 
 
 def regular(residual: Number, pivot: Number, size: Number) -> bool:
-    """Return whether what went into a linear solve was finite, the matrix regular, and what came out finite."""
+    """Return whether the input of a linear solve was finite, the matrix regular, and the result finite."""
     return bool(residual < INF and pivot > 4.0 * EPS and size < INF)
 
 
@@ -42,22 +42,22 @@ def judge(residual: Number, pivot: Number, size: Number) -> int:
 
 
 def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
-    """Return the x at which ``update`` has nothing left to do, and a report.
+    """Return the fixed point x of ``update``, and a report.
 
-    ``update(x, data)`` returns the next iterate, the size of the increment of the state part, what it is measured against, the
-    residual at x, and the smallest relative pivot of the iteration matrix, and has no branches or loops. The iteration ends when::
+    ``update(x, data)`` returns the next iterate, the size of the increment of the state part, its scale, the residual at x, and the
+    smallest relative pivot of the iteration matrix, and has no branches or loops. The iteration ends when::
 
         |dx| <= 4 eps scale      or      |dx| no longer shrinks and is within 1e4 eps scale,
 
-    with scale = max(L, |q|), L being the length of the initial value problem, see ``daebench/runs/scales.py``: in other units the digits
-    are the same. Momenta are measured as velocities, so that light and heavy parts count alike: as h M^-1 dp where they
-    follow from g = 0, which leaves them uncertain by eps |q| / h; against |M^-1 p| where they do not. The iteration never ends
-    because the residual is small: that leaves a bias, and the energy a linear drift. Where the imaginary part carries a
-    derivative it goes on for as many iterations again, so that the derivative is as converged as the value. A relative pivot at
-    round-off, anything that is not finite, or 100 iterations without an end stop it with a status that says so.
+    with scale = max(L, |q|), L being the length of the initial value problem, see ``daebench/runs/scales.py``: so that the digits do not
+    depend on the units. Momenta are measured as velocities, so that light and heavy parts have the same weight: as h M^-1 dp if they follow
+    from g = 0, which leaves them uncertain by eps |q| / h; against |M^-1 p| if they do not. A small residual never ends the iteration: that
+    would leave a bias, and cause a linear drift of the energy. If the imaginary part is a derivative, the iteration continues for as many
+    iterations again, so that the derivative is as converged as the value. A relative pivot at round-off, a value that is not finite, or 100
+    iterations without convergence stop it with a corresponding status.
 
-    A study of what that buys may ask for another number of roundings than 4, or for so many iterations and no more; derivatives are then
-    those of what was done.
+    A study of this criterion may use another number of roundings than 4, or a fixed number of iterations; derivatives are then those of the
+    computed iterates.
     """
     last = INF
     until = ITERATIONS_ASKED
@@ -85,7 +85,7 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
 if ONCE:
 
     def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
-        """Return what the iteration above returns where nothing else is asked of it; all runs leave it at one place.
+        """Return the result of the iteration above in its default form; all runs leave the loop at one place.
 
         EPS is a power of two: multiplied by it first, the numbers of roundings give the same bounds. The pivot of an iteration without
         an end, which no run keeps, is left out.
@@ -100,9 +100,9 @@ if ONCE:
 
 
 def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
-    """Return what the iteration for several runs does, where one unknown is solved for and |dx| is a multiple of it.
+    """Return the result of the iteration for several runs with one unknown, if |dx| is a multiple of it.
 
-    residual / pivot is finite only where the residual is finite and the pivot is not zero: to look at |dx| is enough.
+    residual / pivot is finite only if the residual is finite and the pivot is not zero: a test of |dx| is enough.
     """
     last = INF
     for iteration in range(1, ITERATIONS + 1):
@@ -118,13 +118,13 @@ def differentiated(
 ) -> tuple[X, Report]:
     """Return the solution x with its derivatives, and a report; ``size`` is that of the last increment.
 
-    Where numbers are dual, derivatives have been carried through the iteration that led to x. They are those of its limit after further
-    sweeps, with the values held::
+    If numbers are dual, derivatives have been propagated through the iteration that led to x. Further iterations with fixed values give the
+    derivatives of its limit::
 
         dx -> U_x dx + U_data ddata,      x = U(x, data)
 
-    Where U is Newton's with its whole matrix U_x is zero up to rounding and the second sweep changes nothing; where it leaves out
-    derivatives, dx converges as x has. Sweeps are not counted as work.
+    If U is Newton's update with the full matrix, U_x is zero up to rounding and the second iteration changes nothing; if U omits
+    derivatives, dx converges as x did. These iterations are not counted as work.
     """
     last = size
     for _ in range(ITERATIONS):

@@ -1,4 +1,4 @@
-"""What the loop does with states y of a Poisson system: one step, what ends it, and its output."""
+"""Functions of the loop for states y of a Poisson system: one step, its end, and its output."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ def one_step(x: Vector, memory: Any, h: Number) -> Any:
 if BOUNDED:
 
     def after_step(x: Vector, report: Report) -> Any:
-        """Return the state, and the report, which says whether it is still in the domain."""
+        """Return the state, and the report, whose status shows whether it is still in the domain."""
         if report[0] == OK and not inside(output(x)):
             return x, (OUTSIDE, report[1], report[2], report[3])
         return x, report
@@ -27,7 +27,7 @@ if BOUNDED:
 else:
 
     def after_step(x: Vector, report: Report) -> Any:
-        """Return the state and the report as they are."""
+        """Return the state and the report unchanged."""
         return x, report
 
 
@@ -40,7 +40,7 @@ if LOCAL:
 else:
 
     def output(x: Vector) -> Any:
-        """Return the state, which the scheme computes in."""
+        """Return the state, in which the scheme computes."""
         return x
 
 

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="empty-body"
-"""What a scheme for Poisson systems may use besides :mod:`daebench.schemes.kernels.language`: the linker fills these in for one system.
+"""Extension of :mod:`daebench.schemes.kernels.language` for Poisson systems: the linker fills these names in for one system.
 
 The state is one vector y, shape(n,). Schemes that treat its halves differently take y = (u, v, c): u and v of the same length, and c,
 which no step changes: the Casimir coordinates of a canonical form.
@@ -10,7 +10,7 @@ from daebench.schemes.kernels.spaces import Half, HalfMatrix, Matrix, Number, Re
 # ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
 
 DENSE: bool = True
-"""Derivatives of the vector field are at hand, so that equations are solved by Newton's iteration; else by fixed-point iteration."""
+"""Derivatives of the vector field exist, so that equations are solved by Newton's iteration; otherwise by fixed-point iteration."""
 
 BOUNDED: bool = False
 """The system declares a domain that its states may not leave."""
@@ -63,7 +63,7 @@ def inside(y: Vector) -> bool:
 
 
 def chart(y: Vector) -> Vector:
-    """State in the system's own coordinates at the coordinates that a scheme computes in."""
+    """State in the system's own coordinates at the coordinates of a scheme."""
 
 
 # ---- algebra -------------------------------------------------------------------------------------------------------------

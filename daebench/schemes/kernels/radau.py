@@ -1,4 +1,4 @@
-"""What Radau IIA has in common on the formulations of index 2: the stages with the multipliers held, and the matrices of the iteration."""
+"""Common parts of Radau IIA on the formulations of index 2: the stages with fixed multipliers, and the matrices of the iteration."""
 
 from typing import Any
 
@@ -29,15 +29,15 @@ def nodes(s: int, *kinds: str) -> dict[str, float]:
 
 
 def first_guess(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points]:
-    """Return P_i - p0 = 0 and Q_i - q0 on the tangent, to begin the iteration with."""
+    """Return the start of the iteration: P_i - p0 = 0 and Q_i - q0 on the tangent."""
     v0, still = H_p(p0, q0), 0 * p0
     return tuple(still for i in range(STAGES)), tuple(h * DATA[2][i] * v0 for i in range(STAGES))
 
 
 def held(p0: Vector, q0: Vector, dP: Points, dQ: Points, Lam: Multipliers, h: Number) -> Held:
-    """Return what follows from the forces at the stages when the multipliers are held.
+    """Return the quantities that follow from the forces at the stages with fixed multipliers.
 
-    These are Q_i and the new P_i - p0; there the velocities, H_pp, G, G H_pp and d/dq[G H_p]; and what velocities are measured against.
+    These are Q_i and the new P_i - p0; there the velocities, H_pp, G, G H_pp and d/dq[G H_p]; and the scale of velocities.
     """
     Q = places(q0, dQ)
     P = places(p0, dP)
@@ -62,7 +62,7 @@ def velocity_matrix(h: Number, J: tuple[Jacobian, ...], R: tuple[Rows, ...], C: 
 def moved(
     h: Number, free_P: Points, free_Q: Points, J: tuple[Jacobian, ...], R: tuple[Rows, ...], change: Multipliers
 ) -> tuple[Points, Points]:
-    """Return P_i - p0 and Q_i - q0 with the multipliers changed by so much."""
+    """Return P_i - p0 and Q_i - q0 after a change of the multipliers."""
     pull = tuple(J[j].T @ change[j] for j in range(STAGES))
     push = tuple(R[j].T @ change[j] for j in range(STAGES))
     dP = tuple(free_P[i] + weighted(-h, DATA[0][i], pull) for i in range(STAGES))

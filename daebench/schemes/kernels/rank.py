@@ -1,4 +1,4 @@
-"""Whether G keeps its rank: what measures it along a run, and when it goes to zero within the next step."""
+"""The rank of G along a run: its measure, and a test for its loss within the next step."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ Pivots = tuple[Number, Number, Number]
 if SINGLE:
 
     def independence(p: Vector, q: Vector) -> Number:
-        """Return |G H_pp G^T| of one constraint: its relative pivot is always 1, and says nothing."""
+        """Return |G H_pp G^T| of one constraint: its relative pivot is always 1, and carries no information."""
         G0 = G(q)
         return abs((G0 @ rows(G0, p, q).T)[0][0])
 
@@ -27,26 +27,26 @@ if RANK_WATCHED:
     if SINGLE:
 
         def measured(y: Any, pivot: Number) -> Number:
-            """Return what is extrapolated to zero, after a step that ended in the state y = (p, q)."""
+            """Return the quantity that is extrapolated to zero, after a step that ended in the state y = (p, q)."""
             return independence(y[0], y[1])
 
     else:
 
         def measured(y: Any, pivot: Number) -> Number:
-            """Return what is extrapolated to zero: the smallest relative pivot of the linear solves of a step."""
+            """Return the quantity that is extrapolated to zero: the smallest relative pivot of the linear solves of a step."""
             return pivot
 
     def recalled(pivots: Any, pivot: Number, rank: Number) -> Any:
-        """Return the smallest pivot so far, and what was measured in this step and in the one before."""
+        """Return the smallest pivot so far, and the measures in this step and in the previous one."""
         return min(pivots[0], pivot), rank, pivots[1]
 
     def lost(before: Pivots, now: Pivots) -> bool:
-        """Return whether G loses rank within the next step, given what was recalled before this step and what after it.
+        """Return whether G loses rank within the next step, given the records before and after this step.
 
-        What is measured goes like the square of an angle: where G loses rank transversally, its root sigma goes to zero along a
-        line. With the last three, the line through the last two reaches zero within one step, and that through the first two
-        within three, which no single rough step brings about. A minimum sigma^2 = delta^2 + c^2 t^2 does so only where c h is
-        more than 1.5 delta, so that h does not resolve it::
+        The measure behaves like the square of an angle: where G loses rank transversally, its root sigma goes to zero linearly. With the
+        last three, the line through the last two reaches zero within one step, and that through the first two within three, which no single
+        rough step brings about. A minimum sigma^2 = delta^2 + c^2 t^2 does so only where c h is more than 1.5 delta, so that h does not
+        resolve it::
 
             sigma_2 <= sigma_1 - sigma_2        sigma_1 <= 3 (sigma_0 - sigma_1)
         """
@@ -55,7 +55,7 @@ if RANK_WATCHED:
 else:
 
     def measured(y: Any, pivot: Number) -> Number:
-        """Return what there is."""
+        """Return the record unchanged."""
         return pivot
 
     def recalled(pivots: Any, pivot: Number, rank: Number) -> Any:

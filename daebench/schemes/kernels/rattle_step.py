@@ -1,4 +1,4 @@
-"""The step of RATTLE around a solver of its constraints, with the choices that molecular dynamics makes of its velocities."""
+"""The step of RATTLE around a solver of its constraints, with the variants of velocities that are used in molecular dynamics."""
 
 from collections.abc import Callable
 
@@ -9,10 +9,10 @@ from daebench.schemes.kernels.newton import both
 from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
 Positions = Callable[[Vector, Vector, Vector, Jacobian, Rows], tuple[Vector, Multiplier, Report]]
-"""From p0, q0, the increment of q without constraints, G(q0) and V = G(q0) M^-1 to dq - V^T nu, nu and a report."""
+"""Function of p0, q0, the increment of q without constraints, G(q0) and V = G(q0) M^-1 that returns dq - V^T nu, nu and a report."""
 
 Momenta = Callable[[Vector, Vector], tuple[Vector, Multiplier, Report]]
-"""From p and q to n = G(q)^T mu with G M^-1 (p - n) = 0, mu and a report."""
+"""Function of p and q that returns n = G(q)^T mu with G M^-1 (p - n) = 0, mu and a report."""
 
 APPROXIMATE = Claims(
     order=2,
@@ -24,10 +24,10 @@ APPROXIMATE = Claims(
     source="HLW (1.25)",
     separable_only=True,
 )
-"""Claims of the step around a solver that leaves something of the constraints."""
+"""Claims of the step around a solver that leaves a residual of the constraints."""
 
 CHOICES = {"differences": 0.0, "projected": 1.0}
-"""Options of every scheme whose step this is, with their defaults."""
+"""Options of every scheme with this step, with their defaults."""
 
 
 def choices(differences: float, projected: float) -> tuple[float, float]:
@@ -47,7 +47,7 @@ def rattle_step(solve_positions: Positions, solve_momenta: Momenta, p0: Vector, 
         p_half = p0 - h/2 U_q(q0) - G(q0)^T nu / h,      or  M (q1 - q0) / h    where ``differences`` is 1
         p1     = p_half - h/2 U_q(q1) - G(q1)^T mu,      or  mu = 0             where ``projected`` is 0
 
-    The equations are those of RATTLE, HLW (1.25), lam = 2 nu / h^2. Both p_half are the same but for rounding: q1 is rounded to the spacing
+    The equations are those of RATTLE, HLW (1.25), lam = 2 nu / h^2. Both p_half are equal up to rounding: q1 is rounded to the spacing
     of positions, which differences divide by h (B. Hess, gmx-developers, October 2006, 001873). Momenta that are not projected make it
     SHAKE in the form of velocity Verlet: q0, q1, ... are those of HLW (1.23), and the half kick of the constraints is missing in p1.
     """

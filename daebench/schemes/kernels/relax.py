@@ -1,4 +1,4 @@
-"""Iterations of molecular dynamics for the constraints of a step, each ended by a tolerance."""
+"""Iterations from molecular dynamics for the constraints of a step, each ended by a tolerance."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -24,21 +24,21 @@ def require_tolerance(tolerance: float) -> float:
 
 
 def bounds(X: Rows, x: Vector) -> Multiplier:
-    """Return the tolerance times sum_i |X_ki x_i|: what a relative change of x by it makes of constraint k; never below rounding.
+    """Return the tolerance times sum_i |X_ki x_i|: the change of constraint k under this relative change of x; never below rounding.
 
-    The rounding of a constraint between what is zero, as between two axes of a body at rest, is that of what is not. The tolerance is the
-    third of the scheme's numbers, as :mod:`daebench.schemes.kernels.rattle_step` says.
+    If the terms of a constraint are zero, as between two axes of a body at rest, its rounding is that of the other terms. The tolerance is
+    the third of the scheme's numbers, as :mod:`daebench.schemes.kernels.rattle_step` says.
     """
     return multiplier(max(DATA[2] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
 
 
 def relax(update: Callable[..., tuple[X, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
-    """Return the first x at which every constraint is met within its tolerance, and a report.
+    """Return the first x at which every constraint holds within its tolerance, and a report.
 
-    ``update(x, data)`` corrects x where constraints are not met; it returns the next x, how many were not met, the sum of the moduli met
-    on the way, and the smallest share that cancellation has left of what it divided by. Unlike Newton's, this iteration ends on a
-    residual, on purpose: it is what is studied. For the same reason it does no further rounds for a derivative in the imaginary part:
-    what is differentiated is the map as it is computed.
+    ``update(x, data)`` corrects x for the constraints that do not hold; it returns the next x, the number of such constraints, a sum of
+    moduli, and the smallest fraction of a divisor that remains after cancellation. Unlike Newton's, this iteration deliberately ends by the
+    residual, because this is the algorithm under study. For the same reason it adds no iterations for a derivative in the imaginary part:
+    the derivative is that of the computed map.
     """
     residual = INF
     pivot = INF

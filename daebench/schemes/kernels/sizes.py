@@ -1,4 +1,4 @@
-"""What a linear system is solved for: constants that are settled where a kernel of linear algebra is put into a module."""
+"""Sizes of linear systems: constants that are evaluated when a kernel of linear algebra is put into a module."""
 
 UNKNOWNS: int = 1
 """Number of unknowns."""
@@ -7,7 +7,7 @@ COLUMNS: int = 2
 """Number of columns of the matrix and of the right sides beside it."""
 
 DEPENDENT: float = 4e-11
-"""What is left of a column, relative to the first, below which least squares take it for dependent."""
+"""Remainder of a column, relative to the first, below which least squares treat it as dependent."""
 
 WIDTH: int = 1
 """Half-bandwidth of a banded matrix."""

@@ -1,4 +1,4 @@
-"""The right side of a system whose constraints are soft: springs and dampers in accelerations, as physics engines have them."""
+"""The right side of a system whose constraints are soft: springs and dampers in accelerations, as in physics engines."""
 
 from daebench.schemes.kernels.language import g
 from daebench.schemes.kernels.reduced import force, hidden
@@ -12,8 +12,8 @@ def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
 
         q' = H_p        p' = -H_q - G^T lam        g'' = (1 - r) a - r (c g' + k g)
 
-    a is what g'' is without lam; k, c and r are stiffness, damping and impedance. With r = 1 it is Baumgarte's equation, with
-    2 alpha = c and beta^2 = k. With less, a force that the constraint carries keeps it off g = 0 by (1/r - 1) a / k.
+    a is g'' without lam; k, c and r are stiffness, damping and impedance. With r = 1 it is Baumgarte's equation, with
+    2 alpha = c and beta^2 = k. With r < 1, a constraint force displaces it from g = 0 by (1/r - 1) a / k.
     """
     k, c, r = FORM_DATA
     v, gradient, G0, by_mass, value = hidden(p, q)

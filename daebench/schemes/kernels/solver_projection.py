@@ -1,4 +1,4 @@
-"""The projection that a solver of ODEs is handed for its steps: onto g = 0, then onto G H_p = 0, and what becomes of an error by it.
+"""The projection of the steps of an ODE solver: onto g = 0, then onto G H_p = 0, with the projection of an error estimate.
 
 ::
 
@@ -61,7 +61,7 @@ else:
 
 
 def tangent(x: Vector, G1: Jacobian, normals: Rows) -> tuple[Vector, Report]:
-    """Return by what x is to be changed to become tangent, G x = 0, the shortest in the metric of M; and a report."""
+    """Return the shortest change, in the metric of M, that makes x tangent, G x = 0; and a report."""
     value = G1 @ x
     nu, pivot = solve(G1 @ normals.T, value)
     return -(normals.T @ nu), linear(pivot, norm(value))

@@ -1,7 +1,7 @@
 # mypy: disable-error-code="empty-body"
-"""The spaces that the vectors and matrices of a scheme are in: what annotations say, and a type checker knows of their operators.
+"""The spaces of the vectors and matrices of a scheme, for annotations and for the type checker.
 
-No object of these classes is ever made. The linker puts operations of the algebra in the place of operators, see
+No object of these classes is ever made. The linker replaces operators by operations of the algebra, see
 ``daebench/compiler/operators.py``, and the kinds of ``daebench/compiler/shapes.py`` have the names of the classes.
 """
 
@@ -73,7 +73,7 @@ class Rows(Linear["Rows"]):
 
 
 class Jacobian(Rows):
-    """G, shape(m, d), of which products leave out what is zero for every q."""
+    """G, shape(m, d); products omit its entries that are zero for every q."""
 
 
 class Columns(Linear["Columns"]):
@@ -109,7 +109,7 @@ class Matrix(Linear["Matrix"]):
 
 
 class InverseMass(Matrix):
-    """H_pp, of which products with G leave out what is zero for every p and q."""
+    """H_pp; products with G omit its entries that are zero for every p and q."""
 
 
 class Gram(Linear["Gram"]):
@@ -147,7 +147,7 @@ I: Identity = Identity()  # noqa: E741
 
 
 class Data(float):
-    """Run-time data: a number, or numbers in tuples of any depth, as a tableau is."""
+    """Run-time data: a number, or numbers in tuples of any depth, for example a tableau."""
 
     def __getitem__(self, i: int) -> "Data": ...
 
@@ -157,17 +157,16 @@ class Data(float):
 
 
 State = Any
-"""What a step maps: (p, q) of a constrained system, y of a Poisson system."""
+"""State of a step: (p, q) of a constrained system, y of a Poisson system."""
 
 Report = tuple[int, Number, Number, Any]
-"""Status, residual, smallest relative pivot, and Newton's work, of what was solved."""
+"""Status, residual, smallest relative pivot, and Newton's work of a solve."""
 
 Step = tuple[Vector, Vector, Any, Report]
-"""What a step returns: p1 and q1, or p1 - p0 and q1 - q0; the stage multipliers; and a report."""
+"""Return values of a step: p1 and q1, or p1 - p0 and q1 - q0; the stage multipliers; and a report."""
 
 Update = tuple[Any, Number, Number, Number, Number]
-"""What a Newton update returns: the next iterate, the size of its change and what that is measured against, the residual
-and the smallest relative pivot."""
+"""Return values of a Newton update: the next iterate, size and scale of its change, the residual and the smallest relative pivot."""
 
 
 DATA: Data = Data()
@@ -177,14 +176,14 @@ FORM_DATA: Data = Data()
 """Numbers of the form of the system: alpha and beta of Baumgarte's, eps of the penalised one."""
 
 LENGTH: Number = 0.0
-"""Length of the initial value problem, see ``daebench/runs/scales.py``: the least that positions are measured against; run-time data."""
+"""Length of the initial value problem, see ``daebench/runs/scales.py``: the smallest scale of positions; run-time data."""
 
 RATE: Number = 0.0
-"""Rate of the initial value problem, 1/s; run-time data that only schemes on every form of the system are given."""
+"""Rate of the initial value problem, 1/s; run-time data, only for schemes that run on every form of the system."""
 
 
 def declare(names: dict[str, Any]) -> None:
-    """Have the functions of a file of the language, given by its global names, say that the linker fills them in when they are called."""
+    """Make the functions of a file of the language, given by its global names, raise an error that says that the linker fills them in."""
 
     def unlinked(function: FunctionType) -> Any:
         @wraps(function)

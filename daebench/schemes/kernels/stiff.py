@@ -5,7 +5,7 @@ from daebench.schemes.kernels.spaces import FORM_DATA, Number, Vector
 
 
 def f(p: Vector, q: Vector) -> tuple[Vector, Vector, Number]:
-    """Return p', q', and infinity in place of a pivot, for nothing is solved.
+    """Return p', q', and infinity in place of a pivot, because no linear system is solved.
 
     ::
 

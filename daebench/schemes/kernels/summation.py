@@ -1,10 +1,10 @@
-"""Compensated summation, HLW VIII.5: what rounding takes from a sum is kept and put back into the next."""
+"""Compensated summation, HLW VIII.5: the rounding error of a sum is stored and added to the next sum."""
 
 from daebench.schemes.kernels.spaces import Vector
 
 
 def add(x: Vector, low: Vector, dx: Vector) -> tuple[Vector, Vector]:
-    """Return x + (dx + low) and what rounding left of it; exact as long as the increment is smaller than x.
+    """Return x + (dx + low) and its rounding error; exact as long as the increment is smaller than x.
 
     ::
 

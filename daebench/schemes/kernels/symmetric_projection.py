@@ -11,7 +11,7 @@ Guess = tuple[Point, Point, Any, Number, tuple[Any, int, Number]]
 
 
 def due_at(x: Point, p_free: Vector, q_free: Vector) -> tuple[Point, Number, Number, Number, Number]:
-    """Return what to subtract from x = (p, q, nu, mu), given the step from the shifted start; and size, scale, residual and pivot.
+    """Return the correction of x = (p, q, nu, mu), given the step from the shifted start; and size, scale, residual and pivot.
 
     With the matrix 2 C D^-1 C^T, HLW V.4.1: the step's own derivative is taken as that of the identity.
     """
@@ -19,9 +19,9 @@ def due_at(x: Point, p_free: Vector, q_free: Vector) -> tuple[Point, Number, Num
 
 
 def update_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, Rows, Rows]]) -> Update:
-    """One update: the correction that is due, the step from the start that follows from it, and the correction that is due then.
+    """One update: the current correction, the step from the resulting start, and the next correction.
 
-    No step is thus done in vain: the update after which nothing is left to correct is the last.
+    No step is thus wasted: the iteration ends with the update after which no correction remains.
     """
     state, due, work, pivot, _ = x
     p0, q0, h, down0 = data

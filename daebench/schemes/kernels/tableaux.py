@@ -1,4 +1,4 @@
-"""Runge-Kutta tableaux of the Gauss, Radau and Lobatto families for any number of stages s, computed rather than typed.
+"""Runge-Kutta tableaux of the Gauss, Radau and Lobatto families, computed for any number of stages s.
 
 The nodes are the ends of [0, 1] that the family prescribes and the zeros of the polynomial that is orthogonal on [0, 1] with the
 weight x^a (1 - x)^b, where a and b are 1 for a prescribed end and 0 for a free one. All but IIIB are collocation methods::
@@ -45,7 +45,7 @@ def gauss(s: int, digits: int | None = None) -> Tableau:
     s : int
         Number of stages, at least 1.
     digits : int, optional
-        Give mpmath numbers of so many digits in place of floats.
+        Return mpmath numbers of this many digits in place of floats.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def _guarded(s: int, digits: int) -> Any:
 
 
 def _nodes(s: int, a: int, b: int) -> list[Any]:
-    """Return the nodes of highest quadrature order, of which 0 is one if a = 1, and 1 if b = 1."""
+    """Return the nodes of highest quadrature order, including 0 if a = 1, and 1 if b = 1."""
     import mpmath as mp
 
     n = s - a - b

@@ -1,1 +1,1 @@
-"""Schemes for Poisson systems: one file a scheme."""
+"""Schemes for Poisson systems: one file per scheme."""

@@ -1,4 +1,4 @@
-"""The implicit midpoint rule on y' = B(y) grad H(y): a Poisson map for constant B, and none for that of HLW Example 4.7."""
+"""The implicit midpoint rule on y' = B(y) grad H(y): a Poisson map for constant B, but not for the B of HLW Example 4.7."""
 
 from daebench.schemes.kernels.claims import PoissonClaims
 from daebench.schemes.kernels.language import INF, norm, solve

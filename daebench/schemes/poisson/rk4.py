@@ -1,4 +1,4 @@
-"""The classical Runge-Kutta method on y' = B(y) grad H(y): explicit, accurate, and blind to all structure."""
+"""The classical Runge-Kutta method on y' = B(y) grad H(y): explicit and accurate, without structure preservation."""
 
 from daebench.schemes.kernels.claims import PoissonClaims
 from daebench.schemes.kernels.language import INF, no_work
