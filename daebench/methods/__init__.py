@@ -1,4 +1,4 @@
-"""Methods: a name with a step size or a tolerance, and the way from an initial value problem to a trajectory."""
+"""Methods: each a name with a step size or a tolerance, which turns an initial value problem into a trajectory."""
 
 from daebench.systems.renamed_modules import keep_old_call
 

@@ -1,6 +1,6 @@
-"""What there is: the catalogue lists the folders, so that a new problem or scheme is one new file and nothing else.
+"""The catalogue of problems, schemes, reports and lessons: it lists folders, so that a new problem or scheme is one new file.
 
-A problem may also be a file of the user's own, asked for by its path, or come with another package, see ``problem_plugins``.
+A problem may also be a user file, given by its path, or come with another package, see ``problem_plugins``.
 """
 
 import ast
@@ -39,7 +39,7 @@ def problems(kind: str | None = None) -> Mapping[str, Problem]:
 
 
 def plugins() -> "Plugins":
-    """Return the problems that other packages bring, and why some of them cannot be used."""
+    """Return the problems of other packages, and why some of them cannot be used."""
     from daebench.systems.files.plugins import plugins
 
     return plugins(tuple(path.stem for path in _files("daebench.problems")))
@@ -86,7 +86,7 @@ def _run(problem: Problem, structure: Mapping[str, int]) -> "Definition":
 
 
 def _checked(problem: Problem) -> Problem:
-    """Return a problem that does not come with daebench, and is refused where it gives another system each time it is read."""
+    """Return a problem that is not part of daebench; it is refused if each reading gives another system."""
 
     def run(asked: Problem, structure: Mapping[str, int]) -> "Definition":
         from daebench.compiler.same_definition import require_same
@@ -99,14 +99,14 @@ def _checked(problem: Problem) -> Problem:
 
 
 def find_problem(name: str) -> Problem:
-    """Return the problem of this name: one of daebench's own, one that another package brings, or that of a file.
+    """Return the problem of this name: a problem of daebench, of another package, or of a file.
 
     A name that ends in .py or has a path separator in it is the path of a file, which is executed when the problem is used.
 
     Raises
     ------
     BadInput
-        If there is none; the message has the nearest names, or says what is wrong with the file or the package.
+        If there is no such problem; the message has the nearest names, or says what is wrong with the file or the package.
     """
     if is_path(name):
         return _checked(find_file(name))
@@ -122,12 +122,12 @@ def find_problem(name: str) -> Problem:
 
 
 def whole_structure(problem: Problem, parameters: Mapping[str, float]) -> tuple[dict[str, int], dict[str, float]]:
-    """Return the structural parameters among those that are given, as whole numbers, and the others.
+    """Return the given structural parameters, as whole numbers, and the other parameters.
 
     Raises
     ------
     BadInput
-        If a structural parameter is no whole number of at least 1, or is too large.
+        If a structural parameter is not a whole number of at least 1, or is too large.
     """
     structure = {name: _whole(name, value) for name, value in parameters.items() if name in problem.structure}
     return structure, {name: value for name, value in parameters.items() if name not in structure}

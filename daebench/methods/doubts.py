@@ -1,4 +1,4 @@
-"""What is to be said of a run that came to its end and is no good all the same: its energy or its constraints are lost."""
+"""Warnings on a run that reached its end but is of no use: its energy or its constraints are lost."""
 
 import numpy as np
 
@@ -8,22 +8,22 @@ from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 
 BROKEN = 0.25
-"""Part of what the motion could change g by, along its way from the start, above which a constraint is broken."""
+"""Fraction of the possible change of g along the path from the start above which a constraint is broken."""
 
 RESOLVED = 1e-6
-"""Relative change of positions below which g is not held against their way: a motion may begin at rest."""
+"""Relative change of positions below which g is not compared with their path, because a motion may begin at rest."""
 
 SMALLER = "use a smaller h or tol, or another method"
 """What to do."""
 
 
 def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
-    """Return why a run is not to be believed although nothing stopped it, as sentences; none of one that failed, which says so itself.
+    """Return sentences on why a completed run is unreliable; none for a run that failed, which has its own message.
 
-    That damping is negative is said too: it is allowed, and feeds energy in.
+    A negative damping is also reported: it is allowed, but adds energy.
 
-    The energy is lost where its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus
-    of H at the start. The T of the run is not that of the motion, but has the error e in it: the mean modulus of T - e stands for it.
+    The energy is lost if its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus of H
+    at the start. The T of the run contains the energy error e, so the mean modulus of T - e is used in its place.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
 
 
 def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
-    """Return which constraint is off by a large part of its own change along the way, and from when on; "" if none is."""
+    """Return which constraint has an error of a large fraction of its possible change along the path, and from when on; "" if none has."""
     if ivp.arrays:
         return ""
     g, G = np.abs(ivp.along("g", run.q)), np.abs(ivp.along("G", run.q))
@@ -72,6 +72,6 @@ def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
 
 
 def _way(q: Array) -> Array:
-    """Return how far each position has gone from its start at most, up to each row."""
+    """Return the largest distance of each position from its start, up to each row."""
     distances: Array = np.maximum.accumulate(np.abs(q - q[0]), axis=0)
     return distances

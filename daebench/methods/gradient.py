@@ -1,4 +1,4 @@
-"""The gradient of a functional of a run: what an optimiser or a fit wants to know of it."""
+"""The gradient of a functional of a run, for an optimiser or a fit."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ States = Sequence[NDArray[Any]]
 """q and p, or y, at the output times, each shape(n, d)."""
 
 Functional = Callable[[States], Any]
-"""A number made of states, real or complex."""
+"""A functional of states, real or complex."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class Gradient:
     value : float
         The value.
     derivatives : mapping of str to (float or ndarray, shape(d,))
-        The derivative by each parameter, and by each entry of an initial value.
+        The derivative with respect to each parameter, and to each entry of an initial value.
     trajectory : Trajectory or PoissonTrajectory
         The run, with its sensitivities.
     """
@@ -40,7 +40,7 @@ class Gradient:
 
 
 def gradient(functional: Callable[..., Any], problem: Any, *, sensitivities: Sequence[str], **settings: Any) -> Gradient:
-    """Return a functional J of a run with its derivatives by parameters and initial values.
+    """Return a functional J of a run with its derivatives with respect to parameters and initial values.
 
     ::
 
@@ -53,23 +53,23 @@ def gradient(functional: Callable[..., Any], problem: Any, *, sensitivities: Seq
         >>> round(fall.value, 4), round(fall.derivatives["gravity"], 4)
         (-0.4758, -0.429)
 
-    The derivatives of the states are those of the run, see :func:`daebench.run`; the rest is the chain rule. J is
-    differentiated by complex step, so it should be made of functions that are smooth and take complex numbers, as NumPy's arithmetic does
-    and ``abs`` does not; where a difference quotient contradicts, differences are taken, and a warning says to how many digits.
+    The derivatives of the states are those of the run, see :func:`daebench.run`; the rest is the chain rule. J is differentiated by complex
+    step, so it should consist of smooth functions that accept complex numbers, such as NumPy's arithmetic, but not ``abs``. If a difference
+    quotient does not agree, differences are used, and a warning gives their accuracy.
 
     Parameters
     ----------
     functional : callable
         ``functional(t, q, p)``, or ``functional(t, y)`` on a Poisson system, returns a number, of the output times, shape(n,), and the
         states there, shape(n, d): ``q[-1, 0]`` is the end, ``numpy.trapezoid(q[:, 0] ** 2, t)`` an integral, a sum of squares a misfit.
-        What of the run it depends on has to be output: ``every`` says how much, and 0 is enough for the end.
+        The states that it depends on must be outputs: ``every`` determines them, and 0 is enough for the end.
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
         As for :func:`daebench.run`.
     sensitivities : sequence of str
-        Parameters and initial values to differentiate by, see :attr:`daebench.runs.trajectory.Outcome.sensitivities`. What J itself
-        depends on besides the states is not known here, and its derivative is to be added.
+        Parameters and initial values to differentiate by, see :attr:`daebench.runs.trajectory.Outcome.sensitivities`. If J depends on
+        parameters other than through the states, that part of the derivative has to be added.
     **settings
-        All else that :func:`daebench.run` takes.
+        All other parameters of :func:`daebench.run`.
 
     Returns
     -------
@@ -79,12 +79,12 @@ def gradient(functional: Callable[..., Any], problem: Any, *, sensitivities: Seq
     Raises
     ------
     BadInput
-        If the request cannot be met, or the functional returns no finite number.
+        If the request cannot be met, or the functional does not return a finite number.
     RunFailed
         If the run stops before its end.
     """
     if not sensitivities:
-        raise BadInput("a gradient needs something to differentiate by; give sensitivities, as ['gravity', 'q0'].")
+        raise BadInput("a gradient needs quantities to differentiate by; give sensitivities, for example ['gravity', 'q0'].")
     trajectory = run(problem, sensitivities=sensitivities, **settings).complete()
     parts = [name for name in trajectory.states if name != "lam"]
     directions = {name: _directions([by[part] for part in parts]) for name, by in trajectory.sensitivities.items()}
@@ -127,7 +127,7 @@ def _value_and_slopes(phi: Functional, states: States, directions: Sequence[Stat
         shape, X = states[0].shape, np.array([np.concatenate([rows.ravel() for rows in direction]) for direction in directions]).T
         slopes = derivative(lambda x: phi([part.reshape(shape) for part in np.split(x, ends)]), flat, X, len(states)).value.ravel()
     if not np.all(np.isfinite(slopes)):
-        raise BadInput("the derivative of the functional is not finite on this run; see where its functions are smooth.")
+        raise BadInput("the derivative of the functional is not finite on this run; check where its functions are smooth.")
     return value, slopes
 
 

@@ -68,8 +68,8 @@ def initial_value_problem(
     Parameters
     ----------
     problem : str, PathLike, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
-        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem, of which
-        case, parameters and initial values are kept where no others are given.
+        Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem, whose case,
+        parameters and initial values are kept unless others are given.
     case : str, optional
         Named parameters and initial values; by default the problem's first.
     parameters : mapping of str to float, optional
@@ -79,9 +79,9 @@ def initial_value_problem(
     y0 : sequence of float, shape(n,), optional
         Initial state of a Poisson system in place of the case's.
     project : bool
-        Whether initial values are first projected onto the manifold, of a constrained problem.
+        Whether the initial values of a constrained problem are first projected onto the manifold.
     algebra : str
-        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
+        Form of vectors: "values" or "arrays", for a chain of nodes; "" to choose by the problem's size.
     consistent : bool
         Whether initial values off the manifold, or without any freedom there, are an error.
 
@@ -93,9 +93,9 @@ def initial_value_problem(
     Raises
     ------
     BadInput
-        If a name or value is not what it must be, or constraints leave no freedom at the start.
+        If a name or value is invalid, or constraints leave no freedom at the start.
     InconsistentStart
-        If the initial values are off the manifold and are not to be projected.
+        If the initial values are off the manifold and ``project`` is false.
     """
     ivp = _unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra)
     if isinstance(ivp, PoissonIvp):
@@ -115,7 +115,7 @@ def initial_value_problem(
 
 
 def declared_ivps(problem: str, case: str | None = None) -> list[Ivp]:
-    """Return the initial value problems of all cases of a problem, or of one, as they are declared; nothing is checked.
+    """Return the initial value problems of all cases of a problem, or of one, as declared, without checks.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def _unchecked(
         return ivp
     if isinstance(problem, InitialValueProblem):
         if algebra:
-            raise BadInput(f"how the vectors of {problem.problem} are held was chosen with the initial value problem; leave out algebra.")
+            raise BadInput(f"the form of the vectors of {problem.problem} was chosen with the initial value problem; leave out algebra.")
         return _with_other_values(problem, case, parameters or {}, start)
     if not hasattr(problem, "fingerprint"):
         raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")

@@ -1,4 +1,4 @@
-"""What there is, as tables: ``daebench.list_problems`` and ``daebench.list_methods``."""
+"""Tables of problems and methods: ``daebench.list_problems`` and ``daebench.list_methods``."""
 
 import warnings
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def list_problems() -> "pd.DataFrame":
-    """Return all problems, one a row: name, kind, summary, parameters, cases; with a warning on each that cannot be used.
+    """Return all problems, one per row: name, kind, summary, parameters, cases; with a warning on each that cannot be used.
 
     Returns
     -------
@@ -49,13 +49,13 @@ def list_problems() -> "pd.DataFrame":
 
 
 def list_methods() -> "pd.DataFrame":
-    """Return all methods, one a row: name, kind of problem, knob, system, and for schemes their claims.
+    """Return all methods, one per row: name, kind of problem, knob, system, and for schemes their claims.
 
     Returns
     -------
     DataFrame
         Columns kind, method, knob, system, options, and the fields of :class:`daebench.schemes.kernels.claims.Claims` and
-        :class:`daebench.schemes.kernels.claims.PoissonClaims`, missing where a method makes no such claim.
+        :class:`daebench.schemes.kernels.claims.PoissonClaims`, missing if a method makes no such claim.
 
     Examples
     --------

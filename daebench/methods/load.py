@@ -26,8 +26,8 @@ def load(
 ) -> Trajectory | PoissonTrajectory:
     """Return the trajectory of a file that :meth:`daebench.Trajectory.save` or ``daebench run --out FILE.npz`` wrote.
 
-    Nothing in the file is executed. Its problem comes from the catalogue, where that has a problem of this name whose equations are the
-    same; else pictures and energies need it to be given::
+    Nothing in the file is executed. Its problem comes from the catalogue if that has a problem of this name with the same equations;
+    otherwise pictures and energies need the argument ``problem``::
 
         >>> import daebench
         >>> import tempfile, pathlib
@@ -50,7 +50,7 @@ def load(
     Raises
     ------
     BadInput
-        If there is no such file, it is damaged or no trajectory, or the problem has other equations than the file says.
+        If there is no such file, if it is damaged or not a trajectory, or if the problem has other equations than the file.
     """
     path = Path(path)
     arrays = _arrays(path)
@@ -60,7 +60,7 @@ def load(
         given = {name: about[name] for name in IN_FILES}
         states: dict[str, Any] = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *STATES[kind])}
     except (KeyError, ValueError, TypeError) as error:
-        raise BadInput(f"{path}: it is no trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
+        raise BadInput(f"{path} is not a trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
     ivp = _problem(path, about, problem)
     if kind == "poisson":
         return PoissonTrajectory(**given, **states, sensitivities=_sensitivities(arrays, ("y",)), ivp=ivp)
@@ -72,12 +72,12 @@ def load(
 def _arrays(path: Path) -> dict[str, Any]:
     """Return the arrays of an NPZ file; nothing is unpickled."""
     if not path.is_file():
-        raise BadInput(f"there is no file {path}; give one that run.save or daebench run --out FILE.npz wrote.")
+        raise BadInput(f"there is no file {path}; give a file that run.save or daebench run --out FILE.npz wrote.")
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:  # NumPy leaves a damaged file open
             return {name: file[name] for name in file.files}
     except (ValueError, OSError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise BadInput(f"{path}: it is no NPZ file, or is damaged ({error}); daebench.load reads those that run.save wrote.") from error
+        raise BadInput(f"{path} is not an NPZ file, or is damaged ({error}); daebench.load reads files that run.save wrote.") from error
 
 
 def _checked(name: str, rows: Array, t: Array) -> Array:
@@ -99,7 +99,7 @@ def _problem(path: Path, about: dict[str, Any], problem: Any) -> Any:
         return ivp
     if problem is None:
         return None
-    raise BadInput(f"{path}: the run is of other equations or cases than {ivp.problem} has now; give the definition that it was made with.")
+    raise BadInput(f"{path}: the run has other equations or cases than {ivp.problem} has now; give the definition that it was made with.")
 
 
 def _stage_multipliers(arrays: dict[str, Any]) -> dict[str, tuple[Array, Array]]:

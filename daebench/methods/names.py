@@ -1,4 +1,4 @@
-"""The grammar of method names, parsed in this one place.
+"""The grammar of method names, and its parser.
 
 ::
 
@@ -13,9 +13,8 @@
     composition = "suzuki4" | "kahan_li8" | ...       of a symmetric scheme of order 2
     projection  = "proj" | "symproj"                  after each step
 
-Methods for Poisson systems have names of their own: their schemes are those in daebench/schemes/poisson, and the same name stands for
-what the book calls so on either kind of system. What may stand where is in ``names_tables``, a table for each kind of
-problems.
+Methods for Poisson systems have separate names: their schemes are those in daebench/schemes/poisson, and a name has the meaning of the book
+on either kind of system. The allowed parts are in ``names_tables``, with a table for each kind of problems.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -73,9 +72,9 @@ def parse(
     kind : Kind
         :data:`CONSTRAINED` or :data:`POISSON`.
     compensated : bool
-        Whether a fixed-step method compensates its sums over steps for rounding; for Poisson systems only methods that are lifted can.
+        Whether a fixed-step method compensates its sums over steps for rounding; for Poisson systems only lifted methods can.
     anyway : bool
-        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
+        Whether a scheme may be run on a Poisson system outside of the class for which it is a Poisson integrator.
 
     Returns
     -------
@@ -84,7 +83,7 @@ def parse(
     Raises
     ------
     BadInput
-        If the name or an option is unknown, or the parts of a name do not go together; the message has the nearest names.
+        If the name or an option is unknown, or the parts of a name do not fit together; the message has the nearest names.
     """
     if not isinstance(name, str) or is_outside(name):
         return _outside(name, options, compensated=compensated)
@@ -164,12 +163,12 @@ def several(
     kind: Kind = CONSTRAINED,
     anyway: bool = False,
 ) -> list[Any]:
-    """Return the methods of these names, or of code from outside, each with those of the options that it has; a method stays as it is.
+    """Return the methods of these names, or of code from outside, each with its own options; a method is returned unchanged.
 
     Raises
     ------
     BadInput
-        As :func:`parse`, or if an option is one of none of them.
+        As :func:`parse`, or if no method has an option.
     """
     values = dict(options or {})
     given = [name if isinstance(name, str) or _is_method(name) else parse(cast(Code, name)) for name in names]
@@ -184,12 +183,12 @@ def several(
 
 
 def _is_method(code: Any) -> bool:
-    """Return whether something is a method, and not code that could be one."""
+    """Return whether an object is a method, and not code that could become one."""
     return hasattr(code, "knob") and hasattr(code, "refusal")
 
 
 def free_numbers(method: Method[Any, Any]) -> Mapping[str, float]:
-    """Return the names of a method's free numbers and their defaults; one realised on the constrained system has those of its method."""
+    """Return the names of a method's free numbers and their defaults; a lifted method has those of its method."""
     scheme = method.method if isinstance(method, Lifted) else method
     return scheme.free_numbers if isinstance(scheme, Parts) else solver_numbers(method.name)
 
@@ -207,7 +206,7 @@ def method_of(
     Raises
     ------
     BadInput
-        If the name or an option is unknown, the parts of a name do not go together, or the method is for the other kind of problems.
+        If the name or an option is unknown, the parts of a name do not fit together, or the method is for the other kind of problems.
     """
     _require_kind(ivp, [name], anyway)
     return parse(name, options, kind=kind_of(ivp), compensated=compensated, anyway=anyway)
@@ -216,35 +215,35 @@ def method_of(
 def fixed_step_method_of(
     ivp: Ivp, name: Code, options: Mapping[str, float] | None = None, *, anyway: bool = False
 ) -> FixedStepMethod[Any, Any]:
-    """Return the method of this name, which runs from many starts at once.
+    """Return the method of this name for runs from many starts at once.
 
     Raises
     ------
     BadInput
-        As :func:`method_of`, or if it has no fixed steps of daebench's own.
+        As :func:`method_of`, or if it is not a fixed-step method of daebench.
     """
     method = method_of(ivp, name, options, anyway=anyway)
     if not isinstance(method, FixedStepMethod):
-        raise BadInput(f"{name} has no fixed steps of daebench's own, which ensembles take; choose one as rattle.")
+        raise BadInput(f"{name} is not a fixed-step method of daebench, which ensembles need; choose one, for example rattle.")
     return method
 
 
 def methods_of(
     ivp: Ivp, names: Sequence[Code | Method[Any, Any]], options: Mapping[str, float] | None = None, *, anyway: bool = False
 ) -> list[Any]:
-    """Return the methods of these names for problems of this kind, each with those of the options that it has.
+    """Return the methods of these names for problems of this kind, each with its own options.
 
     Raises
     ------
     BadInput
-        As :func:`method_of`, or if an option is one of none of them.
+        As :func:`method_of`, or if no method has an option.
     """
     _require_kind(ivp, names, anyway)
     return several(names, options, kind=kind_of(ivp), anyway=anyway)
 
 
 def _require_kind(ivp: Ivp, names: Sequence[Any], anyway: bool) -> None:
-    """Refuse methods that are known, but for the other kind of problems; code from outside is for either, and is not executed to see."""
+    """Refuse known methods for the other kind of problems; code from outside is for either kind, and is not executed here."""
     kind = kind_of(ivp)
     other = CONSTRAINED if kind is POISSON else POISSON
     if anyway and kind is CONSTRAINED:

@@ -1,4 +1,4 @@
-"""What may stand where in the name of a method: a table for constrained problems, and one for Poisson systems."""
+"""The parts of a method's name: a table for constrained problems, and one for Poisson systems."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ class Listed:
     knob : str
         "h" or "tol".
     system : str
-        What it is applied to.
+        Equations that it is applied to.
     options : mapping of str to float
         Free numbers and their defaults.
     """
@@ -42,22 +42,22 @@ class Listed:
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """Problems of one kind, and what may stand where in the name of a method for them.
+    """Problems of one kind, and the parts of the names of their methods.
 
     Parameters
     ----------
     words, plural : str
-        One of these problems, and all of them, as sentences say it.
+        Singular and plural of these problems in sentences.
     of_kind : str
         What follows "solver or form" in a sentence.
     solvers : mapping of str to callable
-        Tolerance-driven solvers, each from the part of a name that follows it and its free numbers.
+        Tolerance-driven solvers, each a function of the following part of a name and its free numbers.
     forms : mapping of str to str
-        What may come before a scheme, and what it is.
+        Prefixes of a scheme, with descriptions.
     schemes : callable
         Returns the names of the schemes.
     signs : mapping of str to str
-        What may follow a scheme, by the sign before it, the outermost first.
+        Suffixes of a scheme, by the sign before them, the outermost first.
     noun : callable
         Returns from a form, or "", what is unknown where a scheme is.
     listed : callable
@@ -190,7 +190,7 @@ POISSON = Kind(
     },
     forms={
         **POISSON_FORMS,
-        LIFTED: "a constrained system above, HLW VII.5.3: any fixed-step method for constrained problems, its states mapped down",
+        LIFTED: "a constrained system that maps to the Poisson system, HLW VII.5.3: any fixed-step method for constrained problems",
     },
     schemes=poisson_registry,
     signs={"/": "composition", "@": "splitting"},

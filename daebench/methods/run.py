@@ -1,4 +1,4 @@
-"""The same things from Python as from the command line: run and compare."""
+"""``daebench.run``: one method on one problem, from Python."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -39,18 +39,19 @@ def run(
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     method : str or callable
-        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2"; or code from outside, as
+        Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2"; or code from outside, for example
         "./mine.py:step" or a callable, see :func:`daebench.methods.outside.callables.method_of_callable`.
     case : str, optional
         Named initial values; by default the problem's first.
     h, tol : float
-        The method's resolution: step size of a fixed-step method, s; relative and absolute tolerance of the others.
+        The method's resolution: step size of a fixed-step method, s; relative and absolute tolerance of other methods.
     steps : int, optional
         Number of steps of a fixed-step method.
     t_end : float, optional
         End time, s, in place of ``steps``.
     points, every : int, optional
-        Output: equidistant times of a tolerance-driven method; every so many steps of a fixed-step one, 0 for the end alone.
+        Output: number of equidistant times of a tolerance-driven method; number of steps between outputs of a fixed-step method, 0 for the
+        end only.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the method.
     p0, q0 : sequence of float, shape(d,), optional
@@ -61,48 +62,48 @@ def run(
         Any of "energy", "manifold" (of a constrained problem), "casimirs" (of a Poisson system), "integrals"; by default all but
         "integrals".
     project : bool
-        Whether initial values are first projected onto the manifold, of a constrained problem.
+        Whether the initial values of a constrained problem are first projected onto the manifold.
     precision : str
         "float64" or "float32".
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool
         Whether the stage multipliers of every step of a fixed-step scheme are kept, see :attr:`daebench.Trajectory.raw`. Those of RATTLE
-        are of first order; ``mean``, of two steps that meet, is of second order.
+        are of first order; ``mean``, of two adjacent steps, is of second order.
     compensated : bool
         Whether a fixed-step method compensates its sums over steps for rounding, HLW VIII.5: over 1e7 steps of rattle/kahan_li8 or
-        lobatto5 the energy wanders 7 to 40 times less, for 0 to 40 % more time.
+        lobatto5 the random walk of the energy is 7 to 40 times smaller, for 0 to 40 % more time.
     sensitivities : sequence of str
         Parameters of the problem and initial values, "q0", "p0" or "y0", by which the states are differentiated, see
         :attr:`daebench.runs.trajectory.Outcome.sensitivities`.
     on_singular : str, optional
         What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     algebra : str
-        How vectors are held: "values" or "arrays", for a chain of nodes; "" as the problem's size suggests.
+        Form of vectors: "values" or "arrays", for a chain of nodes; "" to choose by the problem's size.
     anyway : bool
-        Whether a scheme may be run on a Poisson system that is not of the class for which it is a Poisson integrator.
+        Whether a scheme may be run on a Poisson system outside of the class for which it is a Poisson integrator.
     count : bool
         Whether work is counted.
     seconds_limit : float, optional
         Wall-clock limit, s.
     callbacks : str
-        What IDA and CVODE call: "native", machine code where the libraries of SUNDIALS allow it, or "python".
+        Callbacks of IDA and CVODE: "native", machine code if the libraries of SUNDIALS allow it, or "python".
     solver_steps : bool
-        Whether it is kept what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
+        Whether to record size, order and error estimate of each step of IDA or CVODE, see :class:`daebench.runs.solver_steps.SolverSteps`.
     progress : callable, optional
         Called with the fraction done.
 
     Returns
     -------
     Trajectory or PoissonTrajectory
-        States, maxima and work. A run that stops early is no error: it has its states so far, and the reason in
+        States, maxima and work. A run that stops early raises no error: it has its states so far, and the reason in
         :attr:`daebench.runs.trajectory.Outcome.failure`.
 
     Warns
     -----
     LostMotion
-        If the run came to its end with an energy error above the mean kinetic energy, or with a constraint that is broken; or if a damping
-        is negative, which is allowed.
+        If the run reached its end with an energy error above the mean kinetic energy, or with a broken constraint; or if a damping is
+        negative, which is allowed.
 
     Raises
     ------
@@ -117,14 +118,14 @@ def run(
     F_y s + F_y' s' + F_a da = 0 with its formulation F(y, y', a) = 0: it has (1 + k) n unknowns in k directions, and derivatives are in its
     error test.
 
-    An initial value can be changed on the manifold alone. Where its entry q0_j or p0_j or a parameter a is changed, the start is put back
-    as ``project`` does it, positions first, and what is taken is the derivative of that::
+    An initial value can be changed only on the manifold. After a change of its entry q0_j or p0_j or of a parameter a, the start is
+    projected as by ``project``, positions first, and the derivative is that of the projected start::
 
         dq -> dq - M^-1 G^T W^-1 dg,       dg = G dq + g_a da,                 W = G M^-1 G^T
         dp -> dp - G^T W^-1 dv,            dv = d(G H_p), by dp, dq and da
 
-    A change along the manifold is left as it is by this, and one along the normal, dq = M^-1 G^T nu, has no effect. A start with the
-    numbers of its case is changed with a parameter as the case says, another stays where it is before it is put back.
+    This does not alter a change along the manifold, and a change along the normal, dq = M^-1 G^T nu, has no effect. A start with the
+    numbers of its case varies with a parameter as the case declares; any other start does not vary before the projection.
 
     Examples
     --------
@@ -133,7 +134,7 @@ def run(
     >>> run.q.shape, run.failure is None
     ((101, 2), True)
 
-    With ``sensitivities`` it has derivatives of the states by parameters and initial values:
+    With ``sensitivities`` it has derivatives of the states with respect to parameters and initial values:
 
     >>> swing = daebench.run(
     ...     "planar_pendulum", case="horizontal", method="rattle", h=0.01, t_end=1, sensitivities=["gravity", "q0"]
@@ -183,21 +184,21 @@ def prepare(
     solver_steps: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Any, Ivp, Request]:
-    """Return a method of the problem's kind, a consistent initial value problem and a request, all checked: what a run needs.
+    """Return a method of the problem's kind, a consistent initial value problem and a request, all checked, as a run needs them.
 
     Parameters
     ----------
     problem, case, method, ...
-        As for :func:`daebench.run`, which has the parameters in full.
+        As for :func:`daebench.run`, which describes all parameters.
 
     Returns
     -------
     method : Method
-        What solves.
+        The method.
     ivp : InitialValueProblem
         The problem with the numbers of its case.
     request : Request
-        What is asked of the method.
+        The request to the method.
 
     Raises
     ------
@@ -222,7 +223,7 @@ def prepare(
 
 
 def _show_parameters(function: Any, of: Callable[..., Any]) -> None:
-    """Have help, completion and documentation show the parameters of the function that ``settings`` are passed on to."""
+    """Make help, completion and documentation show the parameters of the function that receives ``settings``."""
     function.__signature__ = signature(of).replace(return_annotation=signature(function).return_annotation)
 
 
@@ -230,7 +231,7 @@ _show_parameters(run, prepare)
 
 
 def _require_manner(precision: str, callbacks: str) -> None:
-    """Refuse a number type or a kind of callbacks that there is not."""
+    """Refuse an unknown number type or kind of callbacks."""
     if precision not in ("float64", "float32"):
         raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
     if callbacks not in CALLBACKS:
@@ -238,13 +239,13 @@ def _require_manner(precision: str, callbacks: str) -> None:
 
 
 def _extent(*, seconds_limit: float | None, t_end: float | None, **counts: int | None) -> dict[str, Any]:
-    """Return how far a run goes, in time and in numbers of steps and outputs, each number checked."""
+    """Return the extent of a run, in time and in numbers of steps and outputs, each number checked."""
     wholes = {name: _given(whole, name, count) for name, count in counts.items()}
     return {"t_end": _given(real, "t_end", t_end), **wholes, "seconds_limit": _given(positive, "seconds_limit", seconds_limit)}
 
 
 def singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
-    """Return an initial value problem with what is to be done where G loses rank; None leaves what the case declares.
+    """Return an initial value problem with the action where G loses rank; None keeps the declaration of the case.
 
     Raises
     ------

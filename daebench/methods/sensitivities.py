@@ -1,4 +1,4 @@
-"""Which derivatives of a run can be had: by which names, and of which methods."""
+"""The derivatives of a run that are available: names, and methods."""
 
 import os
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from daebench.runs.request import Method
 
 
 def require_differentiable(method: Method[Any, Any], ivp: InitialValueProblem, names: Sequence[str], problem: Any) -> None:
-    """Accept what a run is to be differentiated by.
+    """Accept the quantities to differentiate a run by.
 
     Parameters
     ----------
@@ -23,23 +23,23 @@ def require_differentiable(method: Method[Any, Any], ivp: InitialValueProblem, n
     names : sequence of str
         Names of parameters and of initial values.
     problem : str, PathLike or object
-        The problem as it was given.
+        The problem as given.
 
     Raises
     ------
     BadInput
-        If a name is unknown, is that of a whole number which decides the structure of the problem, or is given twice; or if the method is
-        neither a fixed-step scheme of daebench nor IDA.
+        If a name is unknown, belongs to a structural parameter, or is given twice; or if the method is neither a fixed-step scheme of
+        daebench nor IDA.
     """
     if not names:
         return
     structure = find_problem(os.fspath(problem)).structure if isinstance(problem, str | os.PathLike) else {}
     for name in names:
         if name in structure:
-            raise BadInput(f"{name} of {ivp.problem} is a whole number, and nothing can be differentiated by it; leave it out.")
+            raise BadInput(f"{name} of {ivp.problem} is a whole number, so there is no derivative with respect to it; leave it out.")
     require_names(ivp, names)
     if not getattr(method, "differentiable", False):
         raise BadInput(
-            f"{method.name} has no sensitivities to give; schemes of daebench have those of their steps, as rattle, and ida:index2 solves "
+            f"{method.name} has no sensitivities; schemes of daebench such as rattle differentiate their steps, and ida:index2 solves "
             "variational equations."
         )

@@ -154,7 +154,7 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
         (("certify", "./nothing.py:step", "--out", "made"), "there is no such file"),
         (("certify", "./ball.py:step", "--problem", "pendulum", "--out", "made"), "unknown problem"),
         (("certify", "./ball.py:step", "--claim", "order", "--out", "made"), "must be of the form name=value"),
-        (("certify", "./ball.py:step", "--claim", "order=two", "--out", "made"), "is to be a whole number"),
+        (("certify", "./ball.py:step", "--claim", "order=two", "--out", "made"), "must be a whole number"),
         (("certify", "./ball.py:step", "--h", "0", "--out", "made"), "must be greater than 0"),
         (("certify", "./ball.py:step", "--seconds-limit", "0", "--out", "made"), "must be greater than 0"),
         (("certify", "./ball.py:step", "--out", "ball.py"), "that is no folder"),

@@ -75,7 +75,7 @@ def test_a_functional_that_is_no_finite_number_is_refused(functional, sentence):
 
 
 def test_a_gradient_by_nothing_is_refused():
-    with pytest.raises(BadInput, match="needs something to differentiate by"):
+    with pytest.raises(BadInput, match="needs quantities to differentiate by"):
         daebench.gradient(lambda t, q, p: q[-1, 1], **SWING, sensitivities=[])
 
 

@@ -114,7 +114,7 @@ def test_least_squares_are_refused():
 
 def test_without_heyoka_there_is_the_command_that_installs_it(daebench, monkeypatch):
     monkeypatch.setattr(heyoka_ode, "find_spec", lambda name: None)
-    sentence = "heyoka:taylor takes heyoka, which is not installed; install it by pip install 'daebench[peers]'."
+    sentence = "heyoka:taylor needs heyoka, which is not installed; install it by pip install 'daebench[peers]'."
     for problem, case in (("planar_pendulum", "rotating"), ("lotka_volterra", "4,2")):
         status, out, err = daebench("run", problem, "--case", case, "--method", "heyoka:taylor", "--tol", 1e-6, "--t-end", 1)
         assert (status, out, err) == (2, "", f"daebench: {sentence}\n")

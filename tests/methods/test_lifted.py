@@ -130,7 +130,7 @@ def test_a_run_that_stops_above_says_so_below_with_what_was_computed():
 def test_what_cannot_be_lifted_is_refused_in_words():
     request = Request(value=0.1, steps=2)
     for name, where, words in (
-        ("rattle", ivp("lotka_volterra"), "lifted:rattle needs a constrained system above, which lotka_volterra does not declare"),
+        ("rattle", ivp("lotka_volterra"), "lifted:rattle needs a constrained system that maps to lotka_volterra, which declares none"),
         ("strang", ivp(BODY), "lifted:strang on free_rigid_body: strang needs the flow of the kinetic energy"),
         (
             "rattle",
@@ -146,7 +146,7 @@ def test_what_cannot_be_lifted_is_refused_in_words():
         method("rattle").check(ivp(BODY), replace(request, watch=("manifold",)))
     with pytest.raises(BadInput, match="at least one"):
         method("rattle").check(ivp(BODY), replace(request, steps=0))
-    with pytest.raises(BadInput, match="lifted: takes fixed-step methods, and ida:index2 chooses its own steps"):
+    with pytest.raises(BadInput, match="lifted: needs a fixed-step method, and ida:index2 chooses its own steps"):
         Lifted.of(parse("ida:index2"))
 
 

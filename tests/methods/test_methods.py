@@ -185,7 +185,7 @@ def test_parts_of_a_name_that_do_not_go_together_are_refused_with_a_reason(name,
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"method": "shake", "compensated": True}, "does not give its increments"),
+        ({"method": "shake", "compensated": True}, "does not return its increments"),
         ({"method": "midpoint+proj", "compensated": True}, "has no increments"),
         ({"method": "rattle/suzuki4", "raw": True}, "belong to its substeps"),
         ({"method": "se", "raw": True}, "computes none"),

@@ -109,7 +109,7 @@ def test_callables_stand_beside_methods_by_their_names(plain_functions):
     assert table["energy_error"].iloc[1] == 0
     orders = package.order("spherical_pendulum", case="fig1.1", methods=[still], t_end=1.0, h=0.1, halvings=2)
     assert set(orders["component"]) == {"q", "p", "lam"}
-    with pytest.raises(BadInput, match="is no method: it is a int"):
+    with pytest.raises(BadInput, match="is not a method: it is a int"):
         package.compare("spherical_pendulum", methods=["rattle", 5], h=0.1, t_end=1.0)
 
 

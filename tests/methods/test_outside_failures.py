@@ -24,7 +24,7 @@ from daebench.runs.request import Request
         ("./mine.py:in_place", "step(p, q, h) changes its arguments"),
         ("./mine.py:one", "must return p and q, of shape (3,) each; it returned ndarray"),
         ("./mine.py:of_poisson", "takes 2 arguments; on spherical_pendulum give step(p, q, h)"),
-        ("./mine.py:calls", "is no method: it is a int"),
+        ("./mine.py:calls", "is not a method: it is a int"),
         ("./mine.py:nothing", "mine.py has no nothing; it has step, solve"),
         ("./mine.py:", "'' is no name"),
         ("./other.py:step", "there is no such file"),
@@ -53,7 +53,7 @@ def test_a_library_without_the_function_is_refused(library, mine):
     ("settings", "sentence"),
     [
         ({"precision": "float32"}, "computes in float64"),
-        ({"raw": True}, "gives no multipliers of its stages"),
+        ({"raw": True}, "has no stage multipliers"),
         ({"compensated": True}, "sums over its steps itself"),
         ({"options": {"alpha": 1.0}}, "unknown option of ./mine.py:step"),
         ({"tol": 1e-3, "h": None}, "is steered by a step size h"),

@@ -101,10 +101,10 @@ def test_a_projection_that_fails_ends_the_run_with_a_reason(monkeypatch, tmp_pat
 
 
 REFUSED = {
-    "adams": ({"method": "cvode:adams:projected"}, "projects steps of BDF alone, not of adams; use cvode:bdf:projected"),
+    "adams": ({"method": "cvode:adams:projected"}, "projects only steps of BDF, not of adams; use cvode:bdf:projected"),
     "family": ({"method": "cvode:bfd:projected"}, "unknown method of cvode 'bfd'; did you mean bdf"),
     "manner": ({"method": "cvode:bdf:project"}, "unknown treatment of cvode's steps 'project'; did you mean projected"),
-    "python": ({"callbacks": "python"}, "needs compiled callbacks, for scikit-sundae has no way to project steps; leave out"),
+    "python": ({"callbacks": "python"}, "needs compiled callbacks, because scikit-sundae has no way to project steps; leave out"),
     "least squares": ({"on_singular": "least-squares"}, "projects onto independent constraints"),
     "poisson": ({"problem": "lotka_volterra"}, "is for constrained problems, and lotka_volterra is a Poisson system"),
     "chain": ({"problem": "pendulum_chain", "parameters": {"links": 20}}, "joins all 20 nodes of pendulum_chain"),

@@ -43,6 +43,6 @@ def test_what_it_cannot_solve_is_refused(problem, more, sentence, monkeypatch):
 def test_bad_input_is_one_sentence(daebench, monkeypatch):
     monkeypatch.setattr(radau_dae, "find_spec", lambda name: None)
     words = ("run", "planar_pendulum", "--case", "rotating", "--t-end", 1, "--tol", 1e-6, "--method")
-    missing = "solve_dae:Radau takes solve_dae, which is not installed; install it by pip install 'daebench[peers]'."
+    missing = "solve_dae:Radau needs solve_dae, which is not installed; install it by pip install 'daebench[peers]'."
     for method, sentence in {"solve_dae:Radau": missing, "solve_dae:BDF": "unknown method of solve_dae 'BDF'; known: Radau."}.items():
         assert daebench(*words, method) == (2, "", f"daebench: {sentence}\n")

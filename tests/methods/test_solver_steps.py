@@ -184,11 +184,11 @@ def test_steps_that_no_longer_fit_end_the_run_and_stay(monkeypatch):
 
 REFUSED = {
     "fixed steps": ({"method": "rattle", "h": 0.1}, "rattle has fixed steps and no estimates of their errors, as IDA and CVODE have"),
-    "another solver": ({"method": "scipy:DOP853", "tol": 1e-6}, "scipy:DOP853 does not tell what it thinks of its steps"),
-    "solve_dae": ({"method": "solve_dae:Radau", "tol": 1e-6}, "solve_dae:Radau does not tell what it thinks of its steps"),
+    "another solver": ({"method": "scipy:DOP853", "tol": 1e-6}, "scipy:DOP853 does not report its steps"),
+    "solve_dae": ({"method": "solve_dae:Radau", "tol": 1e-6}, "solve_dae:Radau does not report its steps"),
     "python": (
         {"method": "ida:index2", "tol": 1e-6, "callbacks": "python"},
-        "a record of steps needs compiled callbacks, for scikit-sundae",
+        "a record of steps needs compiled callbacks, because scikit-sundae",
     ),
     "poisson": ({"problem": "lotka_volterra", "case": None, "method": "scipy:RK45", "tol": 1e-6}, "does not tell what it thinks"),
 }
@@ -223,6 +223,8 @@ def test_suppressed_multipliers_fail_at_tight_tolerances_where_atol_does_not(for
 
 @pytest.mark.parametrize(("problem", "method"), [("planar_pendulum", "ida:index2:suppress"), ("free_rigid_body", "ida:casimirs:suppress")])
 def test_suppress_is_refused_with_python_callbacks(problem, method):
-    with pytest.raises(BadInput, match=rf"{method} needs compiled callbacks, for scikit-sundae has no way to suppress unknowns; leave out"):
+    with pytest.raises(
+        BadInput, match=rf"{method} needs compiled callbacks, because scikit-sundae has no way to suppress unknowns; leave out"
+    ):
         daebench.run(problem, method=method, tol=1e-6, t_end=1.0, callbacks="python")
     assert daebench.run(problem, method=method, tol=1e-6, t_end=1.0).failure is None

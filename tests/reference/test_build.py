@@ -184,7 +184,7 @@ def test_bad_requests_are_one_sentence(request_, says, tmp_path):
 
 def test_without_heyoka_there_is_the_command_that_installs_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    with pytest.raises(BadInput, match=r"takes heyoka, which is not installed; install it by pip install 'daebench\[certify\]'"):
+    with pytest.raises(BadInput, match=r"needs heyoka, which is not installed; install it by pip install 'daebench\[certify\]'"):
         build(NAME, folder=tmp_path)
 
 

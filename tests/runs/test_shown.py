@@ -88,7 +88,7 @@ def test_files_that_are_no_runs_are_named(swing, tmp_path):
     np.savez(tmp_path / "short.npz", **arrays | {"q": arrays["q"][:-1]})
     for name, words in {
         "cut.npz": "damaged",
-        "other.npz": "no trajectory of daebench",
+        "other.npz": "not a trajectory of daebench",
         "objects.npz": "damaged",
         "short.npz": "q has float64 of shape",
         "none.npz": "there is no file",

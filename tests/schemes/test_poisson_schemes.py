@@ -144,7 +144,7 @@ def test_the_printed_euler_form_leaves_the_domain_and_its_adjoint_does_not():
     assert failed.steps == 0
     assert failed.failure == (
         "symplectic_euler on lotka_volterra, case 6,2, stopped at t = 0 (step 1 of 1000, h = 0.25): the state has left the domain "
-        "u > 0 and v > 0; use a smaller h, and see whether the motion itself runs away there."
+        "u > 0 and v > 0; use a smaller h, and see whether the motion itself diverges there."
     )
     with pytest.raises(RunFailed, match="left the domain"):
         failed.complete()
@@ -241,7 +241,7 @@ def test_symplectic_euler_takes_just_the_blocks_for_which_it_is_a_poisson_map(bl
     [
         ("strangg", "did you mean strang"),
         ("rk4/suzuki4", "composes symmetric methods of order 2, which rk4 is not"),
-        ("darboux:strang", "takes the flows in the system's own coordinates; leave out darboux:"),
+        ("darboux:strang", "uses the flows in the system's own coordinates; leave out darboux:"),
         ("midpoint@123", "midpoint does not split H; leave out @123"),
         ("strang+proj", "projections are for constrained problems; leave out \\+proj"),
         ("strang/", "ends with /, and no composition follows"),

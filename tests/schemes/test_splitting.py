@@ -264,7 +264,7 @@ def test_the_potential_flow_is_linear_in_time_with_the_multiplier_of_the_forces_
 
 
 def test_a_splitting_says_that_it_has_no_raw_multipliers(method, name):
-    with pytest.raises(BadInput, match="no stage multipliers to give: it computes none"):
+    with pytest.raises(BadInput, match="no stage multipliers: it computes none"):
         run(method, place(name), 0.05, 4, raw=True)
 
 

@@ -475,8 +475,8 @@ def test_a_function_of_a_file_is_its_address(codes, monkeypatch):
         ("./ball.py:step", {"h": -1.0}, "h = -1 must be greater than 0"),
         ("./ball.py:step", {"h": math.nan}, "must be a finite number"),
         ("./ball.py:step", {"claims": {"elegant": True}}, "unknown claim 'elegant'"),
-        ("./ball.py:step", {"claims": {"order": "two"}}, "is to be a whole number"),
-        ("./ball.py:step", {"claims": {"symplectic": 1}}, "is to be True or False"),
+        ("./ball.py:step", {"claims": {"order": "two"}}, "must be a whole number"),
+        ("./ball.py:step", {"claims": {"symplectic": 1}}, "must be True or False"),
     ],
 )
 def test_what_cannot_be_certified_is_refused_in_a_sentence(codes, method, settings, sentence):

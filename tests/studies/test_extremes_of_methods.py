@@ -36,7 +36,7 @@ def test_the_largest_step_is_said_of_the_method_that_has_it():
         }
     )
     first, second, none, own, gaps = step_limit.says(table)
-    assert own == "Of one this is the limit of the iteration, which leaves out derivatives, and not necessarily that of the equations."
+    assert own == "Of one this is the limit of the iteration, which omits derivatives, and not necessarily of the equations."
     assert first == "two completes with the largest steps, up to at least h = 2 s; the smallest limit is that of one, 0.5 s."
     assert second == "one keeps the energy with the largest steps, up to h = 0.1 s."
     assert none == "With no step that was tried keeps the energy: two."

@@ -95,11 +95,11 @@ def test_a_library_is_measured_without_claims(library, plain_functions):
     ("claims", "sentence"),
     [
         ("{'oder': 2}", "unknown claim of ./mine.py:step 'oder'; did you mean order"),
-        ("{'order': 2.5}", "claims['order'] = 2.5 is to be a whole number greater than 0"),
-        ("{'order': True}", "claims['order'] = True is to be a whole number"),
-        ("{'order': -1}", "claims['order'] = -1 is to be a whole number"),
-        ("{'symplectic': 1}", "claims['symplectic'] = 1 is to be True or False"),
-        ("['order']", "claims is to be a mapping"),
+        ("{'order': 2.5}", "claims['order'] = 2.5 must be a whole number greater than 0"),
+        ("{'order': True}", "claims['order'] = True must be a whole number"),
+        ("{'order': -1}", "claims['order'] = -1 must be a whole number"),
+        ("{'symplectic': 1}", "claims['symplectic'] = 1 must be True or False"),
+        ("['order']", "claims must be a mapping"),
     ],
 )
 def test_claims_that_are_none_are_refused(mine, claims, sentence):

@@ -1,4 +1,4 @@
-"""Members of an ensemble by heyoka's batch mode: Taylor series of as many at once as a vector of the processor has numbers."""
+"""Members of an ensemble by heyoka's batch mode: Taylor series for as many members at once as fit into a vector of the processor."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ MOST_STEPS = 100_000
 def refusal(members: Members) -> str | None:
     """Return why members cannot be run by heyoka's batch mode, as a sentence, or None."""
     if members.parameters:
-        return f"heyoka's equations have the numbers of parameters in them, and {', '.join(members.parameters)} differ between members."
+        return f"heyoka's equations contain the values of parameters, and {', '.join(members.parameters)} differ between members."
     ivp: Any = members.ivp
     why: str | None = method_of(ivp, "heyoka:taylor").refusal(ivp)
     return why
@@ -35,14 +35,14 @@ def batch_of(ivp: InitialValueProblem, tol: float) -> Any:
 
 
 def in_batches(members: Members, times: Array, tol: float) -> Array:
-    """Return the states of all members at these times, each with steps of its own.
+    """Return the states of all members at these times, each with its own step sizes.
 
-    A batch in which a member comes to no finite number ends there; its members are then run one by one, as batches of equal ones.
+    A batch in which a member is no longer finite ends there; its members are then run one by one, as batches of equal members.
 
     Parameters
     ----------
     members : Members
-        What is run; their step sizes are not looked at.
+        The members; their step sizes are ignored.
     times : ndarray, shape(k,)
         Times, s, ascending from 0.
     tol : float
@@ -51,7 +51,7 @@ def in_batches(members: Members, times: Array, tol: float) -> Array:
     Returns
     -------
     ndarray, shape(k, n, c)
-        States as (p, q) or y, NaN from where a member comes to no finite number, or takes more than 100 000 steps.
+        States as (p, q) or y, NaN after a member is no longer finite, or has taken more than 100 000 steps.
 
     Raises
     ------

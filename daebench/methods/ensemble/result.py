@@ -1,4 +1,4 @@
-"""What comes out of the runs of all members of an ensemble."""
+"""The results of the runs of all members of an ensemble."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,11 +18,11 @@ class EnsembleRun:
     Parameters
     ----------
     members : Members
-        What was run.
+        The members.
     method : str
         Name in the grammar of methods.
     index : ndarray, shape(k,)
-        After how many steps states are stored, from 0 to N.
+        Numbers of steps after which states are stored, from 0 to N.
     states : ndarray, shape(k, n, c)
         States, as (p, q) or y; NaN where a member had stopped before.
     ends : ndarray, shape(n, c)
@@ -30,17 +30,17 @@ class EnsembleRun:
     steps : ndarray of int, shape(n,)
         Steps that each member took.
     status : ndarray of int, shape(n,)
-        0 where a member came to its end.
+        0 if a member reached its end.
     maxima : mapping of str to ndarray, shape(n,)
         Largest moduli of the errors that were monitored, by name.
     pivots : ndarray, shape(n,)
-        Smallest relative pivot that each member met; infinite where none was solved for.
+        Smallest relative pivot of each member; infinite if no linear system was solved.
     work : mapping of str to ndarray of int, shape(n,)
         Evaluations, solves and iterations by kind; empty where they were not counted.
     seconds, compile_seconds : float
         CPU time of the loops over steps, on all cores together, and wall time until they began, s.
     lanes : int
-        Members at once on one core; 1 where they were run one by one.
+        Number of members at once on one core; 1 if they were run one by one.
     sentence : callable
         ``sentence(i)`` says why a member stopped.
     """
@@ -67,12 +67,12 @@ class EnsembleRun:
         return times
 
     def reason(self, i: int) -> str:
-        """Return the same in two or three words; "" where a member came to its end."""
+        """Return the reason in two or three words; "" if a member reached its end."""
         status = int(self.status[i])
         return IN_SHORT.get(status, "not begun" if not self.steps[i] else "stopped") if status else ""
 
     def failure(self, i: int) -> str | None:
-        """Return why a member stopped early, None where it did not."""
+        """Return why a member stopped early, None if it did not."""
         return self.sentence(i) if self.status[i] else None
 
     @property

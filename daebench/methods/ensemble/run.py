@@ -1,4 +1,4 @@
-"""Runs of all members of an ensemble: in lanes where the scheme's kernel can be compiled for them, and one by one where it cannot."""
+"""Runs of all members of an ensemble: in lanes if the scheme's kernel can be compiled for them, and otherwise one by one."""
 
 import time
 from collections.abc import Iterable
@@ -33,7 +33,7 @@ MAPPED = ("local", "darboux")
 def run_members(
     method: FixedStepMethod[Any, Any], members: Members, request: Request, *, lanes: int | None = None, threads: int | None = None
 ) -> EnsembleRun:
-    """Return the runs of all members, each to the bit what a run of its own would be.
+    """Return the runs of all members, each equal to the bit to a single run.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def run_members(
     members : Members
         Starts, parameters and step sizes.
     request : Request
-        What each run is asked for: ``steps``, and which of ``every``, ``watch``, ``count``, ``on_singular`` and ``progress`` are wanted;
-        its ``value`` is not looked at, and ``every`` is 0 if it is left out.
+        The request for each run: ``steps``, and any of ``every``, ``watch``, ``count``, ``on_singular`` and ``progress``; its ``value`` is
+        ignored, and ``every`` is 0 by default.
     lanes : int, optional
-        Number of members at once on one core, 1 for one after another. The default is what the processor does best.
+        Number of members at once on one core, 1 for one after another. The default is the fastest for the processor.
     threads : int, optional
-        Number of cores. The default is all that there are.
+        Number of cores. The default is all cores.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def sampled_members(method: FixedStepMethod[Any, Any], members: Members, request
     method, members, request
         As for :func:`run_members`; ``every`` is 0, for rows are used again and again.
     rows : int
-        Samples that there is room for.
+        Number of samples to store.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Growth of tangent vectors along the members of an ensemble, by the tangent map of the scheme itself."""
+"""Growth of tangent vectors along the members of an ensemble, by the tangent map of the scheme."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -31,11 +31,11 @@ class TangentGrowth:
     Parameters
     ----------
     growth : ndarray, shape(n, k)
-        Logarithm by which the vector grows in each interval; NaN in those that a member did not come to the end of.
+        Logarithm of the growth of the vector in each interval; NaN in intervals that a member did not complete.
     interval : float
         Length of an interval, s.
     status : ndarray of int, shape(n,)
-        0 where a member came to its end.
+        0 if a member reached its end.
     sentence : callable
         ``sentence(i)`` says why a member stopped.
     """
@@ -46,7 +46,7 @@ class TangentGrowth:
     sentence: Callable[[int], str] = field(repr=False)
 
     def reason(self, i: int) -> str:
-        """Return why a member stopped in two or three words; "" where it came to its end."""
+        """Return why a member stopped in two or three words; "" if it reached its end."""
         return IN_SHORT.get(int(self.status[i]), "stopped") if self.status[i] else ""
 
 
@@ -61,7 +61,7 @@ def tangent_growth(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> TangentGrowth:
-    """Return how much a tangent vector grows along each member: the derivative of each step is applied to it, exact to rounding.
+    """Return the growth of a tangent vector along each member: the derivative of each step is applied to it, exact to round-off.
 
     ::
 
@@ -74,19 +74,19 @@ def tangent_growth(
     method : FixedStepMethod
         The method.
     members : Members
-        Starts, and the one step size that all have; parameters are those that all have in common.
+        Starts, with one common step size and common parameters.
     vectors : ndarray, shape(n, c)
         The vectors, tangent to the manifold, in the order in which a state is stored.
     units : ndarray, shape(c,)
-        By what the entries of a vector are multiplied for its length, which is Euclidean.
+        Factors of the entries of a vector in its Euclidean length.
     every : int
-        Steps of an interval.
+        Number of steps of an interval.
     intervals : int
         Number of intervals.
     threads : int, optional
-        Number of cores. The default is all that there are.
+        Number of cores. The default is all cores.
     progress : callable, optional
-        Told the fraction done.
+        Called with the fraction done.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def tangent_growth(
         raise BadInput(refusal)
     require_tuples(method.name, ivp)
     if not method.compiled or members.parameters or np.ndim(members.h):
-        raise BadInput("tangent vectors are carried along members of one step size and the same parameters, by a compiled kernel.")
+        raise BadInput("tangent vectors need members with one step size and the same parameters, and a compiled kernel.")
     mode = method.on_singular(ivp, Request(value=members.h)) if isinstance(ivp, ConstrainedIvp) else ""  # type: ignore[attr-defined]
     kernel = method.kernel(ivp, "tangent1", (), count=False, singular=mode)
     pivots = (np.inf, 0.0, 0.0) if mode else np.inf
@@ -139,9 +139,9 @@ def tangent_vectors(members: Members, units: Array, seed: int) -> Array:
     members : Members
         Members with the same parameters.
     units : ndarray, shape(c,)
-        By what the entries of a vector are multiplied for its length.
+        Factors of the entries of a vector in its length.
     seed : int
-        Seeds the directions.
+        Seed of the directions.
     """
     v = np.random.default_rng(seed).standard_normal((len(members), len(units))) / units
     if isinstance(members.ivp, ConstrainedIvp):

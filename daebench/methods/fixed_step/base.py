@@ -33,7 +33,7 @@ INITIALISE = ("daebench.schemes.kernels.constrained", "initialise")
 
 
 class FixedStepMethod(ABC, Generic[Ivp, Result]):
-    """A scheme run with constant step size; problems of each kind add a run, and how they enter and leave the scheme's state."""
+    """A scheme with constant step size; subclasses for each kind of problem add the run and the maps to and from the scheme's state."""
 
     knob = "h"
     differentiable: ClassVar[bool] = True
@@ -55,7 +55,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     @abstractmethod
     def _require(self, ivp: Ivp, request: Request) -> None:
-        """Accept what is asked of problems of this kind; raise :class:`BadInput` otherwise."""
+        """Accept a request for problems of this kind; raise :class:`BadInput` otherwise."""
 
     @property
     @abstractmethod
@@ -64,11 +64,11 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     @abstractmethod
     def _derivation(self, ivp: Ivp) -> Any:
-        """Return the derivation of the problem in the form that the scheme is run on."""
+        """Return the derivation of the problem in the form of the scheme."""
 
     @abstractmethod
     def _scales(self, ivp: Ivp, h: float) -> tuple[float, float]:
-        """Return the length and the rate of the initial value problem in the coordinates that the scheme computes in."""
+        """Return the length and the rate of the initial value problem in the coordinates of the scheme."""
 
     @abstractmethod
     def _reasons(self, ivp: Ivp) -> Mapping[int, tuple[str, str]]:
@@ -119,7 +119,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, lambda cached: self._module(ivp, structure, cached=cached))
 
     def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...]) -> str:
-        """Return the text of a generated module, for what translates it: it does not look at whether G keeps its rank."""
+        """Return the text of a generated module for translation: it does not monitor the rank of G."""
         return self._module(ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=""), cached=False)
 
     def _options(
@@ -157,7 +157,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     @abstractmethod
     def solve(self, ivp: Ivp, request: Request) -> Result:
-        """Return the trajectory; where the scheme stops early, what was computed so far and why.
+        """Return the trajectory; if the scheme stops early, the states so far and the reason.
 
         Raises
         ------
@@ -174,7 +174,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         self.grid(ivp, request)
 
     def grid(self, ivp: Ivp, request: Request) -> Grid:
-        """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""
+        """Return the steps of a request; raise :class:`BadInput` if it cannot be met."""
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
         self._require(ivp, request)
@@ -182,14 +182,14 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return Grid.fixed_step(self.name, request, ivp.size * (1 + width(ivp, request.sensitivities)))
 
     def _require_differentiable(self, ivp: Ivp, request: Request) -> None:
-        """Accept what a run is to be differentiated by; raise :class:`BadInput` where that cannot be done."""
+        """Accept the quantities to differentiate by; raise :class:`BadInput` if this is not possible."""
         if not request.sensitivities:
             return
         require_names(ivp, request.sensitivities)
         require_tuples(self.name, ivp)
         if request.precision != "float64" or not self.compiled:
             why = f"{request.precision} has too few digits for them; use float64" if self.compiled else "they need a compiled kernel"
-            raise BadInput(f"{self.name} on {ivp.problem} has no sensitivities to give: {why}.")
+            raise BadInput(f"{self.name} on {ivp.problem} cannot give sensitivities: {why}.")
 
     def _number(self, ivp: Ivp, request: Request) -> str:
         """Return the number type of a run, as :class:`daebench.compiler.link.Options` takes it."""
@@ -205,13 +205,13 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return replace(linked, kernel=DualKernel(kernel, begin, grid.rows, chosen))
 
     def _sensitivities(self, run: Run, n: int, **parts: slice) -> Mapping[str, Mapping[str, Array]]:
-        """Return the derivatives of a run's n states, where they are asked for; ``parts`` are the places of q and p, or y, in a state."""
+        """Return the derivatives of a run's n states, on request; ``parts`` are the places of q and p, or y, in a state."""
         return run.kernel.sensitivities(run.row, n, parts) if isinstance(run.kernel, DualKernel) else {}
 
     def flow(self, ivp: Ivp, h: float, steps: int) -> Callable[..., Any]:
         """Return the map of ``steps`` steps for complex states, exact to first order in the imaginary part.
 
-        The map is (p, q) -> (p, q), or y -> y, and raises :class:`RunFailed` where the scheme has no solution.
+        The map is (p, q) -> (p, q), or y -> y, and raises :class:`RunFailed` if the scheme has no solution.
         """
         linked = self.linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
         leave = self._coordinates(ivp)[1]
@@ -270,9 +270,9 @@ def monitored_errors(ivp: InitialValueProblem, watch: Sequence[str], *states: Ar
     ivp : InitialValueProblem
         The problem with its numbers.
     watch : sequence of str
-        What is monitored, see :class:`daebench.runs.request.Request`.
+        Monitored quantities, see :class:`daebench.runs.request.Request`.
     *states : ndarray, shape(n, ...)
-        p and q, or y, the start first: what is conserved is compared with its value there.
+        p and q, or y, the start first: conserved quantities are compared with their values there.
 
     Returns
     -------

@@ -1,10 +1,10 @@
 """Symmetric compositions of a symmetric step of order 2, HLW (V.3.2).
 
-The step Phi_h is repeated with step sizes gamma_i h, so chosen that the order rises::
+The step Phi_h is repeated with step sizes gamma_i h that raise the order::
 
     Psi_h = Phi_{gamma_s h} ∘ ... ∘ Phi_{gamma_1 h},     gamma_{s+1-i} = gamma_i,     gamma_1 + ... + gamma_s = 1
 
-The number of stages s is odd, and the middle weight is never typed: it is what the others leave of 1.
+The number of stages s is odd, and the middle weight is computed: it is 1 minus the others.
 """
 
 import math
@@ -15,19 +15,19 @@ from decimal import Decimal, localcontext
 
 @dataclass(frozen=True, kw_only=True)
 class Composition:
-    """A symmetric composition: its order, and the weights gamma_1 ... gamma_{(s-1)/2} that come before the middle one.
+    """A symmetric composition: its order, and the weights gamma_1 ... gamma_{(s-1)/2} before the middle one.
 
     Parameters
     ----------
     name : str
-        Its name as a suffix of a method, "kahan_li8", say.
+        Its name as a suffix of a method, for example "kahan_li8".
     order : int
         Order of the composed step.
     source : str
-        Where the weights are from.
+        Source of the weights.
     gamma : tuple of str
-        The weights before the middle one as decimal numbers: closed forms to 50 digits, published numbers as published. The latter
-        meet the order conditions to 1e-24.
+        The weights before the middle one as decimal numbers: closed forms to 50 digits, published numbers as published. The latter satisfy
+        the order conditions to 1e-24.
     """
 
     name: str

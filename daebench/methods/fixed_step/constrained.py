@@ -34,14 +34,14 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     compiled : bool
         Whether the kernel is handed to numba.
     sweeps : int
-        Sweeps after which Newton's iteration is ended, converged or not; 0 for convergence.
+        Number of iterations after which Newton's iteration is ended, converged or not; 0 for convergence.
     roundings : float
-        Increments of so many roundings end Newton's iteration.
+        Size of an increment, in roundings, that ends Newton's iteration.
 
     Raises
     ------
     BadInput
-        If a name is unknown, the parts do not go together, or an option is not what it must be.
+        If a name is unknown, the parts do not fit together, or an option is invalid.
     """
 
     compiled: bool = True
@@ -55,7 +55,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         return self.form not in ("local", "stiff")
 
     def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
-        """Return what to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" where it is no matter.
+        """Return what to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter.
 
         Raises
         ------
@@ -65,11 +65,11 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         mode = request.at_rank_loss(ivp)
         if mode == "least-squares" and ivp.arrays:
             raise BadInput(
-                f"{self.name} on {ivp.facts.NODES} nodes of {ivp.problem} solves banded systems, and none by least squares; "
-                "take continue, or fewer nodes."
+                f"{self.name} on {ivp.facts.NODES} nodes of {ivp.problem} solves banded systems, and not by least squares; "
+                "use continue, or fewer nodes."
             )
         if request.on_singular == "least-squares" and not self._solves:
-            raise BadInput(f"{self.name} solves no systems of constraints, and so none by least squares; leave out on_singular.")
+            raise BadInput(f"{self.name} solves no systems of constraints, and therefore none by least squares; leave out on_singular.")
         return mode if self._solves else ""
 
     @property
@@ -110,7 +110,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS
 
     def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
-        """Return the trajectory; where the scheme stops early, what was computed so far and why."""
+        """Return the trajectory; if the scheme stops early, the states so far and the reason."""
         run = self.begin(ivp, request, self.grid(ivp, request), request.watched(CONSTRAINED))
         outcome, (t, rows) = run.outcome(), run.states()
         d, m = int(ivp.facts.D), int(ivp.facts.M)
@@ -154,19 +154,19 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         grid = super().grid(ivp, request)
         if request.raw and (self.composition or not self.member.multipliers()):
             why = "those of a composition belong to its substeps" if self.composition else "it computes none"
-            raise BadInput(f"{self.name} has no stage multipliers to give: {why}; ask for lam(p, q) instead.")
+            raise BadInput(f"{self.name} has no stage multipliers: {why}; ask for lam(p, q) instead.")
         if request.raw and grid.every != 1:
-            raise BadInput(f"stage multipliers are those of every step; leave out every = {grid.every}.")
+            raise BadInput(f"stage multipliers are stored for every step; leave out every = {grid.every}.")
         return grid
 
 
 def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, why: str) -> FixedStep:
-    """Return a method where it is a fixed-step method that takes this problem.
+    """Return a method if it is a fixed-step method for this problem.
 
     Raises
     ------
     BadInput
-        If it is not, with ``why`` that matters, or if it refuses the problem.
+        If it is not, with ``why`` as the reason, or if it refuses the problem.
     """
     if not isinstance(method, FixedStep):
         raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")

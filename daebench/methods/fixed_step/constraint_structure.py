@@ -1,4 +1,4 @@
-"""What a solver of molecular dynamics needs of constraints and tolerances, and the spectral radius that decides on LINCS."""
+"""Requirements of constraint solvers from molecular dynamics, and the spectral radius that decides on LINCS."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from daebench.schemes.kernels.claims import STRUCTURES, WATER
 from daebench.schemes.kernels.relax import FINEST
 
 RADIUS = 1.0 - 1e-9
-"""Spectral radius from which on the expansion of LINCS is taken to have no sum; 1 up to the rounding of eigenvalues."""
+"""Spectral radius from which on the expansion of LINCS counts as divergent; 1 up to the rounding of eigenvalues."""
 
 
 def spectral_radius(ivp: ConstrainedIvp) -> float:
@@ -40,20 +40,20 @@ def misfit(structure: str, ivp: ConstrainedIvp) -> str:
     """
     if structure == WATER:
         order = "written oxygen first, as |r_2 - r_1|^2 - d^2, |r_3 - r_1|^2 - d^2 and |r_3 - r_2|^2 - d_H^2"
-        return "" if ivp.facts.WATER else f"needs {STRUCTURES[WATER]}, {order}, which those of {ivp.problem} are not; use rattle."
+        return "" if ivp.facts.WATER else f"needs {STRUCTURES[WATER]}, {order}, which {ivp.problem} does not have; use rattle."
     if not ivp.facts.DISTANCES:
-        return f"needs distances between point masses, which the constraints of {ivp.problem} are not all; use rattle."
+        return f"needs distances between point masses, but not all constraints of {ivp.problem} are such; use rattle."
     radius = spectral_radius(ivp)
     if radius < RADIUS:
         return ""
     return (
-        f"expands an inverse in powers of a matrix, which has no sum on {ivp.problem}, case {ivp.case}: the spectral radius is "
-        f"{radius:.4g} at the start, and must be less than 1, as it is where angles are not held; use rattle or rattle_ilves."
+        f"expands an inverse in powers of a matrix, which diverges on {ivp.problem}, case {ivp.case}: the spectral radius is "
+        f"{radius:.4g} at the start, and must be less than 1, as it is without fixed angles; use rattle or rattle_ilves."
     )
 
 
 def finest(precision: str) -> float:
-    """Return the least tolerance within which constraints can be met in "float64" or "float32"."""
+    """Return the smallest tolerance that constraints can reach in "float64" or "float32"."""
     return FINEST * float(np.finfo(precision).eps)
 
 
@@ -63,6 +63,7 @@ def require_reached(name: str, tolerance: float, precision: str) -> None:
         return
     wider = "" if precision == "float64" else ", or float64"
     raise BadInput(
-        f"{name} cannot meet constraints within tolerance = {tolerance:g} in {precision}, whose rounding leaves {finest(precision):.2g}; "
-        f"take a larger tolerance{wider}."
+        f"{name} cannot satisfy constraints within tolerance = {tolerance:g} in {precision}, whose rounding leaves "
+        f"{finest(precision):.2g}; "
+        f"use a larger tolerance{wider}."
     )

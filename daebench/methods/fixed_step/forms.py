@@ -1,4 +1,4 @@
-"""Formulations of the right-hand side that an ODE's scheme can be run on besides (1.18)."""
+"""Formulations of the right-hand side, other than (1.18), that an ODE scheme can be run on."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -34,13 +34,13 @@ class Form:
     Parameters
     ----------
     about : str
-        What it is.
+        Description.
     options : mapping of str to float
         Free numbers and their defaults; all must be greater than 0.
     most : mapping of str to float
-        Largest value of such a number, where there is one.
+        Largest value of such a number, if it is limited.
     instead : str
-        What a run approximates in place of the constrained motion, as a sentence says it; "" where it is that.
+        The motion that a run approximates in place of the constrained motion; "" for the constrained motion.
     enter, leave : callable
         ``enter(ivp)`` returns the map from (p, q) to what a scheme computes in, ``leave(ivp)`` the map back.
     """
@@ -53,7 +53,7 @@ class Form:
     leave: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
 
     def numbers(self, options: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the free numbers, as kernels take them; raise :class:`BadInput` where one is not greater than 0, or too large."""
+        """Return the free numbers, as kernels take them; raise :class:`BadInput` if one is not greater than 0, or too large."""
         given = {name: positive(name, options.get(name, default)) for name, default in self.options.items()}
         for name, most in self.most.items():
             if given[name] > most:
@@ -62,7 +62,7 @@ class Form:
 
 
 OWN = Form("the system that a scheme is made for")
-"""What a scheme is run on where no form is named."""
+"""Form of a scheme if none is named."""
 
 FORMS: Mapping[str, Form] = {
     "baumgarte": Form("(1.18) with (1.12) + 2 alpha G H_p + beta^2 g = 0 in place of (1.12)", {"alpha": 10.0, "beta": 10.0}),
@@ -85,4 +85,4 @@ POISSON_FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z
 """Forms of a Poisson system that a scheme can be run on besides its own coordinates."""
 
 LIFTED = "lifted"
-"""What comes before the colon in the name of a method for a Poisson system that runs on the constrained system above it."""
+"""Prefix of the name of a method for a Poisson system that runs on a constrained system which maps to it."""

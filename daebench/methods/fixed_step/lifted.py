@@ -1,4 +1,4 @@
-"""Methods for Poisson systems realised on a constrained system: its trajectory is mapped down, HLW VII.5.3."""
+"""Methods for Poisson systems realised on a constrained system: its trajectory is mapped to the Poisson system, HLW VII.5.3."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
@@ -26,17 +26,17 @@ class Lifted:
 
         (q, p)(y0)  --- method --->  (q_n, p_n)  --->  y_n = y(p_n, q_n)
 
-    On the rotation matrices above Euler's equations ``rattle`` is the discrete Moser-Veselov algorithm of HLW VII.5.3.
+    On the rotation matrices of Euler's equations ``rattle`` is the discrete Moser-Veselov algorithm of HLW VII.5.3.
 
     Parameters
     ----------
     method : FixedStep
-        The method above.
+        The method on the constrained system.
 
     Raises
     ------
     BadInput
-        If it is no fixed-step method.
+        If it is not a fixed-step method.
     """
 
     method: FixedStep
@@ -47,7 +47,8 @@ class Lifted:
         """Return a method realised on the constrained system; raise :class:`BadInput` where it chooses its own steps."""
         if not isinstance(method, FixedStep):
             raise BadInput(
-                f"{LIFTED}: takes fixed-step methods, and {method.name} chooses its own steps; run it as it is, or {LIFTED}:rattle."
+                f"{LIFTED}: needs a fixed-step method, and {method.name} chooses its own steps; run it without {LIFTED}:, or "
+                f"{LIFTED}:rattle."
             )
         return cls(method)
 
@@ -58,7 +59,7 @@ class Lifted:
 
     @property
     def order(self) -> int:
-        """Order of convergence that the method above claims."""
+        """Order of convergence that the method on the constrained system claims."""
         return self.method.claims.order
 
     def is_poisson(self, ivp: InitialValueProblem) -> bool:
@@ -75,7 +76,7 @@ class Lifted:
         if not isinstance(ivp, PoissonIvp):
             return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {LIFTED}:."
         if not ivp.facts.LIFT:
-            return f"{self.name} needs a constrained system above, which {ivp.problem} does not declare; use strang."
+            return f"{self.name} needs a constrained system that maps to {ivp.problem}, which declares none; use strang."
         up = above(ivp)
         if not np.isfinite(float(up.value("H", up.p0, up.q0))):
             reason = f"the energy of {up.problem} above is not finite at these parameters, as where its mass matrix is singular"
@@ -91,9 +92,9 @@ class Lifted:
         self.method.check(above(ivp), replace(request, watch=()))
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; where the method above stops early, what was computed so far and why.
+        """Return the trajectory; if the method stops early, the states so far and the reason.
 
-        Maxima of errors are over the outputs, and say so; work is that of the method above.
+        Maxima of errors are over the outputs, and are marked so; work is that of the method on the constrained system.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The parts of a fixed-step method for constrained problems: what goes together, what it claims, and which problems it takes."""
+"""The parts of a fixed-step method for constrained problems: their combinations, their claims, and the problems that they apply to."""
 
 import importlib
 import types
@@ -22,7 +22,7 @@ PROJECTIONS = {
     "proj": "orthogonal projection onto the manifold after each step",
     "symproj": "symmetric projection, HLW V.4.1",
 }
-"""What may follow a step, and what it is."""
+"""Projections after a step, with descriptions."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Parts:
     Raises
     ------
     BadInput
-        If a name is unknown, the parts do not go together, or an option is not what it must be.
+        If a name is unknown, the parts do not fit together, or an option is invalid.
     """
 
     scheme: str
@@ -71,10 +71,10 @@ class Parts:
         if why := self._misfit():
             raise BadInput(why)
         if self.options:
-            _ = self.data  # numbers out of range are refused here; a tableau is not worked out before it is used
+            _ = self.data  # numbers out of range are refused here; a tableau is not computed before it is used
 
     def _misfit(self) -> str | None:
-        """Return why the parts do not go together, as a sentence, or None."""
+        """Return why the parts do not fit together, as a sentence, or None."""
         claims, module = self.member.claims, self.module
         base = on_form(claims, self.form)
         multistep = hasattr(module, "start")
@@ -84,7 +84,7 @@ class Parts:
             return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use rattle or strang."
         if (self.composition or self.projection == "symproj") and base.keeps_g and not base.keeps_Gv:
             part = f"/{self.composition}" if self.composition else "+symproj"
-            return f"{self.base} lets its momenta leave the manifold, where its steps do not fit together; leave out {part}."
+            return f"the momenta of {self.base} leave the manifold, so its steps cannot be combined; leave out {part}."
         if self.projection and (multistep or base.on_manifold or self.system.instead):
             why = "has a memory that a projection would contradict" if multistep else "stays on the manifold by itself"
             why = "does not follow the motion on the manifold" if self.system.instead else why
@@ -92,7 +92,7 @@ class Parts:
         if self.projection == "symproj" and self.composition:
             return f"+symproj is not offered for a composition; use {self.base}+symproj or {self.base}/{self.composition}+proj."
         if self.compensated and (not hasattr(module, "increment") or self.projection):
-            what = "a projected state has no increments" if self.projection else f"{self.scheme} does not give its increments"
+            what = "a projected state has no increments" if self.projection else f"{self.scheme} does not return its increments"
             return f"compensated summation needs the increment of a step, and {what}; leave it out, or use rattle."
         return None
 
@@ -123,7 +123,7 @@ class Parts:
 
     @property
     def member(self) -> Member:
-        """What the scheme is in its file."""
+        """Entry of the scheme in its file."""
         return registry()[self.scheme][1]
 
     @property
@@ -133,7 +133,7 @@ class Parts:
 
     @cached_property
     def claims(self) -> Claims:
-        """What the whole method claims: scheme, form, composition and projection together."""
+        """Claims of the whole method: scheme, form, composition and projection together."""
         claims = on_form(self.member.claims, self.form)
         if self.composition:
             claims = composed(claims, COMPOSITIONS[self.composition].order)
@@ -157,10 +157,10 @@ class Parts:
             return f"{self.name} needs a damping F = -c p, which {ivp.problem} does not have; use rattle."
         if needs.autonomous_only and facts.EXTENDED:
             return (
-                f"{self.name} has no place for what time and forces do to the energy of {ivp.problem}; use rattle, of the same positions."
+                f"{self.name} does not account for the work of time and forces on {ivp.problem}; use rattle, which has the same positions."
             )
         if needs.quadratic_only and not facts.QUADRATIC:
-            return f"{self.name} needs H to be quadratic in p, which that of {ivp.problem} is not; use rattle."
+            return f"{self.name} needs an H that is quadratic in p, which {ivp.problem} does not have; use rattle."
         if needs.needs_kinetic_flow and not facts.KINETIC_FLOW:
             return (
                 f"{self.name} needs the flow of the kinetic energy in closed form, which {ivp.problem} does not declare; "

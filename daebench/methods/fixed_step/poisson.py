@@ -21,7 +21,7 @@ from daebench.runs.scales import in_coordinates, poisson_scales
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
 from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
 
-RUN_AWAY = "use a smaller h, and see whether the motion itself runs away there"
+RUN_AWAY = "use a smaller h, and see whether the motion itself diverges there"
 LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
 """Why a step of a Poisson system is refused besides :data:`daebench.methods.fixed_step.stepping.REASONS`, and what to do."""
 
@@ -41,14 +41,14 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     composition : str
         "" or a name in :data:`daebench.methods.fixed_step.compositions.COMPOSITIONS`.
     anyway : bool
-        Whether a scheme may be run on a system that is not of the class for which it is a Poisson integrator.
+        Whether a scheme may be run on a system outside of the class for which it is a Poisson integrator.
     compiled : bool
         Whether the kernel is handed to numba.
 
     Raises
     ------
     BadInput
-        If a name is unknown, or the parts do not go together.
+        If a name is unknown, or the parts do not fit together.
     """
 
     scheme: str
@@ -73,7 +73,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         if self.splitting and claims.poisson != "split":
             raise BadInput(f"{self.scheme} does not split H; leave out @{self.splitting}.")
         if self.form and claims.poisson == "split":
-            raise BadInput(f"{self.scheme} takes the flows in the system's own coordinates; leave out {self.form}:, or use verlet there.")
+            raise BadInput(f"{self.scheme} uses the flows in the system's own coordinates; leave out {self.form}:, or use verlet there.")
 
     @property
     def name(self) -> str:
@@ -153,7 +153,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         return REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; where the scheme stops early, what was computed so far and why."""
+        """Return the trajectory; if the scheme stops early, the states so far and the reason."""
         run = self.begin(ivp, request, self.grid(ivp, request), request.watched(POISSON))
         outcome, (t, y) = run.outcome(), run.states()
         return PoissonTrajectory(**outcome, t=t, y=y, sensitivities=self._sensitivities(run, len(t), y=slice(ivp.size)))

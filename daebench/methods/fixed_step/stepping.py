@@ -32,18 +32,18 @@ REASONS = {
         "use a smaller h, and see whether the motion has left the domain of H or the range of double precision",
     ),
     5: (
-        "the constraints could not be met within the tolerance in {relaxations} rounds, residual {residual:.2e}",
+        "the constraints did not reach the tolerance in {relaxations} rounds, residual {residual:.2e}",
         "use a smaller h or a larger tolerance",
     ),
     8: (
         "the derivatives of the states are no longer finite, or did not settle in {sweeps} sweeps",
-        "take a shorter run, for derivatives of an unstable motion grow without bound, or leave out the sensitivities",
+        "use a shorter run, because derivatives of an unstable motion grow without bound, or leave out the sensitivities",
     ),
 }
 """Why a scheme stopped, and what to do, by the status of its report."""
 
-ITS_OWN = "this is the limit of the iteration, which leaves out derivatives, and not necessarily that of the equations"
-"""Of which limit it is that a simplified iteration does not converge."""
+ITS_OWN = "this is the limit of the iteration, which omits derivatives, and not necessarily of the equations"
+"""Note on the limit of a simplified iteration."""
 
 IN_SHORT = {
     1: "no convergence",
@@ -55,10 +55,10 @@ IN_SHORT = {
     RANK_LOST: "G loses rank",
     8: "derivatives not finite",
 }
-"""The same in two or three words, for tables and pictures of many runs."""
+"""The reason in two or three words, for tables and pictures of many runs."""
 
 SIMPLIFIED = REASONS | {1: (REASONS[1][0], f"{REASONS[1][1]}; {ITS_OWN}")}
-"""The same of a scheme whose iteration leaves out derivatives."""
+"""The same for a scheme whose iteration omits derivatives."""
 
 LIMITS = {"sweeps": ITERATIONS, "relaxations": ROUNDS}
 CHUNK_SECONDS = 0.2
@@ -113,7 +113,7 @@ class Linked:
 
 
 def next_piece(piece: int, took: float) -> int:
-    """Return how many steps take a fifth of a second where ``piece`` steps took so many seconds; at most eight times as many."""
+    """Return how many steps take a fifth of a second if ``piece`` steps took ``seconds``; at most eight times as many."""
     return int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
 
 
@@ -125,7 +125,7 @@ class Run:
     linked : Linked
         The scheme.
     ivp, request, grid
-        What is integrated, what is asked for, and the steps that this comes to.
+        The problem, the request, and its steps.
     names : sequence of str
         Names of the errors that the kernel monitors.
     stage_multipliers : int
@@ -215,7 +215,7 @@ class Run:
 
     @property
     def carried(self) -> tuple[Any, ...]:
-        """All numbers that go from one step into the next: state, memory, conserved quantities, maxima and pivots."""
+        """All numbers that are passed from step to step: state, memory, conserved quantities, maxima and pivots."""
         return self.x, self.memory, self.conserved, self.maxima, self.pivots
 
     @carried.setter

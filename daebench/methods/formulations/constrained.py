@@ -54,14 +54,14 @@ class Posed:
 
     @property
     def copies(self) -> int:
-        """How many times the blocks follow each other: more than once where derivatives of the unknowns are unknowns too."""
+        """Number of repetitions of the blocks: more than one if derivatives of the unknowns are also unknowns."""
         return 1
 
     @property
     def residual(self) -> Kernel:
         """Compiled ``residual(t, y, yp, res, par)``: fills res, shape(n,), with F.
 
-        It returns the smallest relative pivot of what was solved (1 where nothing was), NaN if a value is not finite.
+        It returns the smallest relative pivot of the linear solves (1 without any), NaN if a value is not finite.
         """
         kernel: Kernel = self.module.residual
         return kernel
@@ -86,11 +86,11 @@ class Posed:
 
     @property
     def blocks(self) -> dict[str, slice]:
-        """Where the unknowns are, by name."""
+        """Places of the unknowns, by name."""
         raise NotImplementedError
 
     def outside(self, y: Array) -> str:
-        """Return what the unknowns have left, as "the domain u > 0", or "" where they may be: anywhere, if a problem says nothing."""
+        """Return the set that the unknowns have left, for example "the domain u > 0", or "" if they are allowed."""
         return ""
 
 
@@ -98,9 +98,8 @@ class Posed:
 class Dae(Posed):
     """One initial value problem as F(t, y, y') = 0, with y = (q, v, lam[, mu]), or (q, p, lam[, mu]) where the problem is given by H(p, q).
 
-    The formulation is one of ``FORMULATIONS``, and ``ode`` is HLW (1.18). Multipliers that are derivatives are those of Lam with
-    Lam' = lam (and Mu' = mu). At the start rates and lam solve [[M, G^T], [G, 0]] (v', lam) = (-(U_q + c), -g_qv v), or (1.12) for
-    H(p, q); mu = 0.
+    The formulation is one of ``FORMULATIONS``, and ``ode`` is HLW (1.18). Multipliers as derivatives have the unknowns Lam with Lam' = lam
+    (and Mu' = mu). At the start rates and lam solve [[M, G^T], [G, 0]] (v', lam) = (-(U_q + c), -g_qv v), or (1.12) for H(p, q); mu = 0.
 
     Parameters
     ----------
@@ -170,12 +169,12 @@ def _multiplier_names(formulation: str) -> tuple[str, ...]:
 
 
 def free_numbers(formulation: str, given: Mapping[str, float]) -> dict[str, float]:
-    """Return the free numbers of a formulation, those given over the defaults.
+    """Return the free numbers of a formulation, with the given values over the defaults.
 
     Raises
     ------
     BadInput
-        If a name is unknown, or a value no finite number of at least 0.
+        If a name is unknown, or a value is not a finite number of at least 0.
     """
     values = dict(OPTIONS.get(formulation, {}))
     for name, value in given.items():

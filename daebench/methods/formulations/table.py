@@ -1,4 +1,4 @@
-"""The formulations of constrained problems and of Poisson systems by name, each in a line."""
+"""The formulations of constrained problems and of Poisson systems by name, each with a description in one line."""
 
 FORMULATIONS = {
     "index3": "(1.9) as it stands: q, p (or v), lam with 0 = g(q)",
@@ -6,7 +6,7 @@ FORMULATIONS = {
     "index1": "(1.9) with HLW (1.12) in place of g = 0",
     "ggl": "Gear-Gupta-Leimkuhler: both g = 0 and G H_p = 0, with a second multiplier",
     "baumgarte": "index1 with (1.12) + 2 alpha G H_p + beta^2 g = 0; alpha = beta = 10 by default",
-    "ode": "HLW (1.18): lam(p, q) solved for and inserted",
+    "ode": "HLW (1.18): lam(p, q) is computed and inserted",
 }
 """Those of constrained problems."""
 

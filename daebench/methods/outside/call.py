@@ -1,4 +1,4 @@
-"""Python code from outside as it is called: timed, ended where it goes on for too long, and what goes wrong in it named."""
+"""Calls of Python code from outside: they are timed, ended if they take too long, and their errors are reported."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -80,9 +80,7 @@ class Code:
         given = [vector.copy() for vector in state]
         result, seconds = self._timed(self.callable, *given, h)
         if any(a.tobytes() != b.tobytes() for a, b in zip(given, state, strict=True)):
-            raise BadInput(
-                f"{self.name}: {kind.step} changes its arguments; return new arrays, and leave those that it is given as they are."
-            )
+            raise BadInput(f"{self.name}: {kind.step} changes its arguments; return new arrays, and do not change the given ones.")
         duty = f"{self.name}: {kind.step} must return {kind.result}"
         return external_state(result, [vector.shape for vector in state], duty), seconds
 
@@ -118,7 +116,7 @@ class Code:
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Say what goes wrong in the code as the reason for which a run stopped."""
+        """Report an error in the code as the reason for which a run stopped."""
         try:
             with self.guard():
                 yield

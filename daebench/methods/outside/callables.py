@@ -34,25 +34,25 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     ----------
     code : callable, or object or class with a method ``step``
         On a constrained problem ``step(p, q, h)`` returns p and q after a step, or ``solve(p, q, h, t)`` returns them at the times t,
-        shape(k, d) each; on a Poisson system ``step(y, h)`` and ``solve(y, h, t)`` return y. The arguments are copies, and not to be
-        changed. An object with a memory is copied, and a class called without arguments, at the start of each run. What it claims it
-        may say in an attribute ``claims``, with any of the fields of :class:`daebench.methods.outside.method.Stated`.
+        shape(k, d) each; on a Poisson system ``step(y, h)`` and ``solve(y, h, t)`` return y. The arguments are copies, and must not be
+        changed. An object with a memory is copied, and a class is called without arguments, at the start of each run. An attribute
+        ``claims`` may state its claims, with any of the fields of :class:`daebench.methods.outside.method.Stated`.
     name : str
-        What the method is called; by default the name of the callable.
+        Name of the method; by default the name of the callable.
     content : str
         Digest of the code.
     guard : callable
-        Returns a context that turns what goes wrong in a file of the user's own into a RunFailed that names its line.
+        Returns a context that turns errors in a user file into a RunFailed that names the line.
 
     Raises
     ------
     BadInput
-        If it cannot be called, or takes another number of arguments.
+        If it cannot be called, or has another number of arguments.
     """
     name = name or getattr(code, "__qualname__", type(code).__qualname__)
     remembers = not inspect.isroutine(code) and callable(getattr(code, "step", None))
     if not (remembers or callable(code)):
-        raise BadInput(f"{name} is no method: it is a {type(code).__name__}; {ADVICE}.")
+        raise BadInput(f"{name} is not a method: it is a {type(code).__name__}; {ADVICE}.")
     unbound = remembers and isinstance(code, type) and inspect.isfunction(inspect.getattr_static(code, "step"))
     taken = _arguments(code.step if remembers else code) - unbound
     if not 2 <= taken <= 4:
@@ -65,17 +65,19 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
 
 
 def _stated(name: str, claims: Any) -> Stated:
-    """Return what a callable says of itself in its attribute ``claims``."""
+    """Return the claims in the attribute ``claims`` of a callable."""
     known = [field.name for field in fields(Stated)]
     if not isinstance(claims, Mapping):
-        raise BadInput(f"{name}: claims is to be a mapping, as {{'order': 2, 'symplectic': True}}, and is a {type(claims).__name__}.")
+        raise BadInput(
+            f"{name}: claims must be a mapping, for example {{'order': 2, 'symplectic': True}}, and is a {type(claims).__name__}."
+        )
     for claim, value in claims.items():
         if claim not in known:
             raise unknown(f"claim of {name}", str(claim), known)
         if claim == "order" and not (type(value) is int and value > 0):
-            raise BadInput(f"{name}: claims['order'] = {value!r} is to be a whole number greater than 0.")
+            raise BadInput(f"{name}: claims['order'] = {value!r} must be a whole number greater than 0.")
         if claim != "order" and not isinstance(value, bool):
-            raise BadInput(f"{name}: claims[{claim!r}] = {value!r} is to be True or False.")
+            raise BadInput(f"{name}: claims[{claim!r}] = {value!r} must be True or False.")
     return Stated(**claims)
 
 
@@ -89,7 +91,7 @@ ADVICE = (
     f"give {CONSTRAINED.step} that returns {CONSTRAINED.result}, {CONSTRAINED.solve} that returns them at the times t, "
     f"{POISSON.step} or {POISSON.solve} on a Poisson system, or an object with a method step"
 )
-"""What may be given."""
+"""Kinds of code that may be given."""
 
 
 def _arguments(code: Callable[..., Any]) -> int:

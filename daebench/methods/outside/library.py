@@ -58,7 +58,7 @@ def method_of_library(name: str, path: Path, function: str, content: str) -> Out
     Parameters
     ----------
     name : str
-        What the method is called.
+        Name of the method.
     path : Path
         The library.
     function : str
@@ -78,7 +78,7 @@ def method_of_library(name: str, path: Path, function: str, content: str) -> Out
     try:
         address = ctypes.cast(getattr(library, function), ctypes.c_void_p).value
     except AttributeError:
-        raise BadInput(f'{name}: {path} has no function {function}; one of C++ is to be declared extern "C".') from None
+        raise BadInput(f'{name}: {path} has no function {function}; declare a function of C++ as extern "C".') from None
     assert address is not None  # a function that there is
     return OutsideMethod(name, partial(_blocks, address), content)
 
@@ -119,7 +119,7 @@ def _blocks(address: int, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Bl
             stopped: BaseException | None = None
             try:
                 status, took = worker.result(partial(timed, rows[:piece]), limit)
-                stopped = Stopped(f"the function of the library returned {status}, and not 0") if status else None
+                stopped = Stopped(f"the function of the library returned {status} instead of 0") if status else None
             except (Stopped, KeyboardInterrupt) as ending:  # the thread is left, which still has the rows
                 stopped = ending
             yield Block(np.arange(done + 1, done + count[0] + 1, dtype=np.int64), rows[: count[0]], took)

@@ -1,4 +1,4 @@
-"""The wall-clock time that code from outside may take, and how code is left or ended that goes on for longer."""
+"""The wall-clock limit of code from outside, and the ways to end code that exceeds it."""
 
 import contextlib
 import queue

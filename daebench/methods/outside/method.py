@@ -19,7 +19,7 @@ from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 @dataclass(frozen=True, kw_only=True)
 class Stated:
-    """What code from outside says of itself, see :class:`daebench.schemes.kernels.claims.Claims`; None where it says nothing."""
+    """Claims of code from outside, see :class:`daebench.schemes.kernels.claims.Claims`; None if it claims nothing."""
 
     order: int | None = None
     symmetric: bool | None = None
@@ -30,7 +30,7 @@ class Stated:
 
     @property
     def on_manifold(self) -> bool:
-        """Whether both constraints are said to hold to round-off after every step."""
+        """Whether it claims that both constraints hold to round-off after every step."""
         return bool(self.keeps_g and self.keeps_Gv)
 
 
@@ -42,24 +42,24 @@ Step = Callable[..., Any]
 class OutsideMethod:
     """Code from outside, run with constant step size.
 
-    What it costs is the wall-clock time of its steps; its work is not counted.
+    Its cost is the wall-clock time of its steps; its work is not counted.
 
     Parameters
     ----------
     name : str
-        What it is called in tables: the text by which it was asked for, or the name of the callable.
+        Name in tables: the text of the request, or the name of the callable.
     blocks : callable
         See :data:`daebench.methods.outside.record.Blocks`.
     content : str
-        Digest of the code, which is part of the key of a stored run; "" where there is none, as for a callable.
+        Digest of the code, which is part of the key of a stored run; "" if there is none, for example for a callable.
     every_step : bool
-        Whether there is a state after each step; otherwise at the outputs alone.
+        Whether there is a state after each step; otherwise only at the outputs.
     remembers : bool
-        Whether it keeps more from step to step than the state.
+        Whether it passes more from step to step than the state.
     step : callable, optional
         Returns a fresh :data:`Step` of a Python callable, which may compute in complex numbers.
     claims : Stated
-        What the code says of itself.
+        Claims of the code.
     """
 
     name: str
@@ -84,7 +84,7 @@ class OutsideMethod:
         if request.precision != "float64":
             raise BadInput(f"{self.name} computes in float64, not in {request.precision}.")
         if request.raw:
-            raise BadInput(f"{self.name} is from outside, and gives no multipliers of its stages; ask for lam(p, q) instead.")
+            raise BadInput(f"{self.name} is from outside, and has no stage multipliers; ask for lam(p, q) instead.")
         return Grid.fixed_step(self.name, request, ivp.size)
 
     def is_poisson(self, ivp: PoissonIvp) -> bool:
@@ -147,7 +147,7 @@ def _chained(fresh: Callable[[], Step], h: float, steps: int, *vectors: Any) -> 
 def _at_end(name: str, blocks: Blocks, ivp: Ivp, h: float, steps: int, *vectors: Any) -> Any:
     """Return where a run that begins at a state is after so many steps."""
     if any(map(np.iscomplexobj, vectors)):
-        raise TypeError(f"{name} takes real numbers alone")
+        raise TypeError(f"{name} accepts only real numbers")
     start = ivp.at(*(np.array(vector, dtype=float) for vector in vectors))
     end = np.concatenate(start.start)
     for block in blocks(start, Grid(h, steps, 0), Request(value=h, steps=steps)):

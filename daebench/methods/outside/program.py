@@ -26,7 +26,7 @@ from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 
 BATCH = 4096
-"""Most rows of a block."""
+"""Largest number of rows of a block."""
 
 LONGEST = 400
 """Most characters of a line that a sentence quotes."""
@@ -36,14 +36,14 @@ def method_of_program(name: str, words: list[str], content: str) -> OutsideMetho
     """Return a program as a method.
 
     It reads one line of JSON from standard input: ``problem``, ``case``, ``parameters`` (names to values, in the order of ``par``),
-    ``h``, ``steps``, ``every`` (a state is written after so many steps, and after the last; 0: after the last alone), and the start, ``p``
+    ``h``, ``steps``, ``every`` (a state is written after this many steps, and after the last; 0: only after the last), and the start, ``p``
     and ``q`` or ``y``. It writes a line for each state, the numbers of p and then of q, or of y, with blanks or commas between them, and
     at the end ``{"seconds": 0.25}``, the time that its steps took.
 
     Parameters
     ----------
     name : str
-        What the method is called.
+        Name of the method.
     words : list of str
         The program and its arguments.
     content : str
@@ -85,7 +85,7 @@ class _Program:
         try:
             self._process = subprocess.Popen(words, text=True, encoding="utf-8", errors="replace", start_new_session=group, **pipes)
         except OSError as error:
-            raise BadInput(f"exec:{words[0]} cannot be started: {error.strerror}; see whether it may be executed.") from None
+            raise BadInput(f"exec:{words[0]} cannot be started: {error.strerror}; check whether it may be executed.") from None
         self._lines: queue.Queue[str | None] = queue.Queue(maxsize=BATCH)
         self._left, self._over = threading.Event(), False
         self._threads = [
@@ -183,7 +183,7 @@ def _states(lines: Sequence[str], size: int) -> tuple[Array, str]:
         try:
             numbers = [float(word) for word in line.replace(",", " ").split()]
         except ValueError:
-            fault = f"the program writes {_quoted(line)}, which is no state: {size} numbers are to be in a line."
+            fault = f"the program writes {_quoted(line)}, which is not a state: a line must have {size} numbers."
             break
         if len(numbers) != size:
             fault = f"the program writes {len(numbers)} numbers in a line, {_quoted(line)}; a state has {size}."
@@ -200,7 +200,7 @@ def _seconds(line: str | None, ending: str) -> float:
             raise ValueError
     except (ValueError, KeyError, TypeError):
         what = _quoted(line) if line else f"nothing{ending}"
-        raise BadInput(f'after its states the program writes {what}; it must write its seconds, as {{"seconds": 0.25}}.') from None
+        raise BadInput(f'after its states the program writes {what}; it must write its seconds, for example {{"seconds": 0.25}}.') from None
     return seconds
 
 

@@ -30,7 +30,7 @@ def is_outside(name: str) -> bool:
 
 
 def method_from(name: str) -> OutsideMethod:
-    """Return the method that is at a place.
+    """Return the method at a place.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def method_from(name: str) -> OutsideMethod:
     Raises
     ------
     BadInput
-        If there is no such file, or it has nothing of this name that is a method.
+        If there is no such file, or it has no method of this name.
     """
     if name.startswith(PROGRAM):
         return _program(name)
@@ -50,7 +50,7 @@ def method_from(name: str) -> OutsideMethod:
     assert place is not None
     path, function = execute.existing(place["path"], "method", "daebench list methods"), place["name"]
     if not function.isidentifier():
-        raise BadInput(f"{name}: {function!r} is no name; give the name of a function in {path.name}, as {place['path']}:step.")
+        raise BadInput(f"{name}: {function!r} is not a name; give the name of a function in {path.name}, for example {place['path']}:step.")
     if place["ending"] != "py":
         return method_of_library(name, path, function, _content([path]))
     return _python(name, path, function)
@@ -75,10 +75,10 @@ def _program(name: str) -> OutsideMethod:
     try:
         words = shlex.split(name.removeprefix(PROGRAM))
     except ValueError as error:
-        raise BadInput(f"{name}: {error}; give a program and its arguments as a shell takes them.") from None
+        raise BadInput(f"{name}: {error}; give a program and its arguments as in a shell.") from None
     program = shutil.which(words[0]) if words else None
     if program is None:
-        raise BadInput(f"{name}: there is no such program that may be executed; give its path, as exec:./program.")
+        raise BadInput(f"{name}: there is no such executable program; give its path, for example exec:./program.")
     files = [Path(program), *(path for path in map(Path, words[1:]) if path.is_file())]
     return method_of_program(name, [program, *words[1:]], _content(files))
 

@@ -1,4 +1,4 @@
-"""What every tolerance-driven method shares: the request it can meet, the output grid, the run from output to output."""
+"""Common parts of tolerance-driven methods: valid requests, the output grid, the run from output to output."""
 
 import math
 import time
@@ -28,7 +28,7 @@ MOST_STEPS = 10_000_000
 
 
 class ToleranceMethod(ABC):
-    """A method that is steered by a tolerance: it poses a problem, and a solver is driven from output to output.
+    """A method with a tolerance: it poses a problem, and a solver is driven from output to output.
 
     ``differentiable`` says whether it solves variational equations too.
     """
@@ -48,7 +48,7 @@ class ToleranceMethod(ABC):
 
     @property
     def tells_steps(self) -> bool:
-        """Whether the solver tells what it thinks of its steps."""
+        """Whether the solver reports size, order and error estimate of its steps."""
         return False
 
     @abstractmethod
@@ -85,7 +85,7 @@ def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
     if request.t_end is None or not (math.isfinite(request.t_end) and request.t_end > 0):
         raise BadInput(f"{name} needs an end time, a finite number greater than 0; it was given {request.t_end}.")
     if request.every:
-        raise BadInput(f"{name} has no fixed steps to keep every {request.every} of; give points, or every = 0 to keep the end alone.")
+        raise BadInput(f"{name} has no fixed steps, so every = {request.every} does not apply; give points, or every = 0 for the end only.")
     if request.points is not None and not 2 <= request.points <= MOST_POINTS:
         raise BadInput(f"points = {request.points} must be between 2 (start and end) and {MOST_POINTS}.")
     if request.raw:
@@ -99,9 +99,9 @@ def check_record(method: ToleranceMethod, request: Request) -> None:
     if not request.solver_steps:
         return
     if not method.tells_steps:
-        raise BadInput(f"{method.name} does not tell what it thinks of its steps, as IDA and CVODE do; ask for no record of them.")
+        raise BadInput(f"{method.name} does not report its steps and error estimates, as IDA and CVODE do; leave out the record of steps.")
     if request.sensitivities:
-        raise BadInput("a record of steps is of the states alone; ask for sensitivities in another run.")
+        raise BadInput("a record of steps has only the states; ask for sensitivities in another run.")
     require_native("a record of steps", "does not hand on the estimates of their errors", request)
 
 
@@ -125,7 +125,7 @@ def require_native(what: str, lacking: str, request: Request) -> None:
     from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable, functions
 
     if request.callbacks != "native":
-        raise BadInput(f"{what} needs compiled callbacks, for {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.")
+        raise BadInput(f"{what} needs compiled callbacks, because {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.")
     try:
         functions()
     except Unavailable as error:

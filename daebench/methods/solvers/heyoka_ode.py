@@ -58,9 +58,9 @@ class HeyokaTaylor(OnReducedOde):
     def lacks(self, ivp: InitialValueProblem) -> str | None:
         """Return why there are no series: heyoka is not installed, or the equations are written as loops."""
         if find_spec("heyoka") is None:
-            return f"{self.name} takes heyoka, which is not installed; install it by pip install 'daebench[peers]'."
+            return f"{self.name} needs heyoka, which is not installed; install it by pip install 'daebench[peers]'."
         if ivp.arrays:
-            return f"{self.name} takes the equations as expressions, and {ivp.problem} has them as loops; use scipy:DOP853."
+            return f"{self.name} needs the equations as expressions, and {ivp.problem} has them as loops; use scipy:DOP853."
         if ivp.singular and not (isinstance(ivp, ConstrainedIvp) and redundant(ivp)):
             return f"{self.name} solves for lam by elimination, not by least squares; use scipy:DOP853."
         return None

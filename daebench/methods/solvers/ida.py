@@ -1,4 +1,4 @@
-"""SUNDIALS IDA on every formulation, with the treatments without which its error test fails on multipliers."""
+"""SUNDIALS IDA on every formulation, with treatments of the multipliers, without which its error test fails."""
 
 import time
 from collections.abc import Collection, Mapping
@@ -81,11 +81,11 @@ class Ida(TreatedMultipliers, OnConstrained):
         if request.sensitivities:
             require_tuples(self.name, ivp)
             if self.formulation == "ode":
-                raise BadInput(f"{self.name} has no sensitivities to give, for it has no equations for lam; use ida:index2.")
+                raise BadInput(f"{self.name} has no sensitivities, because it has no equations for lam; use ida:index2.")
         if self.combines and self.least_squares(ivp, request):
             raise BadInput(
-                f"{self.name} has the multipliers among its unknowns: it combines constraints that are redundant for good, and here none "
-                "is; for least-squares where G loses rank on the way use ida:ode or a fixed-step method such as rattle."
+                f"{self.name} has the multipliers among its unknowns: it combines constraints that are redundant everywhere, and here "
+                f"there are none; for least-squares where G loses rank on the way use ida:ode or a fixed-step method such as rattle."
             )
 
     def _posed(self, ivp: ConstrainedIvp) -> Dae:

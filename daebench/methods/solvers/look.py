@@ -1,8 +1,8 @@
-"""A look at steps and outputs of a tolerance-driven run, as functions of its unknowns, see :mod:`daebench.methods.solvers.monitored`.
+"""The monitor call after steps of a tolerance-driven run, as functions of its unknowns, see :mod:`daebench.methods.solvers.monitored`.
 
-They are read as text, and compiled with generated functions of one problem into one function that C can call. A step at which nothing is
-amiss is noted in the memory of :mod:`daebench.compiler.callbacks`; all others are left to the monitor of the run, which looks more closely
-and says what it finds: each condition here is one of the monitor's, or holds wherever that does.
+They are read as text, and compiled with generated functions of one problem into one function that C can call. A regular step is recorded in
+the memory of :mod:`daebench.compiler.callbacks`; all others are left to the monitor of the run, which examines them and reports its
+findings. Each condition here is a condition of the monitor, or holds whenever that does.
 """
 
 from typing import Any

@@ -12,11 +12,11 @@ from daebench.methods.solvers.monitored import NAMES, Monitored
 from daebench.methods.solvers.thresholds import COLLAPSE, LEAST, SUDDEN
 from daebench.runs.request import WorkLimit
 
-LEFT = "end the run before, and see whether the motion leaves the domain of H or g there"
+LEFT = "end the run earlier, and check whether the motion leaves the domain of H or g there"
 """What to do where H or g has no value."""
 
 
-OVER = "end the run before, and see whether bodies collide there, an entry of the mass matrix vanishes, or g has a cusp"
+OVER = "end the run earlier, and check whether bodies collide there, an entry of the mass matrix vanishes, or g has a cusp"
 """What to do where a step has gone over a singularity."""
 
 

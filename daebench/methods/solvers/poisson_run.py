@@ -33,7 +33,7 @@ class OnPoisson(ToleranceMethod):
 
     @property
     def _advice(self) -> str:
-        return "end the run earlier if the motion itself leaves all bounds there, or use another tol"
+        return "end the run earlier if the motion itself diverges there, or use another tol"
 
     def check(self, ivp: PoissonIvp, request: Request) -> None:
         """Accept a request that can be met.
@@ -51,7 +51,7 @@ class OnPoisson(ToleranceMethod):
         check_record(self, request)
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; where the solver stops early, the outputs so far and why.
+        """Return the trajectory; if the solver stops early, the outputs so far and the reason.
 
         Raises
         ------

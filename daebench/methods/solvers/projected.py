@@ -43,7 +43,7 @@ class ProjectedCvode(OnReducedOde):
         if manner != "projected":
             raise unknown("treatment of cvode's steps", manner, ["projected"])
         if family != "bdf":
-            raise BadInput(f"CVODE projects steps of BDF alone, not of {family}; use cvode:{PROJECTED}, or leave out :projected.")
+            raise BadInput(f"CVODE projects only steps of BDF, not of {family}; use cvode:{PROJECTED}, or leave out :projected.")
         return cls(PROJECTED)
 
     @property
@@ -57,8 +57,8 @@ class ProjectedCvode(OnReducedOde):
         require_native(self.name, "has no way to project steps", request)
         if self.least_squares(ivp, request):
             raise BadInput(
-                f"{self.name} projects onto independent constraints, and none is redundant for good here; for least-squares where G loses "
-                "rank on the way use cvode:bdf or a fixed-step method such as rattle."
+                f"{self.name} projects onto independent constraints, and none is redundant everywhere here; for least-squares where G "
+                f"loses rank on the way use cvode:bdf or a fixed-step method such as rattle."
             )
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:

@@ -31,9 +31,9 @@ def library() -> Any:
     try:
         import heyoka
     except ImportError as error:
-        raise BadInput(f"to certify a reference takes heyoka, which is not installed; install it by {INSTALL}.") from error
+        raise BadInput(f"certification of a reference needs heyoka, which is not installed; install it by {INSTALL}.") from error
     if not hasattr(heyoka, "real128"):
-        raise BadInput(f"this heyoka has no quadruple precision; install the one of PyPI by {INSTALL}.")
+        raise BadInput(f"this heyoka has no quadruple precision; install heyoka from PyPI by {INSTALL}.")
     return heyoka
 
 

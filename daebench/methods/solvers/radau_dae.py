@@ -20,7 +20,7 @@ from daebench.runs.ivp import ConstrainedIvp
 class RadauDae(Ida):
     """solve_dae's RadauDAE with the analytic Jacobian, on ``index2`` with multipliers as derivatives.
 
-    On three problems at tolerances from 1e-3 to 1e-12 it gets through in this way alone, and keeps to the motion: with plain multipliers
+    On three problems at tolerances from 1e-3 to 1e-12 only this form reaches the end and follows the motion: with plain multipliers
     it soon stops, on ``ggl`` it stopped on double_pendulum at 1e-8 and 1e-9, and on ``index1`` it loses spherical_pendulum at 1e-3.
     """
 
@@ -49,7 +49,7 @@ class RadauDae(Ida):
     def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why it cannot be used, as a sentence, or None: solve_dae is not installed, or a long chain has too large a Jacobian."""
         if find_spec("solve_dae") is None:
-            return f"{self.name} takes solve_dae, which is not installed; install it by pip install 'daebench[peers]'."
+            return f"{self.name} needs solve_dae, which is not installed; install it by pip install 'daebench[peers]'."
         if ivp.arrays:
             return f"{self.name} solves with the whole Jacobian, which is too large for the nodes of {ivp.problem}; use ida:index1."
         return None

@@ -25,7 +25,7 @@ KEPT = 64
 COMBINED = "combined"
 """What a run does whose constraints are combinations of redundant ones: it stops where they are no longer independent."""
 
-INSTEAD = "combinations of redundant constraints are independent up to there alone; use ida:ode, or a fixed-step method such as rattle"
+INSTEAD = "combinations of redundant constraints are independent only up to there; use ida:ode, or a fixed-step method such as rattle"
 """What to do where it does."""
 
 LENGTHS = tuple(10.0**-k for k in range(2, 10))
