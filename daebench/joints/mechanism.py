@@ -195,7 +195,7 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
     """Refuse points that no body has, and forces at points that there are not."""
     left = [name for name in places.declared if name not in places.columns and "." not in name]
     if left:
-        raise InvalidProblem(f"{', '.join(left)} belongs to no body, so that it has no mass; name it in one, or add a PointMass there.")
+        raise InvalidProblem(f"{', '.join(left)} belongs to no body, so it has no mass; name it in one, or add a PointMass there.")
     for force in mechanism.forces:
         if places.given(force.first) is places.given(force.second):
             what = f"the {type(force).__name__} of {force.first} and {force.second}"

@@ -1,1 +1,1 @@
-"""Studies: grids of runs that are declared, computed once, kept, and read as one long table."""
+"""Studies: grids of runs that are declared, computed once, stored, and read as one long table."""

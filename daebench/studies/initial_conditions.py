@@ -1,4 +1,4 @@
-"""Initial conditions beside those of a case."""
+"""Initial conditions near those of a case."""
 
 import numpy as np
 

@@ -39,10 +39,10 @@ def measure(ivp: Ivp, name: str, *, h: float, steps: int, repeat: int, anyway: b
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
     if is_outside(name):
-        raise BadInput(f"{name} is from outside; bench times methods of daebench, and daebench run says how long the steps of {name} take.")
+        raise BadInput(f"{name} is from outside; bench times methods of daebench, and daebench run reports the time of {name}.")
     method = method_of(ivp, name, anyway=anyway)
     if method.knob != "h":
-        raise BadInput(f"{name} has no fixed steps; bench measures schemes.")
+        raise BadInput(f"{name} is not a fixed-step method; bench times schemes.")
     row: dict[str, Any] = {"method": name, "note": method.refusal(ivp)}
     if row["note"]:
         return row

@@ -1,4 +1,4 @@
-"""The tolerance of a solver of constraints that the drift of the energy asks for."""
+"""The tolerance of a constraint solver for a given energy drift."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class TriedTolerance:
     Parameters
     ----------
     tolerance : float
-        What constraints may be off by, relative to their terms.
+        Tolerance of the constraints, relative to their terms.
     drift : Drift
         Verdict on the energy, and its change, in the unit of H.
     ratio : float
@@ -92,11 +92,11 @@ class ToleranceFor:
 
     @property
     def fortuitous(self) -> tuple[float, ...]:
-        """Looser tolerances whose drift is small enough all the same, where that of a tighter one is not."""
+        """Looser tolerances whose drift is small enough although that of a tighter one is not."""
         return tuple(row.tolerance for row in self.tried if row.keeps(self.most) and row.tolerance > (self.tolerance or 0.0))
 
     def summary(self) -> dict[str, Any]:
-        """Return what was found, for people and for JSON."""
+        """Return the results, for text and JSON."""
         rows = [
             {"tolerance": row.tolerance, "verdict": row.drift.verdict, "ratio": row.ratio, "rate": row.rate, "rounds": row.rounds}
             for row in self.tried
@@ -118,11 +118,11 @@ def tolerance_for(
     tolerances: Sequence[float] = TOLERANCES,
     progress: Callable[[float], object] | None = None,
 ) -> ToleranceFor:
-    """Return the loosest tolerance of a solver of constraints with which, and with all tighter ones, the energy drifts little enough.
+    """Return the loosest tolerance of a constraint solver such that with it and all tighter ones the energy drift is small enough.
 
     The drift is an upper bound on the change of the mean of H over the run, see :class:`daebench.diagnostics.energy.Drift`, in standard
-    deviations of the kinetic energy along the run, so that it has no unit. A tolerance whose drift is small
-    while that of a tighter one is not is named apart, and not chosen::
+    deviations of the kinetic energy along the run, so that it has no unit. A tolerance whose drift is small while that of a tighter one is
+    not is reported separately, and not chosen::
 
         >>> import daebench
         >>> found = daebench.tolerance_for("rigid_water", case="tumbling", drift=1e-3, h=0.01, t_end=40, tolerances=[1e-3, 1e-9])

@@ -46,7 +46,7 @@ def test_what_regular_means_is_said_where_a_start_is(daebench):
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        (("--plane", ","), "two coordinates, as q1 and p2, not 0"),
+        (("--plane", ","), "two coordinates, for example q1 and p2, not 0"),
         (("--plane", "q1=1"), "of the form name=lo:hi."),
         (("--plane", "q1=a:1,q3"), "--plane q1"),
         (("--energy", "much"), "--energy"),

@@ -43,7 +43,7 @@ MISTAKES = {
         "the moment of inertia of plate is 0; give it a positive one, or make it a PointMass",
     ),
     "massless": (lambda: Mechanism(**PLANE | {"bodies": {"rod": Rod("O", "A", mass=0)}}), "rod has mass 0; give it a positive one"),
-    "no body at": (lambda: Mechanism(**PLANE | {"points": {"A": (1, 0), "B": (2, 0)}}), "B belongs to no body, so that it has no mass"),
+    "no body at": (lambda: Mechanism(**PLANE | {"points": {"A": (1, 0), "B": (2, 0)}}), "B belongs to no body, so it has no mass"),
     "itself": (
         lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rod", "A")]),
         "the Revolute of rod and rod ties rod to itself; name two.",

@@ -182,7 +182,7 @@ def test_a_callable_that_hangs_is_ended_at_the_limit_and_its_line_is_named(mine,
 def test_without_a_limit_code_that_gives_no_state_for_long_is_ended(mine, library, folder, monkeypatch):
     monkeypatch.setattr(limit, "SILENCE", 0.3)
     for method in ("./mine.py:hangs", f"{library}:hangs", script(folder, "sleep 60")):
-        assert "the code has given no state for 0.3 s; see whether it hangs" in run(method).failure
+        assert "the code has given no state for 0.3 s; check whether it hangs" in run(method).failure
 
 
 def test_a_library_that_hangs_is_left_and_keeps_its_states(library):

@@ -290,7 +290,7 @@ REFUSED = [
     ({"method": "cvode:bdf", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "cvode:bdf has no sensitivities; schemes of"),
     ({"method": "ida:ode", "h": None, "steps": None, "tol": 1e-8, "t_end": 1}, "it has no equations for lam; use ida:index2"),
     ({"method": lambda p, q, h: (p, q)}, "has no sensitivities"),
-    ({"problem": "pendulum_chain", "case": None, "parameters": {"links": 20}}, "are arrays; take fewer of its bodies or sites"),
+    ({"problem": "pendulum_chain", "case": None, "parameters": {"links": 20}}, "are arrays; choose fewer of its bodies or sites"),
     ({"precision": "float32"}, "float32 has too few digits"),
 ]
 

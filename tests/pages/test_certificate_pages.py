@@ -147,7 +147,7 @@ def test_a_court_of_nothing_that_holds_says_so(folder, tmp_path, monkeypatch):
 def test_what_raises_in_a_process_is_no_end_of_a_court(folder, tmp_path, made, monkeypatch):
     def measured(tasks, *_):
         if tasks[0]["method"].endswith("shake"):
-            return [{"refused": "./ball.py:shake ends the process that it is run in, by signal 11."}]
+            return [{"refused": "./ball.py:shake ends the process in which it runs, by signal 11."}]
         return copy.deepcopy(made[1][tasks[0]["method"]])
 
     monkeypatch.setattr(process, "measured", measured)

@@ -297,7 +297,7 @@ def worse(numbers, **cells):
 def test_claims_refuse_what_the_numbers_do_not_bear_out(small, numbers, tmp_path, monkeypatch):
     with pytest.raises(ClaimRefuted, match="failed runs show no number"):
         check(worse(numbers, failure="it broke"))
-    with pytest.raises(ClaimRefuted, match="below what the truth"):
+    with pytest.raises(ClaimRefuted, match="below the error bound of the reference"):
         check(worse(numbers, error=1e-30))
     chosen = numbers.chosen.copy()
     chosen.loc[chosen["within"].idxmax(), "seconds"] = 1.0

@@ -95,7 +95,7 @@ def test_an_interruption_says_what_is_kept(tmp_path, monkeypatch, uncompiled):
         return real(specification)
 
     monkeypatch.setattr("daebench.studies.grid.measure.row_of", one_only)
-    with pytest.raises(Interrupted, match=r"1 runs are kept in .*studies\.db: run again to go on"):
+    with pytest.raises(Interrupted, match=r"1 runs are stored in .*studies\.db: run again to continue"):
         measure(tmp_path, lambda *told: None, [SMALL], uncompiled.processes)
     with opened(tmp_path / "studies.db") as store:
         assert len(store) == 1

@@ -140,7 +140,7 @@ ELSEWHERE = {"ggl_vi_mod": "double-pendulum", "livens": "stretched-M"}
 
 
 def test_what_is_not_claimed_fails_on_the_fast_pendulum(method, get_ivp):
-    if "tolerance" in method.member.options:  # a single constraint is met to round-off by chance at a tight one
+    if "tolerance" in method.member.options:  # a single constraint holds to round-off by chance at a tight one
         method = replace(method, options={"tolerance": 1e-2})
     if "iterations" in method.member.options:
         pytest.skip("of a single constraint the expansion has one term, which is exact")

@@ -167,12 +167,12 @@ def test_bad_input_is_one_sentence_and_makes_no_file(archived, daebench):
     before = sorted(archived.iterdir())
     wrong = {
         ("archive", "missing.db"): "there is no store missing.db",
-        ("archive", "text.db"): "text.db is no store of a study",
+        ("archive", "text.db"): "text.db is not a store of a study",
         ("archive", "empty.db"): "empty.db cannot be archived: it has no rows",
         ("archive", "s.db", "--out", "x.tar"): "must end in .zip",
         ("archive", "s.db", "--out", "nowhere/x.zip"): "there is no folder",
         ("reproduce", "missing.zip"): "there is no archive missing.zip",
-        ("reproduce", "s.db"): "it is no archive of a study, or is damaged",
+        ("reproduce", "s.db"): "it is not an archive of a study, or is damaged",
         ("reproduce", "s.zip"): "has problem files of its own, ring.py, which would be executed; read them, and add --trust",
         ("reproduce", "s.zip", "--rtol", "-1"): "--rtol -1 must be 0 or more",
         ("reproduce", "s.zip", "--atol", "nan"): "--atol",
@@ -204,8 +204,8 @@ SMUGGLED = {
     "a newer format": ({}, {"format": FORMAT + 1}, "written by a newer daebench"),
     "no format": ({}, {"format": "x" * 500}, "written by another daebench"),
     "a file of this machine": ({}, {"own": []}, "has runs of definitions/2-ring/ring.py, which is not in it; nothing is run"),
-    "rows that are none": ({ROWS: b'{"key": 1}\n'}, {}, "it is no archive of a study, or is damaged"),
-    "rows that are nested": ({ROWS: b"[" * 100_000}, {}, "it is no archive of a study, or is damaged"),
+    "rows that are none": ({ROWS: b'{"key": 1}\n'}, {}, "it is not an archive of a study, or is damaged"),
+    "rows that are nested": ({ROWS: b"[" * 100_000}, {}, "it is not an archive of a study, or is damaged"),
 }
 
 

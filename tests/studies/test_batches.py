@@ -200,7 +200,7 @@ def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows
     monkeypatch.setattr(batches, "GLANCE", 0.01)
     monkeypatch.setattr(batches, "UNATTENDED_SECONDS", 0.2)
     executor = Deserted(computes)
-    given_up = r"has had no workers for 0\.2 s; what was done before is kept: start some, and run again"
+    given_up = r"has had no workers for 0\.2 s; earlier results are stored: start some, and run again"
     with pytest.warns(UserWarning, match=r"has no workers any more; waiting 0\.2 s"), pytest.raises(DaebenchError, match=given_up):
         computed(specifications(12), store, executor=executor)
     assert len(store) == computes

@@ -128,7 +128,7 @@ def test_g_of_soft_constraints_follows_their_equation_of_motion():
         ("lotka_volterra", {}, "is a Poisson system"),
         ("bricard", {}, "has redundant constraints"),
         ("planar_pendulum", {"methods": ["rattle"]}, "none of rattle can be stabilised"),
-        ("planar_pendulum", {"methods": ["rk4", "ida:index2"]}, "chooses its steps itself"),
+        ("planar_pendulum", {"methods": ["rk4", "ida:index2"]}, "chooses its own steps"),
         ("planar_pendulum", {"values": [0.1, -1.0]}, "values"),
         ("planar_pendulum", {"h": 0.0}, "h = 0 must be greater than 0"),
     ],

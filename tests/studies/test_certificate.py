@@ -463,7 +463,7 @@ def test_a_function_of_a_file_is_its_address(codes, monkeypatch):
         ("exec:./nothing", {}, "there is no such program"),
         ("exec:'", {}, "No closing quotation"),
         ("exec:", {}, "names no program"),
-        ("exec:sh", {}, "is on the PATH, and a certificate needs a file of its own"),
+        ("exec:sh", {}, "is on the PATH, and a certificate needs a separate file"),
         ("./ball.py", {}, "give FILE.py:NAME"),
         ("rattel", {}, "unknown method 'rattel'"),
         ("rattle", {"files": ["ball.py"]}, "leave the file out"),
@@ -471,7 +471,7 @@ def test_a_function_of_a_file_is_its_address(codes, monkeypatch):
         ("./ball.py:step", {"problems": ["pendulum"]}, "unknown problem"),
         ("./ball.py:step", {"problems": ["planar_pendulum:fast"]}, "unknown case"),
         ("./ball.py:step", {"problems": ["planar_pendulum"], "parameters": {"charm": 1.0}}, "charm"),
-        ("./ball.py:step", {"parameters": {"mass": 1.0}}, "name that too, as --problem double_pendulum"),
+        ("./ball.py:step", {"parameters": {"mass": 1.0}}, "name it, for example --problem double_pendulum"),
         ("./ball.py:step", {"h": -1.0}, "h = -1 must be greater than 0"),
         ("./ball.py:step", {"h": math.nan}, "must be a finite number"),
         ("./ball.py:step", {"claims": {"elegant": True}}, "unknown claim 'elegant'"),
@@ -509,8 +509,8 @@ TASK |= {"setting": None, "h": 0.1, "guessed": False}
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("crashes", "ends the process that it is run in, by signal 11"),
-        ("leaves", "ends the process that it is run in, with status 3"),
+        ("crashes", "ends the process in which it runs, by signal 11"),
+        ("leaves", "ends the process in which it runs, with status 3"),
         ("exits", "SystemExit"),
         ("one", "must return p and q"),
         ("spoils", "no longer finite"),
@@ -529,7 +529,7 @@ def test_code_that_hangs_is_left(tmp_path, monkeypatch):
     (tmp_path / "ends.py").write_text(ENDS)
     monkeypatch.setattr(process, "ENDING_SECONDS", 0.2)
     (answer,) = process.measured([TASK | {"method": "./ends.py:hangs"}], tmp_path, seconds=20.0)
-    assert "is not measured within 20 s" in answer["refused"]
+    assert "took over 20 s" in answer["refused"]
 
 
 @pytest.mark.slow

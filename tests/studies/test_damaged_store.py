@@ -92,7 +92,7 @@ def test_a_row_that_says_something_else_is_named_and_the_others_stay(whole, tmp_
     assert f"written: {tmp_path / 'rows.csv'}, {COUNT - 3} rows" in out
     assert err.count("\n") == 1
     assert "3 rows are not what was written: rattle on planar_pendulum, case rotating, " in err
-    assert f"one that cannot be told; {COUNT - 3} rows are kept, the others are computed again when they are asked for" in err
+    assert f"one that cannot be told; {COUNT - 3} rows are kept, the others are computed again when requested" in err
     assert "the damaged file is rows.damaged-1.db." in err
     rows, said = opened(path)
     assert rows == {key: row for key, row in RIGHT.items() if key not in (first, second, third)}

@@ -34,7 +34,7 @@ def test_time_is_in_proportion_to_steps_and_repetitions_and_not_to_what_the_firs
     keep(store, replace(FIXED, value=0.02), 0.0, failure="stopped at once")
     found = estimate([replace(FIXED, value=0.001, repeat=3)], store)
     assert found.seconds == pytest.approx(0.5 * 10 * 4)
-    assert found.sentence(2, "on 2 processes").startswith("about 11 s on 2 processes (an estimate from kept runs of the same methods")
+    assert found.sentence(2, "on 2 processes").startswith("about 11 s on 2 processes (an estimate from stored runs of the same methods")
 
 
 STIFF = replace(FIXED, method="lobatto4")
@@ -53,7 +53,7 @@ def test_kernels_that_nothing_kept_has_compiled_are_counted_with_their_time(stor
     found = estimate(specifications, store)
     assert found.kernels == count
     assert found.compiling >= count * LEAST_COMPILE
-    assert f"for kernels to compile, {count} at most" in found.sentence(1, "in one process")
+    assert f"for the compilation of at most {count} kernels" in found.sentence(1, "in one process")
     for specification in specifications:
         keep(store, replace(specification, value=specification.value / 2), 1.0, maker="another version")
     assert estimate(specifications, store).kernels == count

@@ -127,7 +127,7 @@ def test_a_range_tells_where_a_method_is_not_fine():
         }
     )
     assert parameter_range.says(table) == [
-        "one: fine for 2 of 3 values of mass1 (blown up at 10); energy within 1.0e-02 of its size where it came to an end."
+        "one: fine for 2 of 3 values of mass1 (blown up at 10); energy within 1.0e-02 of its size where it reached its end."
     ]
 
 

@@ -77,7 +77,7 @@ def test_an_ensemble_that_is_interrupted_goes_on_to_the_same_bits(small_pieces, 
             interrupted_after(store, 1)
             made(store=store)
 
-    with pytest.raises(Interrupted, match=r"5 runs are kept in .*kept\.db: run again to go on"):
+    with pytest.raises(Interrupted, match=r"5 runs are stored in .*kept\.db: run again to continue"):
         stopped()
     told = []
     with opened(path) as store:
@@ -152,7 +152,7 @@ def test_a_dask_cluster_makes_the_bits_of_one_process(small_pieces, tmp_path):
 
 def test_what_cannot_be_kept_is_refused_in_a_sentence(tmp_path, monkeypatch):
     with opened(tmp_path / "kept.db") as store:
-        with pytest.raises(BadInput, match="an executor makes pieces of an ensemble that are kept; give a store"):
+        with pytest.raises(BadInput, match="an executor needs a stored ensemble; give a store"):
             made(executor=object())
         with pytest.raises(BadInput, match="give its name or path"):
             daebench.ensemble(daebench.initial_value_problem("planar_pendulum", "horizontal"), method="rattle", h=0.1, steps=5, store=store)

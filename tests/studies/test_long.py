@@ -340,7 +340,7 @@ def test_where_nothing_can_be_told_the_sentence_says_why(random):
     assert sentence(growth(spec, failed), share(spec, failed, 2, 2048)) == "undetermined: every member stopped early."
     assert "2 of 16 members have begun, and every one of them stopped early" in sentence(None, share(spec, failed, 16, 2048))
     assert growth(spec, early) is None
-    assert sentence(None, share(spec, early, 2, 2048)).startswith("undetermined: there is too little to tell")
+    assert sentence(None, share(spec, early, 2, 2048)).startswith("undetermined: there are too few samples")
 
 
 @pytest.mark.parametrize(
@@ -349,12 +349,12 @@ def test_where_nothing_can_be_told_the_sentence_says_why(random):
         ({"verdict": "drifts", "law": "linear", "slope": 1e-12, "slope_error": 1e-13}, "linear: the mean of 16 members drifts by"),
         ({"verdict": "drifts", "law": "saturated", "level": -26.6}, "the mean of 16 members saturated at -26.6"),
         ({"verdict": "drifts", "law": "growing scatter", "change": 0.1}, "growing scatter: the mean of 16 members"),
-        ({"verdict": "drifts", "law": "apart", "exponent": 1.0, "exponent_error": 0.1, "spreads": True}, "so that each drifts its own way"),
+        ({"verdict": "drifts", "law": "apart", "exponent": 1.0, "exponent_error": 0.1, "spreads": True}, "each member has its own drift"),
         ({"verdict": "undetermined", "reason": "aliased output", "spreads": True}, "spread beyond round-off too late to tell"),
         ({"verdict": "undetermined", "reason": "fewer than 5 oscillations"}, "undetermined: fewer than 5 oscillations;"),
         ({"verdict": "bounded"}, "do not spread beyond round-off, and their mean changes by at most 3e-12 over the time"),
         ({"verdict": "random walk", "exponent": 0.5, "exponent_error": 0.05, "spreads": True}, "grows as t^(0.50 +- 0.10)"),
-        ({"verdict": "kept"}, "no member is off by more than rounding"),
+        ({"verdict": "kept"}, "no member has an error above rounding"),
     ],
     ids=lambda x: " ".join(str(x[name]) for name in ("verdict", "law", "reason") if x.get(name)) if isinstance(x, dict) else "",
 )
@@ -406,7 +406,7 @@ def test_the_command_says_what_became_of_the_energy(daebench, uncompiled, tmp_pa
     status, out, _ = daebench(*words, "--dry-run")
     assert (status, out.startswith("rattle: 2 x 1000 steps, 0 of them to do")) == (0, True)
     status, _, err = daebench(*words, "--steps", "500")
-    assert (status, "has 1000 steps already, and 500 are asked for" in err) == (2, True)
+    assert (status, "has 1000 steps already, and 500 are requested" in err) == (2, True)
 
 
 def test_an_interrupted_command_says_what_is_kept_and_goes_on(daebench, uncompiled, tmp_path, monkeypatch):
@@ -423,7 +423,7 @@ def test_an_interrupted_command_says_what_is_kept_and_goes_on(daebench, uncompil
         patch.setattr(Stream, "advance", stopped)
         status, out, err = daebench(*words)
     assert status == 130
-    assert "undetermined: there is too little to tell; take more steps. Told to t = 0.64 from 1 of 1 members." in out
+    assert "undetermined: there are too few samples; take more steps. Told to t = 0.64 from 1 of 1 members." in out
     assert err.startswith("daebench: interrupted; 10.7 % of rattle")
     assert err.endswith("the same command continues from there.\n")
     spec = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01)
@@ -445,7 +445,7 @@ def test_an_interruption_before_the_first_sample_is_no_traceback(daebench, uncom
     monkeypatch.setattr(Stream, "advance", stopped)
     status, out, err = daebench(*WORDS, "--stride", "100", "--out", tmp_path)
     assert (status, err.startswith("daebench: interrupted; ")) == (130, True)
-    assert "too little to tell; take more steps. Told from no member; left out: 1 of 1 before the first sample." in out
+    assert "too few samples; take more steps. Told from no member; left out: 1 of 1 before the first sample." in out
 
 
 def test_sixteen_short_members_end_to_end(daebench, uncompiled, tmp_path):
@@ -472,7 +472,7 @@ def test_a_dry_run_whose_trial_fails_says_why(daebench, uncompiled, tmp_path):
 def test_a_method_above_the_problem_is_refused(daebench, tmp_path):
     status, _, err = daebench("long", "free_rigid_body", "--methods", "lifted:rattle", "--h", "0.1", "--out", tmp_path)
     assert (status, err.count("\n")) == (2, 1)
-    assert "lifted:rattle keeps its state above the problem" in err
+    assert "lifted:rattle has its state on another system" in err
 
 
 def test_a_member_that_stops_early_says_why_and_keeps_its_windows(daebench, uncompiled, tmp_path):
@@ -488,7 +488,7 @@ def test_a_member_that_stops_early_says_why_and_keeps_its_windows(daebench, unco
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("--methods", "ida:index2"), "chooses its steps itself"),
+        (("--methods", "ida:index2"), "chooses its own steps"),
         (("--steps", "1.5"), "must be a whole number"),
         (("--steps", "nan"), "must be a whole number"),
         (("--h", "0"), "h = 0 must be greater than 0"),

@@ -43,7 +43,7 @@ def test_the_cheapest_way_that_is_as_good_is_named():
     found = table(float64=(2.0, 1e-8, 1e-9, 1e-16, 1e-16, 1e-16), **early, float32=(1.6, 1e-4, 1e-5, 1e-7, 1e-7, float("nan")))
     assert list(smallest_steps(found)["time_ratio"]) == [1.0, 0.25, 0.5, 0.75, 0.8]
     (said,) = says(found)
-    assert "sweeps=2 is as good in error, energy, constraints and two-form, in 0.50 of the time" in said
+    assert "sweeps=2 is as accurate in error, energy, constraints and two-form, in 0.50 of the time" in said
     assert said.endswith("single precision 1.0e-04, in 0.80 of the time.")
 
 
@@ -52,7 +52,7 @@ def test_one_number_that_is_worse_is_enough(spoilt):
     good, bad = [2.0, 1e-8, 1e-9, 1e-16, 1e-16, 1e-16], [1.0, 1e-8, 1e-9, 1e-16, 1e-16, 1e-16]
     bad[spoilt] = 1e-7
     (said,) = says(table(float64=good, **{"sweeps=1": bad}))
-    assert "never as good" in said
+    assert "never as accurate" in said
 
 
 @pytest.mark.usefixtures("uncompiled_schemes")

@@ -150,7 +150,7 @@ CONTRADICTIONS = {
     "a word": ({"methods": "rattle"}, "must be several, in a list, not 'rattle'"),
     "twice": ({"values": {"h": [0.1, 0.05, 0.1]}}, r"values of h of a study has 0\.1 twice"),
     "no values": ({"values": {}}, "rattle needs values of h"),
-    "useless values": ({"values": {"h": [0.1], "tol": [1e-6]}}, "values of tol are of no use to rattle"),
+    "useless values": ({"values": {"h": [0.1], "tol": [1e-6]}}, "values of tol are not used by rattle"),
     "no number": ({"values": {"h": ["small"]}}, "'small'"),
     "negative": ({"values": {"h": [-0.1]}}, "-0.1"),
     "unknown metric": ({"metrics": ["enrgy"]}, "unknown metric 'enrgy'; did you mean energy"),
@@ -162,7 +162,7 @@ CONTRADICTIONS = {
         {"problem": "lotka_volterra_3d", "cases": ["blow_up"], "methods": ["strang"], "metrics": ["y"], "t_end": 3.0},
         "the error y needs a certified reference that fits, or a finer run, and there is neither: ",
     ),
-    "no steps": ({"methods": ["scipy:DOP853"], "values": {"tol": [1e-6]}, "metrics": ["defect"]}, "defect is of methods with fixed steps"),
+    "no steps": ({"methods": ["scipy:DOP853"], "values": {"tol": [1e-6]}, "metrics": ["defect"]}, "defect is for fixed-step methods"),
     "other kind": ({"metrics": ["y"]}, "y is not measured on planar_pendulum, which is a constrained problem"),
     "refused": ({"problem": "andrews_squeezer", "cases": ["bari"], "methods": ["shake"]}, "shake needs H"),
     "an end": ({"t_end": 0.0}, "t_end"),
@@ -496,7 +496,7 @@ def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkey
 def test_a_full_disk_keeps_what_there_is(store):
     store.put([kept("one", {"a": 1})])
     store._base.execute(f"PRAGMA max_page_count = {store._base.execute('PRAGMA page_count').fetchone()[0]}")
-    with pytest.raises(StoreFull, match="the 1 rows in it are kept: make room"):
+    with pytest.raises(StoreFull, match="the 1 rows in it are intact: make room"):
         store.put([kept("small", {"b": 2}), kept("two", {"text": "x" * 50_000})])
     assert store.get("one") == {"a": 1}
     assert store.get("small") is None

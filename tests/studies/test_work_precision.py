@@ -285,7 +285,7 @@ def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monke
     status, out, _ = daebench(*words, "--dry-run")
     assert (status, out.split(",")[0]) == (0, "6 runs")
     assert "6 to make: about 2 s in one process (an estimate" in out
-    assert "with 2 s in all for kernels to compile, 2 at most)" in out
+    assert "including 2 s for the compilation of at most 2 kernels)" in out
     status, out, err = daebench(*words, "--json")
     assert (status, err) == (0, "")
     found = json.loads(out)
@@ -319,7 +319,7 @@ def test_the_defect_is_measured_where_it_is_asked_for(daebench, tmp_path):
     ("words", "sentence"),
     [
         (("lotka_volterra", "--case", "4,2", "--error", "integrals"), "no run on lotka_volterra has a number for it"),
-        (("planar_pendulum", "--case", "rotating"), "none of the 1 runs came to its end; the first says: "),
+        (("planar_pendulum", "--case", "rotating"), "none of the 1 runs reached its end; the first says: "),
     ],
     ids=["no-number", "all-fail"],
 )

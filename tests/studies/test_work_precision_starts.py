@@ -133,7 +133,7 @@ def test_a_method_with_fewer_starts_is_compared_on_these_alone_and_others_on_all
 def test_a_factor_within_the_scatter_of_times_decides_nothing():
     near = [family("one", np.ones(50), scatter=0.1), family("two", np.full(50, 1.05))]
     far = [family("one", np.ones(50), scatter=0.1), family("two", np.full(50, 1.2))]
-    assert "undecided, for times scatter by 10 %" in sentences(winners(near, [1e-3]))[0]
+    assert "undecided, because times scatter by 10 %" in sentences(winners(near, [1e-3]))[0]
     assert "undecided" not in sentences(winners(far, [1e-3]))[0]
 
 
@@ -282,10 +282,10 @@ def test_solvers_in_python_are_left_out_unless_they_are_named():
     [
         (("--size", 0.1), "--size is for many starts; give their number with --ensemble."),
         (("--starts", "energy"), "--starts is for many starts; give their number with --ensemble."),
-        (("--ensemble", 0), "0 starts for methods with fixed steps and 16 for solvers: each must be at least 1."),
-        (("--ensemble", 4, "--solver-starts", 0), "4 starts for methods with fixed steps and 0 for solvers: each must be at least 1."),
+        (("--ensemble", 0), "0 starts for fixed-step methods and 16 for solvers: each must be at least 1."),
+        (("--ensemble", 4, "--solver-starts", 0), "4 starts for fixed-step methods and 0 for solvers: each must be at least 1."),
         (("--ensemble", 4, "--starts", "grid"), "'grid' is not one of 'neighbourhood', 'liouville', 'energy'"),
-        (("--ensemble", 4, "--repeat", 0), "methods are ranked by time over many starts; take --repeat 1 or more."),
+        (("--ensemble", 4, "--repeat", 0), "methods are ranked by time over many starts; give --repeat 1 or more."),
         (("--ensemble", 4, "--error", "energy_error"), "over many starts errors are error_q, error_p; energy_error is of one start"),
         (("--ensemble", 4, "--h", "0.3,0.7"), "step sizes 0.3, 0.7 have fewer than 3 common multiples up to t = 2"),
         (("--ensemble", 4, "--h", "1e-12"), "fewer than 3 common multiples"),

@@ -1,1 +1,1 @@
-"""Advice: which method, with which step size or tolerance, for an accuracy; what it costs, keeps, and what breaks first."""
+"""Advice: the method and its step size or tolerance for an accuracy, with its cost, conserved quantities and sensitivity to changes."""

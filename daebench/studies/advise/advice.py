@@ -1,4 +1,4 @@
-"""An answer: the method to take with its step size or tolerance, what it costs, what else there is, what is kept, and what breaks."""
+"""An answer: a method with its step size or tolerance, its cost, the next methods, conserved quantities, and failures under changes."""
 
 import shlex
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 RUNNERS_UP = 2
-"""Other methods that are named."""
+"""Number of other methods that are named."""
 
 
 def _number(x: float) -> str:
@@ -31,7 +31,7 @@ class Choice:
     Parameters
     ----------
     method, knob : str
-        The method, and what it is steered by: "h" or "tol".
+        The method, and the name of its resolution: "h" or "tol".
     value : float
         Its step size, s, or tolerance.
     error, seconds : float
@@ -46,7 +46,7 @@ class Choice:
 
     @classmethod
     def of(cls, knob: str, row: Row, part: str) -> "Choice":
-        """Return the choice that a row is."""
+        """Return the choice of a row."""
         return cls(str(row["method"]), knob, float(row["value"]), error_of(row, part), float(row["seconds"]))
 
     def plain(self) -> dict[str, Any]:
@@ -61,27 +61,27 @@ class Advice(Shown):
     Parameters
     ----------
     question : Question
-        What was asked.
+        The question.
     choice : Choice or None
-        What to take; None where nothing tried does what is asked.
+        The chosen run; None if no run meets the request.
     runners_up : tuple of Choice
-        The next in price.
+        The next methods by cost.
     kept : mapping of str to Kept
-        What the choice keeps, by thing.
+        Conserved quantities of the choice, by name.
     starts : OverStarts
         Errors of the choice from other starts.
     changes : tuple of Change
-        What breaks, the worst first.
+        Effects of changes, the worst first.
     found : tuple of Found
-        What the search found, by method.
+        Results of the search, by method.
     left_out : mapping of str to str
-        Why methods were not tried, or were passed over.
+        Reasons why methods were not tried, or were left out.
     reference : str
-        What errors are against.
+        The reference of the errors.
     bound : float
-        What that may be wrong by.
+        Error bound of the reference.
     why : str
-        Why there is no choice, and the best that was found; "" where there is one.
+        Why there is no choice, and the best run; "" if there is a choice.
     """
 
     drawn_by: ClassVar[str] = "daebench.studies.advise.figure"
@@ -100,14 +100,14 @@ class Advice(Shown):
 
     @property
     def table(self) -> "pd.DataFrame":
-        """All runs of the search, a row each."""
+        """All runs of the search, one row each."""
         import pandas as pd
 
         return pd.DataFrame([row for found in self.found for row in found.rows])
 
     @property
     def outside(self) -> dict[str, str]:
-        """What became of integrators from outside that are not chosen, as sentences, by name."""
+        """Sentences on integrators from outside that are not chosen, by name."""
         named = {choice.method for choice in (self.choice, *self.runners_up) if choice}
         return {some.method: self._became(some) for some in self.found if is_outside(some.method) and some.method not in named}
 

@@ -1,4 +1,4 @@
-"""What breaks first: the choice with a step twice as large, over ten times the horizon, and with parameters moved by 20 %."""
+"""Sensitivity of the choice: a step twice as large, ten times the horizon, and parameters changed by 20 %."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,13 +14,13 @@ from daebench.studies.grid.start_runs import StartRuns
 from daebench.studies.work_precision.intervals import Estimate, share
 
 STARTS = 5
-"""Starts from which each change is looked at."""
+"""Number of starts for each change."""
 
 PARAMETERS = 4
-"""Parameters that are moved, at most."""
+"""Largest number of changed parameters."""
 
 MOVED = 0.2
-"""By which part of its value a parameter is moved."""
+"""Relative change of a parameter."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class OverStarts:
 
 @dataclass(frozen=True)
 class Change:
-    """A change, and what becomes of the error by it.
+    """A change, and the error with it.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def _error(row: Row, part: str, i: int) -> float:
 
 
 def changes(question: Question, method: str, knob: str, value: float, make: Make) -> list[Change]:
-    """Return what becomes of a choice by each change, the worst first; one of which nothing is known comes last."""
+    """Return the effect of each change on a choice, the worst first; changes with unknown effect come last."""
     found = [Change(what, over_starts(runs, question.part, make)) for what, runs in _changed(question, method, knob, value)]
     return sorted(found, key=lambda change: -_known(change.factor(question.accuracy)))
 

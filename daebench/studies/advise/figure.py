@@ -1,4 +1,4 @@
-"""The picture of advice: price over accuracy of all runs, their front, and the choice."""
+"""The picture of advice: cost against accuracy of all runs, their Pareto front, and the choice."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -76,13 +76,13 @@ def title(advice: Advice) -> str:
     asked, choice = advice.question, advice.choice
     where = f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error at most {asked.accuracy:g}"
     if choice is None:
-        return f"{where}:\nnothing tried does it"
+        return f"{where}:\nno run meets this"
     answer = f"Take {choice.method} with {choice.knob} = {choice.value:.3g} (circle)"
     return f"{answer}: error {choice.error:.1e} in {choice.seconds:.2g} s\n{where}"
 
 
 def _named(advice: Advice) -> list[str]:
-    """Return the methods that have colours: the choice, and the others in the order of the price of what they reach."""
+    """Return the methods that have colours: the choice, and the others in the order of their cost."""
     chosen = [choice.method for choice in (advice.choice, *advice.runners_up) if choice]
     reaching = [some for some in advice.found if some.row]
     others = sorted(reaching, key=lambda some: float(some.row["seconds"]) if some.row else 0.0)

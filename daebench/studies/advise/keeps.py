@@ -1,4 +1,4 @@
-"""What a choice keeps: by its claim, and as measured over ten times the horizon."""
+"""Conserved quantities of a choice: by its claim, and as measured over ten times the horizon."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,14 +18,14 @@ OUTPUTS = 256
 
 @dataclass(frozen=True)
 class Kept:
-    """Whether something is kept, and how that was established.
+    """Whether a quantity is conserved, and the evidence.
 
     Parameters
     ----------
     thing : str
         "energy", "constraints", "casimirs" or "two_form".
     claim, measured : bool
-        Whether the method claims it, and whether it was seen.
+        Whether the method claims it, and whether the measurement confirms it.
     value : float
         What was measured: an error or a defect.
     words : str
@@ -40,7 +40,7 @@ class Kept:
 
     @property
     def kept(self) -> bool:
-        """Whether it is claimed and was seen."""
+        """Whether it is claimed and confirmed."""
         return self.claim and self.measured
 
     def plain(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What advice is asked for, and the runs that an answer is made of."""
+"""A question to ``advise``, and the runs of its answer."""
 
 import json
 import math
@@ -37,7 +37,7 @@ FINEST = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """What is asked: an accuracy at a horizon, and what has to be kept.
+    """A question: an accuracy at a horizon, and quantities to be conserved.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ class Question:
     t_end : float
         Horizon, s.
     keep : tuple of str
-        What has to be kept: "energy", "constraints", "casimirs", "two_form".
+        Quantities to be conserved: "energy", "constraints", "casimirs", "two_form".
     budget : float
         Largest CPU time of a run, s; infinite where none is given.
     starts : int
-        Number of other starts from which the answer is held against its accuracy.
+        Number of other starts from which the error of the answer is measured.
     parameters : mapping of str to float
         Values of the problem's parameters.
     seed : int
@@ -61,7 +61,7 @@ class Question:
     Raises
     ------
     BadInput
-        If a number is not positive, or a thing to be kept is unknown or the problem has none.
+        If a number is not positive, or a quantity is unknown or the problem does not have it.
     """
 
     problem: str
@@ -88,7 +88,7 @@ class Question:
         if isinstance(self.ivp, PoissonIvp) and not self.ivp.casimirs:
             lacking.add("casimirs")
         if absent := lacking & set(self.keep):
-            raise BadInput(f"{self.problem} has no {' and no '.join(sorted(absent))} to keep; leave that out.")
+            raise BadInput(f"{self.problem} has no {' and no '.join(sorted(absent))} to conserve; leave that out.")
 
     @cached_property
     def ivp(self) -> Ivp:
@@ -102,7 +102,7 @@ class Question:
 
     @property
     def part(self) -> str:
-        """Part of the state that the accuracy is of: "q" or "y"."""
+        """Part of the state that the accuracy refers to: "q" or "y"."""
         return "y" if self.poisson else "q"
 
     @cached_property

@@ -1,4 +1,4 @@
-"""``daebench.advise``: which method to take for an accuracy, with which step size or tolerance, and what it will cost."""
+"""``daebench.advise``: the method for an accuracy, its step size or tolerance, and its cost."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -36,11 +36,11 @@ def advise(
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Advice:
-    """Return the cheapest method for an accuracy, with its step size or tolerance, its price, what it keeps, and what breaks first.
+    """Return the cheapest method for an accuracy: step size or tolerance, cost, conserved quantities, and failures under changes.
 
     Each method is run with finer and finer step sizes or tolerances until it reaches the accuracy. A method that becomes much more
     expensive than the cheapest so far is not refined further. The choice is then run from other starts, over ten times the horizon, with
-    twice the step, and with parameters moved by 20 %. Runs are stored, so that a second question about the same problem takes little
+    twice the step, and with parameters changed by 20 %. Runs are stored, so that a second question about the same problem takes little
     time::
 
         >>> import daebench
@@ -57,16 +57,16 @@ def advise(
     t_end : float
         Horizon, s.
     keep : sequence of str
-        What has to be kept: "energy" without drift, "constraints", "casimirs", "two_form". The method has to claim it, and it has to be
-        seen over ten times the horizon.
+        Quantities to be conserved: "energy" without drift, "constraints", "casimirs", "two_form". The method has to claim it, and a run
+        over ten times the horizon has to confirm it.
     budget : float, optional
         Largest CPU time of the run, s.
     starts : int
         Number of other starts from which the choice is run.
     methods : sequence of str, optional
-        Methods that are tried, in place of one or two of each family.
+        Methods to try, in place of one or two of each family.
     also : sequence of str
-        Methods that are tried besides, as one's own integrator ``./mine.py:step``.
+        Further methods to try, for example your own integrator ``./mine.py:step``.
     case : str, optional
         Named initial values; by default the problem's first.
     parameters : mapping of str to float, optional
@@ -74,25 +74,25 @@ def advise(
     seed : int
         Seeds the starts.
     store : path, optional
-        File in which runs are kept; by default one beside the compiled kernels.
+        File of the stored runs; by default one beside the compiled kernels.
     progress : callable, optional
         Called with the fraction of the work done and a label of the current task; first of all, with the fraction 0, with the plan.
 
     Returns
     -------
     Advice
-        Where nothing does what is asked, its ``choice`` is None, and ``why`` says what the best is.
+        If no run meets the request, its ``choice`` is None, and ``why`` describes the best run.
 
     Raises
     ------
     BadInput
-        If the question cannot be answered: a number is of no use, no method takes the problem, or the reference is not good enough.
+        If the question cannot be answered: a number is invalid, no method applies to the problem, or the reference is not accurate enough.
     """
     ivp = initial_value_problem(problem, case, parameters)
     numbers: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "starts": starts, "seed": seed, "parameters": dict(parameters or {})}
     numbers |= {"budget": math.inf if budget is None else budget, "keep": tuple(keep)}
     if not isinstance(problem, str):
-        raise BadInput("advise makes runs that are kept by their names; give the name of a problem, or the path of its file.")
+        raise BadInput("advise stores runs by their names; give the name of a problem, or the path of its file.")
     question = Question(problem=problem, case=ivp.case, **numbers)
     names, left_out = candidates(question, methods, also)
     words, bound = reference_of(question, names[0])

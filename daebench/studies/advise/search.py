@@ -1,4 +1,4 @@
-"""The cheapest step size or tolerance by which a method reaches an accuracy, with few runs, and none longer than it can be of use."""
+"""The cheapest step size or tolerance with which a method reaches an accuracy, with few runs, none of them longer than useful."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -29,12 +29,12 @@ STUCK = 3
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found of one method.
+    """Result of the search for one method.
 
     Parameters
     ----------
     method, knob : str
-        The method, and what it is steered by: "h" or "tol".
+        The method, and the name of its resolution: "h" or "tol".
     row : mapping or None
         The cheapest run that reaches the accuracy; None where none was found.
     rows : tuple of mapping
@@ -101,15 +101,15 @@ def _next(
         return _coarser(resolutions, rows, low, reached), ""
     errors = [error_of(rows[k], question.part) for k in sorted(rows)]
     if len(errors) > STUCK and np.all(np.isfinite(errors[-STUCK - 1 :])) and min(errors[-STUCK:]) >= errors[-STUCK - 1] / 2:
-        return None, f"its error stays at {min(errors):.1e}, however fine it is"
+        return None, f"its error stays at {min(errors):.1e} for any step size or tolerance"
     if low >= resolutions.most:
-        return None, f"its error is {errors[-1]:.1e} at the finest that is tried"
+        return None, f"its error is {errors[-1]:.1e} with the finest step size or tolerance that is tried"
     number = min(resolutions.most, resolutions.finer(low, errors[-1], question.accuracy))
     known = [k for k in sorted(rows) if math.isfinite(float(rows[k]["seconds"]))]
     limit = DEARER * min(longest, 2 * question.budget)
     if known and resolutions.cost(known[-1], float(rows[known[-1]]["seconds"]), number) > limit:
         return None, "it takes longer than others that reach the accuracy, or than the budget allows"
-    return number, "more runs than are made did not reach the accuracy"
+    return number, "the largest number of runs did not reach the accuracy"
 
 
 def _coarser(resolutions: Resolutions, rows: Mapping[int, Row], low: int, reached: int) -> int | None:

@@ -86,7 +86,7 @@ def reference_of(question: Question, method: str) -> tuple[str, float]:
         words, bound = own.words, float(np.max(own.bound[question.part]))
     if not bound <= GOOD * question.accuracy:
         raise BadInput(
-            f"the reference, {words}, may be wrong by {bound:.1e}, and an accuracy of {question.accuracy:g} needs one of "
+            f"the reference, {words}, has an error of up to {bound:.1e}, and an accuracy of {question.accuracy:g} needs at most "
             f"{GOOD * question.accuracy:.1e}; ask for less accuracy, or an earlier end."
         )
     return words, bound
@@ -101,7 +101,7 @@ def tried(work: Work, name: str) -> bool:
 def plan(work: Work, names: Sequence[str]) -> str:
     """Return what is going to be run, and how long it takes, as a sentence."""
     new, asked = sum(not tried(work, name) for name in names), work.question
-    moved = f"{asked.starts} other starts, {LONGER:g} times the horizon, a coarser step, and parameters moved"
+    moved = f"{asked.starts} other starts, {LONGER:g} times the horizon, a coarser step, and changed parameters"
     most = AFTERWARDS + min(PATIENCE, EACH * new)
     return f"{len(names)} methods, {new} of them new, at finer and finer steps or tolerances; then {moved}: about {most:.0f} s of CPU time"
 
@@ -112,7 +112,7 @@ def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list
     work.tell(0.0, plan(work, names))
     for k, name in enumerate(names):
         if work.out_of_time and not tried(work, name):
-            left_out[name] = f"{name} was not tried, for time; ask again, and it is"
+            left_out[name] = f"{name} was not tried, to save time; ask again to include it"
             continue
         work.tell(0.75 * k / len(names), name)
         prices = sorted(float(some.row["seconds"]) for some in found if some.row)
@@ -131,7 +131,7 @@ def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> l
             work.tell(0.78, f"what {choice.method} keeps")
             kept = keeps(work.question, choice.method, choice.value, work.make)
         if lost := [name for name in work.question.keep if name not in kept or not kept[name].kept]:
-            left_out[choice.method] = f"{choice.method} was seen to lose {', '.join(lost).replace('_', '-')}"
+            left_out[choice.method] = f"{choice.method} lost {', '.join(lost).replace('_', '-')} in a run"
         elif choice.seconds > work.question.budget:
             left_out[choice.method] = f"{choice.method} takes {choice.seconds:.2g} s"
         else:
@@ -163,10 +163,10 @@ def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[st
     reaching = sorted((float(some.row["seconds"]), some.method) for some in found if some.row)
     if best is None or not math.isfinite(error_of(best, question.part)):
         quickest = f"the quickest that does, {reaching[0][1]}, takes {reaching[0][0]:.2g} s" if reaching else ""
-        return f"no method tried reaches {asked}; {quickest or 'none comes to its end'}"
+        return f"no method tried reaches {asked}; {quickest or 'none reaches its end'}"
     if not question.budget < math.inf and any(some.row for some in found):
         lost = "; ".join(why for name, why in left_out.items() if "lose" in why)
-        return f"no method tried keeps what is asked: {lost}"
+        return f"no method tried conserves what is requested: {lost}"
     price = f"{float(best['seconds']):.2g} s"
     found_best = f"{best['method']} with {float(best['value']):.3g}: error {error_of(best, question.part):.2g}, {price}"
     return f"no method tried reaches {asked}; the best is {found_best}"

@@ -1,4 +1,4 @@
-"""``daebench.baumgarte``: what stabilised constraints do to energy, constraints and cost, and where they become unstable."""
+"""``daebench.baumgarte``: the effect of stabilisation on energy, constraints and cost, and the limits of stability."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -72,7 +72,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Effect:
-    """What the usual stabilisation does to the energy of a run.
+    """Effect of the usual stabilisation on the energy of a run.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Effect:
     without, usual : Cell
         The runs without stabilisation, and with alpha = beta = 10/s.
     drift_without, drift_usual : Drift
-        What becomes of their energies.
+        Verdicts on their energies.
     least, most : Cell
         The runs of the map with the least and the largest energy error, among those that the prediction calls stable.
     """
@@ -102,7 +102,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class BaumgarteMap(Shown):
-    """Stabilised constraints over their numbers.
+    """Maps of stabilised constraints over their parameters.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class BaumgarteMap(Shown):
     tolerant : mapping of float to list of Cell
         Runs of ``ida:baumgarte`` over alpha and beta, 1/s, by tolerance.
     effects : sequence of Effect
-        What the usual stabilisation does to the energy, by scheme.
+        Effect of the usual stabilisation on the energy, by scheme.
     limits : sequence of Limit
         Limits of stability.
     beside : sequence of Cell
@@ -143,7 +143,7 @@ class BaumgarteMap(Shown):
         exact = "On the exact motion G v = 0, and the forces of the stabilisation do no work."
         of = f"With {first.scheme}, h = {self.h:g} s, to t = {self.t_end:g} s"
         numbers = f"the energy error is {first.without.energy:.2g} without it and {first.usual.energy:.2g} with alpha = beta = {USUAL:g}/s"
-        over = f"over the map it goes from {first.least.energy:.2g} to {first.most.energy:.2g} where it is stable"
+        over = f"over the stable part of the map it goes from {first.least.energy:.2g} to {first.most.energy:.2g}"
         velocities = f"|G v| is {first.without.Gv:.2g} without it and {first.usual.Gv:.2g} with it, where its forces do work"
         return f"{exact} {of}, {numbers}; {over}. {velocities[0].upper()}{velocities[1:]}."
 
@@ -208,11 +208,11 @@ def baumgarte(
     rates: Sequence[float] = RATES,
     progress: Progress | None = None,
 ) -> BaumgarteMap:
-    """Return what stabilised and soft constraints make of energy, g, G v and cost over their numbers, and where they become unstable.
+    """Return maps of energy error, g, G v and cost of stabilised and soft constraints over their parameters, and limits of stability.
 
-    A scheme on Baumgarte's equation is run over all alpha h and beta h, and so it is on soft constraints with the same roots and an
-    impedance of 0.9; on a penalty in place of the constraint over its stiffness; IDA over alpha, beta and the tolerance. Methods that
-    hold the constraints by themselves, such as RATTLE, are run once beside them::
+    A scheme is run on Baumgarte's equation over all alpha h and beta h, on soft constraints with the same roots and an impedance of 0.9,
+    and on a penalty in place of the constraint over its stiffness; IDA is run over alpha, beta and the tolerance. Methods that satisfy the
+    constraints without stabilisation, such as RATTLE, are run once for comparison::
 
         >>> import daebench
         >>> found = daebench.baumgarte("planar_pendulum", t_end=2.0, methods=["rk4"], tolerances=[], values=[0.01, 0.1, 1.0])
@@ -231,7 +231,7 @@ def baumgarte(
     h, t_end : float
         Step size and end of the runs, s; h is by default a small part of the motion.
     methods : sequence of str
-        Schemes that are mapped, such as "rk4" and "gauss2", and fixed-step methods that are run beside them.
+        Schemes to map, such as "rk4" and "gauss2", and fixed-step methods for comparison.
     tolerances : sequence of float
         Tolerances of IDA.
     values : sequence of float
@@ -248,7 +248,7 @@ def baumgarte(
     Raises
     ------
     BadInput
-        If no method is a scheme that can be stabilised, a number is of no use, or the problem is a Poisson system, held as arrays, or
+        If no method is a scheme that can be stabilised, a number is invalid, or the problem is a Poisson system, has arrays as vectors, or
         has redundant constraints.
     """
     ivp = _problem(problem, case, parameters)
@@ -287,7 +287,7 @@ def _problem(problem: Any, case: str | None, parameters: Mapping[str, float] | N
         raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints to stabilise.")
     if ivp.arrays or ivp.on_singular == "least-squares":
         why = "is held as arrays" if ivp.arrays else "has redundant constraints, whose multipliers are found by least squares"
-        raise BadInput(f"{ivp.problem}, case {ivp.case}, {why}; take another problem or case.")
+        raise BadInput(f"{ivp.problem}, case {ivp.case}, {why}; choose another problem or case.")
     return ivp
 
 

@@ -1,1 +1,1 @@
-"""Certificates: a code measured on some problems, with all that is needed to measure it again."""
+"""Certificates: measurements of a code on some problems, with everything that is needed to repeat them."""

@@ -1,4 +1,4 @@
-"""The numbers of a certificate held against those of a new measurement: equal to the bit, within what rounding allows, or different."""
+"""Comparison of the numbers of a certificate with a new measurement: equal to the bit, equal within round-off, or different."""
 
 import re
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ class Difference:
 
     @property
     def sentence(self) -> str:
-        """What does not agree, in words."""
+        """A description of the disagreement."""
         what = " of ".join(reversed(self.place))
         return f"{what} is {_short(self.certified)} in the certificate, and {_short(self.new)} when measured again"
 
@@ -65,8 +65,8 @@ def agreement(certified: Any, new: Numbers, allowed: Any = None, elsewhere: Any 
 
         |a - b| <= 1e-6 max(|a|, |b|) + within
 
-    Words agree where they are those of the new measurement, or of the same from a start that is rounded elsewhere, but for the numbers
-    in them; every other value is equal or it differs. What only one side has differs.
+    Texts agree if, apart from the numbers in them, they equal those of the new measurement, or of the measurement from a start that is
+    rounded differently. Every other value is equal or differs. A value that only one side has differs.
 
     Parameters
     ----------

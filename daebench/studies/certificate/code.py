@@ -110,9 +110,9 @@ def code_of(method: str | Callable[..., Any], files: Iterable[str | Path] = ()) 
     others = [existing(str(file), "data", "ls") for file in files]
     if not is_outside(address):
         if is_path(address):
-            raise BadInput(f"{address} is no code that can be called; give FILE.py:NAME or LIBRARY.so:NAME, or exec:PROGRAM.")
+            raise BadInput(f"{address} is not code that can be called; give FILE.py:NAME or LIBRARY.so:NAME, or exec:PROGRAM.")
         if others:
-            raise BadInput(f"{address} is a method of daebench, and {others[0]} is no part of it; leave the file out.")
+            raise BadInput(f"{address} is a method of daebench, and {others[0]} is not part of it; leave the file out.")
         return Code(address)
     return _program(address, others) if address.startswith(PROGRAM) else _file(address, others)
 
@@ -143,18 +143,20 @@ def _program(address: str, others: Sequence[Path]) -> Code:
     try:
         words = shlex.split(address.removeprefix(PROGRAM))
     except ValueError as error:
-        raise BadInput(f"{address}: {error}; give a program and its arguments as a shell takes them.") from None
+        raise BadInput(f"{address}: {error}; give a program and its arguments as in a shell.") from None
     if not words:
-        raise BadInput(f"{address} names no program; give its path, as exec:./program.")
+        raise BadInput(f"{address} names no program; give its path, for example exec:./program.")
     first, rest = words[0], words[1:]
     program = shutil.which(first)
     if program is None:
-        raise BadInput(f"{address}: there is no such program that may be executed; give its path, as exec:./program.")
+        raise BadInput(f"{address}: there is no such executable program; give its path, for example exec:./program.")
     arguments = [Path(word) if Path(word).is_file() else None for word in rest]
     scripts = [path for path in arguments if path is not None]
     interpreter = _is_on_path(first)
     if interpreter and not scripts:
-        raise BadInput(f"{address}: {first} is on the PATH, and a certificate needs a file of its own; give its path, as exec:./program.")
+        raise BadInput(
+            f"{address}: {first} is on the PATH, and a certificate needs a separate file; give its path, for example exec:./program."
+        )
     main = scripts[0] if interpreter else Path(program)
     near = [file for path in scripts if path.suffix == ".py" for file in imported(path.absolute())]
     contents = _gathered(main, [*scripts, *near, *others])

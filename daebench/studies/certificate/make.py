@@ -136,7 +136,7 @@ def _claims(claims: Mapping[str, Any]) -> dict[str, Any]:
         if name not in known:
             raise unknown("claim", name, known)
         if type(value) is not (int if name == "order" else bool):
-            raise BadInput(f"the claim {name} = {value!r} is to be {'a whole number' if name == 'order' else 'True or False'}.")
+            raise BadInput(f"the claim {name} = {value!r} must be {'a whole number' if name == 'order' else 'True or False'}.")
     return dict(claims)
 
 
@@ -156,7 +156,7 @@ def _usual(code: Code, changed: Mapping[str, float]) -> list[list[Asked]]:
     """Return the problems of daebench of the kind that a code takes; those of both, to be tried in turn, where its name does not tell."""
     if changed:
         name = next(iter(changed))
-        raise BadInput(f"the parameter {name} belongs to one problem; name that too, as --problem double_pendulum --param {name}=2.")
+        raise BadInput(f"the parameter {name} belongs to one problem; name it, for example --problem double_pendulum --param {name}=2.")
     kinds = {"constrained": CONSTRAINED, "poisson": POISSON}
     if code.of_daebench:
         kinds = dict([next((pair for pair in kinds.items() if _is_name(code.method, pair[1])), ("constrained", CONSTRAINED))])

@@ -124,14 +124,14 @@ class _Process:
         if self._process.poll() is None:
             self._end()
             return {
-                "refused": f"{self._method} is not measured within {self._seconds:g} s; see whether it hangs, or allow more time.",
+                "refused": f"the measurement of {self._method} took over {self._seconds:g} s; check whether it hangs, or allow more time.",
                 "failed": True,
             }
         self._out.seek(0)
         try:
             result: dict[str, Any] = json.loads(self._out.read())
         except ValueError:
-            return {"refused": f"{self._method} ends the process that it is run in, {self._ending()}.", "failed": True}
+            return {"refused": f"{self._method} ends the process in which it runs, {self._ending()}.", "failed": True}
         if fault := result.get("fault"):
             raise DaebenchError(f"{self._method} could not be measured: {fault}.")
         return result

@@ -1,4 +1,4 @@
-"""A certificate made again: the same code on the same problems, and whether its numbers are those."""
+"""Verification of a certificate: the same code is run on the same problems, and its numbers are compared."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -66,12 +66,12 @@ class Verification:
 
     @property
     def agrees(self) -> bool:
-        """Whether everything that can be measured again agrees."""
+        """Whether everything that can be repeated agrees."""
         return not self.faults
 
     @property
     def sentence(self) -> str:
-        """What became of it, in one sentence."""
+        """The result in one sentence."""
         where = str(self.certificate.folder / NAME)
         numbers = self.equal + self.within
         if self.agrees:
@@ -84,12 +84,12 @@ class Verification:
 def verify_certificate(
     path: str | Path, *, seconds_limit: float = process.SECONDS, progress: process.Progress = process.silent
 ) -> Verification:
-    """Make a certificate again, and hold its numbers against the new ones.
+    """Verify a certificate: repeat its measurements, and compare the numbers.
 
-    **This executes the code that stands beside it.** The files of the code are held against their hashes first, and copied into a folder
-    of their own, where nothing else is. Numbers agree as :func:`daebench.studies.certificate.agreement.agreement` says. Not verified are
-    date, machine, versions and times. The code is run in the same process as what measures it, unless it is a program: a certificate
-    guards against mistakes and altered numbers, and not against code that is written to deceive.
+    **This executes the code that is stored beside it.** The hashes of the code's files are checked first, and the files are copied into a
+    separate empty folder. Numbers agree as :func:`daebench.studies.certificate.agreement.agreement` says. Not verified are date, machine,
+    versions and times. The code is run in the same process as what measures it, unless it is a program: a certificate guards against
+    mistakes and altered numbers, and not against code that is written to deceive.
 
     Parameters
     ----------
@@ -107,9 +107,9 @@ def verify_certificate(
     Raises
     ------
     BadInput
-        If there is none.
+        If there is no certificate.
     daebench.studies.certificate.read.Unverified
-        If it is damaged or of another version, or its code or a problem file is missing or another one; nothing is run then.
+        If it is damaged or of another version, or if its code or a problem file is missing or differs; nothing is run then.
 
     Examples
     --------

@@ -96,14 +96,12 @@ def plane_of(
     Raises
     ------
     BadInput
-        If names or numbers are not what they must be, or no start is found.
+        If names or numbers are invalid, or no start is found.
     """
     if not 2 <= whole("cells", cells) <= MOST_CELLS:
         raise BadInput(f"cells = {cells} must be from 2 to {MOST_CELLS} along a side.")
     if ivp.arrays:
-        raise BadInput(
-            f"a plane of starts takes vectors of few numbers, and those of {ivp.problem} are arrays; take fewer bodies or sites."
-        )
+        raise BadInput(f"a plane of starts needs short vectors, and those of {ivp.problem} are arrays; choose fewer bodies or sites.")
     bounds = _bounds(ivp, names)
     first, second = bounds
     across, up = (_centres(*bounds[name], cells) for name in bounds)
@@ -154,7 +152,7 @@ def _level(ivp: InitialValueProblem, energy: float | str | None) -> float | None
     if energy == "case":
         return float(ivp.value("H", *ivp.start))
     if isinstance(energy, str):
-        raise BadInput(f"energy {energy!r} must be a number, or case for that of the case.")
+        raise BadInput(f"energy {energy!r} must be a number, or case for the energy of the case.")
     return real("energy", energy)
 
 
@@ -163,7 +161,7 @@ def _bounds(ivp: InitialValueProblem, names: Mapping[str, tuple[float, float] | 
     known = coordinates(ivp)
     chosen = dict(names) if names is not None else dict.fromkeys(_independent(ivp))
     if len(chosen) != 2:
-        raise BadInput(f"a plane has two coordinates, as q1 and p2, not {len(chosen)}.")
+        raise BadInput(f"a plane has two coordinates, for example q1 and p2, not {len(chosen)}.")
     for name in chosen:
         if name not in known:
             raise unknown(f"coordinate of {ivp.problem}", name, known)
@@ -183,7 +181,7 @@ def _independent(ivp: InitialValueProblem) -> list[str]:
             chosen.append(name)
         if len(chosen) == 2:
             return chosen
-    raise BadInput(f"{ivp.problem} has no two coordinates that are independent, and so no plane of starts.")
+    raise BadInput(f"{ivp.problem} has no two independent coordinates, and thus no plane of starts.")
 
 
 def _about_start(ivp: InitialValueProblem, name: str) -> tuple[float, float]:

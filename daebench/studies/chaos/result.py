@@ -1,4 +1,4 @@
-"""What a plane of starts says of chaos: exponents, indicators and verdicts, cell by cell."""
+"""Results of a plane of starts: exponents, indicators and verdicts, cell by cell."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class Chaos(Shown):
     steps : int
         Steps of each run.
     seed : int
-        Seeds the directions of the vectors.
+        Seed of the directions of the vectors.
     section : Section, optional
         Crossings of a surface, by some of the motions.
     """
@@ -80,14 +80,14 @@ class Chaos(Shown):
     def verdict(self) -> NDArray[np.str_]:
         """Verdicts, shape(r, c): chaotic, regular, undetermined, stopped or empty.
 
-        Regular says that no exponential growth was seen in this time: an exponent below about 10/t is not told from none.
+        Regular means that no exponential growth was observed in this time: an exponent below about 10/t cannot be distinguished from zero.
         """
         words = self.exponents.verdict
         return np.asarray(self.plane.spread(np.where(words == "", STOPPED, words), EMPTY))
 
     @property
     def table(self) -> "pd.DataFrame":
-        """A row a cell: coordinates of the plane, start, exponent with its interval, <Y>, verdict, and why there is none."""
+        """One row per cell: coordinates of the plane, start, exponent with its interval, <Y>, verdict, and the reason for an empty cell."""
         import pandas as pd
 
         plane, found = self.plane, self.exponents
@@ -104,7 +104,7 @@ class Chaos(Shown):
         return frame.drop(columns=[first, second]).rename(columns={"across": first, "up": second})
 
     def summary(self) -> dict[str, Any]:
-        """Return what a plane says, for people and for JSON."""
+        """Return a summary of the plane, for text and JSON."""
         plane, found = self.plane, self.exponents
         counts = Counter(self.verdict.ravel().tolist())
         chaotic = found.verdict == CHAOTIC

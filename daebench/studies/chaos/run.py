@@ -53,9 +53,9 @@ def chaos(
 ) -> Chaos:
     """Return the largest Lyapunov exponent and the fast indicator MEGNO of each start of a plane.
 
-    A tangent vector of random direction is carried along each motion by the derivative of the scheme's own steps, exact to rounding. See
-    :mod:`daebench.diagnostics.lyapunov` for the indicator, and :func:`daebench.diagnostics.lyapunov.exponents` for the verdict and for how
-    often it is wrong on starts with known answers::
+    A tangent vector of random direction is propagated along each motion by the derivative of the scheme's own steps, exact to round-off.
+    See :mod:`daebench.diagnostics.lyapunov` for the indicator, and :func:`daebench.diagnostics.lyapunov.exponents` for the verdict and for
+    how often it is wrong on starts with known answers::
 
         >>> import daebench
         >>> map = daebench.chaos(
@@ -71,19 +71,19 @@ def chaos(
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     method : str
-        Name of a fixed-step method, as "rattle" or "lobatto3/suzuki4".
+        Name of a fixed-step method, for example "rattle" or "lobatto3/suzuki4".
     h : float
         Step size, s.
     t_end : float, optional
         Time of each run, s.
     steps : int, optional
-        Number of steps, in its place.
+        Number of steps, in place of ``t_end``.
     plane : mapping of str to (float, float) or None, optional
-        Two coordinates, as q1 and p2, with bounds, see :func:`daebench.studies.chaos.plane.plane_of`.
+        Two coordinates, for example q1 and p2, with bounds, see :func:`daebench.studies.chaos.plane.plane_of`.
     cells : int
-        Cells along a side of the plane.
+        Number of cells along a side of the plane.
     energy : float or "case", optional
-        Energy of all starts, or that of the case; left out, each has its own.
+        Energy of all starts, or "case" for the energy of the case; by default it is not prescribed.
     section : mapping of str to float, optional
         A position and its value in all starts, where a Poincare section of some motions is taken: for problems of two degrees of
         freedom, with an energy.
@@ -92,11 +92,11 @@ def chaos(
     parameters, options : mapping of str to float, optional
         Parameters of the problem, and free numbers of the method.
     anyway : bool
-        Whether a scheme is run on a structure matrix for which it is no Poisson integrator.
+        Whether a scheme may run on a structure matrix for which it is not a Poisson integrator.
     seed : int
-        Seeds the directions of the tangent vectors.
+        Seed of the directions of the tangent vectors.
     threads : int, optional
-        Number of cores; all that there are if left out.
+        Number of cores; by default all.
     progress : callable, optional
         Called with the fraction done.
 
@@ -113,7 +113,7 @@ def chaos(
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     grid = solver.grid(ivp, Request(value=positive("h", h), t_end=t_end, steps=steps, every=0, sensitivities=()))
     if grid.steps < FEWEST:
-        raise BadInput(f"an exponent takes at least {FEWEST} steps, and {grid.steps} are asked for; give a larger t_end.")
+        raise BadInput(f"an exponent needs at least {FEWEST} steps, and {grid.steps} are requested; give a larger t_end.")
     if whole("seed", seed) < 0:
         raise BadInput(f"seed = {seed} must be at least 0.")
     every = max(1, grid.steps // INTERVALS)

@@ -59,12 +59,12 @@ def surface(
     if not given:
         return None
     if len(given) != 1:
-        raise BadInput(f"a section is one coordinate with its value, as q3=0, not {len(given)}.")
+        raise BadInput(f"a section is one coordinate with its value, for example q3=0, not {len(given)}.")
     ((name, value),) = given.items()
     if not _of_two_degrees(ivp):
         raise BadInput(f"a section is for constrained problems of two degrees of freedom, which {ivp.problem} is not; leave it out.")
     if energy is None:
-        raise BadInput("a section shows motions of one energy; give the energy too.")
+        raise BadInput("a section shows motions of one energy; give an energy, too.")
     known = [other for other in coordinates(ivp) if other[0] == "q"]
     if name not in known:
         raise unknown(f"position of {ivp.problem} to cut at", name, known)

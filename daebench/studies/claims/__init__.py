@@ -1,1 +1,1 @@
-"""The claims of methods held against measurements."""
+"""The claims of methods, measured."""

@@ -1,6 +1,6 @@
-"""What a claim is held against: the rule for the roundings of a run, the finding that comes of it, and the list of findings.
+"""Tests of claims: the rule for the roundings of a run, a finding, and the list of findings.
 
-What is claimed to hold exactly is measured to be zero but for rounding. The bounds on that come from one rule::
+A property that is claimed to hold exactly has to be zero up to rounding. The bounds follow from one rule::
 
     bound = 64 eps n size        eps = 2^-52
 
@@ -44,19 +44,19 @@ class Finding:
     Parameters
     ----------
     property : str
-        What is claimed, or might be.
+        The property.
     claimed : int, bool or None
-        The order; whether the method says so of itself; None for what no method claims, which is only reported.
+        The order; or whether the method claims the property; None for a property that no method claims, which is only reported.
     measured : float
-        The slope for the order, else the defect or the largest error; NaN where there is none.
+        The slope for the order, otherwise the defect or the largest error; NaN if there is none.
     bound : float
-        The slope must exceed it, all else must not; NaN where nothing is held against anything.
+        The slope must exceed it, other numbers must not; NaN if there is no comparison.
     verdict : str
         "ok", "FALLS SHORT", "not claimed", "not applicable" or "undetermined".
     standard_error : float
-        Of the slope.
+        Standard error of the slope.
     note : str
-        Why there is no number or no verdict, or more numbers, as a sentence.
+        A sentence with further numbers, or with the reason why there is no number or no verdict.
     """
 
     property: str
@@ -69,7 +69,7 @@ class Finding:
 
 
 def finding(property: str, claimed: bool | None, measured: float, bound: float = NO_BOUND, note: str = "") -> Finding:
-    """Return the finding on a number that must not exceed its bound where it is claimed; NaN exceeds it."""
+    """Return the finding on a number that must not exceed its bound if it is claimed; NaN fails."""
     verdict = NOT_CLAIMED if not claimed else OK if measured <= bound else FALLS_SHORT
     return Finding(property, claimed, measured, bound, verdict, note=note)
 

@@ -1,6 +1,6 @@
-"""The claims of a fixed-step method held against what is measured on one initial value problem, one finding a claim.
+"""The claims of a fixed-step method, measured on one initial value problem, one finding per claim.
 
-What is claimed to hold exactly is measured to be zero but for rounding; the bounds on that are those of
+A property that is claimed to hold exactly has to be zero up to rounding; the bounds are those of
 :mod:`daebench.studies.claims.bench`.
 """
 
@@ -40,7 +40,7 @@ MOST_STATES = 1000
 """States of the run that sizes are taken from, about."""
 
 NO_CLAIMS = "and makes no claims to check"
-"""What is said of a method that is no fixed-step method."""
+"""Message on a method that is not a fixed-step method."""
 
 
 def check(
@@ -54,7 +54,7 @@ def check(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
 ) -> "pd.DataFrame":
-    """Return one row for each claim of a method on a problem, and for what no method claims but is measured beside it.
+    """Return one row for each claim of a method on a problem, and for further properties that are measured.
 
     Parameters
     ----------
@@ -65,14 +65,14 @@ def check(
     case : str, optional
         Named initial values; by default the problem's first.
     h : float, optional
-        Step size, s, of all but the order, which has step sizes of its own; by default the largest 1, 2 or 5 times a power of ten
+        Step size, s, of all but the order, which has its own step sizes; by default the largest 1, 2 or 5 times a power of ten
         up to a sixteenth of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
     steps : int
-        Steps of the run along which what is kept is monitored.
+        Number of steps of the run along which conserved quantities are monitored.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the method.
     anyway : bool
-        Whether a scheme may run on a Poisson system for which it is no Poisson integrator.
+        Whether a scheme may run on a Poisson system for which it is not a Poisson integrator.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def check(
     Raises
     ------
     BadInput
-        If a name or number cannot be used, or the method takes no steps of fixed size.
+        If a name or number is invalid, or the method is not a fixed-step method.
     RunFailed
         If the run stops early at this step size.
 

@@ -59,8 +59,8 @@ def defect(name: str, ivp: Ivp, method: Any, h: float, steps: int) -> str:
     if finding.measured <= finding.bound:
         return ""
     if not np.isfinite(finding.measured):
-        return f"whether {method.name} is {name} {where} cannot be told: {finding.note}"
-    defect = f"{bench.n} steps of {h:g} have a defect of {finding.measured:.2e}, where rounding explains {finding.bound:.1e}"
+        return f"whether {method.name} is {name} {where} cannot be decided: {finding.note}"
+    defect = f"{bench.n} steps of {h:g} have a defect of {finding.measured:.2e}, and rounding explains {finding.bound:.1e}"
     return f"{method.name} is not {name} {where}: {defect}. {finding.note}".rstrip()
 
 
@@ -83,12 +83,12 @@ def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int,
         require_known((f"quantity of {ivp.problem}", name, bench.run.maxima))
         bound = bench.bound(steps, sizes[name][1]) if within is None else within
         if np.isnan(bound):
-            raise BadInput(f"what rounding makes of {name} is not known; say within what it is to be kept.")
+            raise BadInput(f"the round-off of {name} is not known; give a bound with within.")
         error = bench.run.maxima[name]
         if not error <= bound:
             faults.append(
                 f"{method.name} does not keep {NAMES.get(name, name)} on {ivp.problem}, case {ivp.case}: "
-                f"in {steps} steps of {h:g} it is off by {error:.2e}, and {bound:.1e} is allowed."
+                f"in {steps} steps of {h:g} its error is {error:.2e}, and {bound:.1e} is allowed."
             )
     return "\n".join(faults)
 
@@ -111,7 +111,7 @@ def drift(ivp: Ivp, method: Any, h: float, t_end: float) -> str:
     if energy.verdict == DRIFTS:
         return f"the energy of {where} drifts: {energy.law}."
     if energy.verdict not in (KEPT, BOUNDED):
-        return f"whether the energy of {where} drifts cannot be told: {energy.reason}; run it longer."
+        return f"whether the energy of {where} drifts cannot be decided: {energy.reason}; run it longer."
     return ""
 
 

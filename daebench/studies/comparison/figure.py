@@ -1,4 +1,4 @@
-"""The picture of a comparison: energy error and what the structure keeps, constraints or Casimir functions, against time."""
+"""The picture of a comparison: errors of the energy and of constraints or Casimir functions against time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ NARROW = 1.5
 
 @dataclass(frozen=True)
 class Look:
-    """How the picture of a comparison looks.
+    """Layout of the picture of a comparison.
 
     Parameters
     ----------

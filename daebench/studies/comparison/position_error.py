@@ -1,4 +1,4 @@
-"""The error of the position along a run, or of the state of a Poisson system, and what it was taken against, in words."""
+"""The error of the position along a run, or of the state of a Poisson system, and a description of its reference."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -34,16 +34,16 @@ FINER = {"h": (2, 4), "tol": (10, 100)}
 
 @dataclass(frozen=True)
 class PositionError:
-    """How far a run is from the motion.
+    """Position error of a run.
 
     Parameters
     ----------
     value : float
         Largest error of a coordinate at the times that are compared, and never less than ``bound``; NaN where it is not known.
     bound : float
-        What the reference may be wrong by; NaN where there is none.
+        Error bound of the reference; NaN if there is none.
     reference : str
-        What it was taken against, or why there is no number.
+        Description of the reference, or why there is no number.
     """
 
     value: float
@@ -109,7 +109,7 @@ def _held(states: Array, known: Array, bound: float, words: str) -> PositionErro
     """Return the error of states against known ones; it is not known where these are lost themselves and no farther from them."""
     off, size = float(np.max(np.abs(states - known))), float(np.max(np.abs(known))) or 1.0
     if not np.isfinite(off) or bound > max(LOST * size, off):
-        return PositionError(NAN, bound, f"unknown: {words} may itself be wrong by {bound:.1e}")
+        return PositionError(NAN, bound, f"unknown: {words} itself has an error of up to {bound:.1e}")
     return PositionError(max(off, bound), bound, words)
 
 

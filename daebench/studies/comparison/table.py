@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from daebench.systems.poisson import PoissonSystem
 
 TOLERANCE = 1e-8
-"""Tolerance of tolerance-driven methods where none is given."""
+"""Default tolerance of tolerance-driven methods."""
 
 MOST_STATES = 20000
 """States kept by a fixed-step method in a comparison, about."""
@@ -40,7 +40,7 @@ def compare(
     anyway: bool = False,
     on_singular: str | None = None,
 ) -> pd.DataFrame:
-    """Return one row a method: errors of position and energy, drift of what is conserved, work and time, on one initial value problem.
+    """Return one row per method: errors of position, energy and conserved quantities, work and time, on one initial value problem.
 
     Parameters
     ----------
@@ -59,11 +59,11 @@ def compare(
     parameters : mapping of str to float, optional
         Values of the problem's parameters.
     options : mapping of str to float, optional
-        Free numbers of the methods; each goes to those that have it.
+        Free numbers of the methods; each is passed to the methods that have it.
     project : bool
-        Whether initial values are first projected onto the manifold, of a constrained problem.
+        Whether the initial values of a constrained problem are first projected onto the manifold.
     anyway : bool
-        Whether schemes may be run on a Poisson system that is not of the class for which they are Poisson integrators.
+        Whether schemes may be run on a Poisson system outside of the class for which they are Poisson integrators.
     on_singular : str, optional
         What to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`; by default what the case declares.
 
@@ -73,10 +73,10 @@ def compare(
         Columns method, h or tol, steps, t_reached (s), energy_error (largest modulus over all steps), energy_size (the same
         over the mean kinetic energy; above 1 the motion is lost), energy_verdict, energy_law, energy_reason and energy_change_bound (see
         :class:`daebench.diagnostics.energy.Drift`), slope (per s); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
-        functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; t_end, as it was
-        asked for; position_error, the largest error of a coordinate of q, or of y, at about 64 outputs, what its reference may be wrong by
-        (position_bound) and what that is (position_reference): the certified one where it fits, else a closed form or a finer run;
-        failure. A method that stopped early has its row, with the reason in ``failure``.
+        functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; t_end, as
+        requested; position_error, the largest error of a coordinate of q, or of y, at about 64 outputs; position_bound, the error bound of
+        its reference; position_reference, its description: the certified reference if it fits, otherwise a closed form or a finer run;
+        failure. A method that stopped early has a row with the reason in ``failure``.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -
 
 
 def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
-    """Return what a comparison says of one run, by column.
+    """Return the columns of a comparison for one run.
 
     ``energy_error`` is the largest modulus, ``energy_size`` the same over the mean kinetic energy, the other columns of the energy and
     ``slope`` are those of :func:`daebench.diagnostics.energy_verdict.energy_verdict`, ``g`` and ``Gv``, or the Casimir

@@ -39,11 +39,12 @@ def diagnose_somewhere(method: Any, *, scheme: str = "rattle", h: float | None =
     """
     code = parse(method)
     if not isinstance(code, OutsideMethod):
-        raise BadInput(f"{code.name} is a method of daebench; give code from outside, as ./mine.py:step.")
+        raise BadInput(f"{code.name} is a method of daebench; give code from outside, for example ./mine.py:step.")
     diagnoses = [shown for shown in _on_each(method, scheme, h, tell or (lambda part, name: None)) if _known(shown)]
     if not diagnoses:
         raise BadInput(
-            f"the steps of {method} are known on no problem of the catalogue; give the one that it solves, as --problem ./mine.py."
+            f"the steps of {method} are known on no problem of the catalogue; give the problem that it solves, for example --problem "
+            f"./mine.py."
         )
     shown = next((shown for shown in diagnoses if shown.verdict != CORRECT), diagnoses[0])
     return diagnose(method, shown.problem, parameters=shown.parameters, scheme=scheme, h=h)

@@ -1,16 +1,16 @@
-"""The dictionary of faults in words: what a code with each does, and what to change. Nothing here computes."""
+"""The dictionary of faults: a description of each, and its remedy."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A mistake that is known.
+    """A known fault.
 
     Parameters
     ----------
     about : str
-        What a code with it does, as the end of "the code ...".
+        Behaviour of a code with the fault, as the end of "the code ...".
     remedy : str
         What to change, as a sentence.
     """
@@ -25,8 +25,8 @@ FAULTS = {
         "Take the gradients in q1 = q0 + h M^-1 (p - h/2 G(q0)^T lam) at q0, and keep them while lam is solved for.",
     ),
     "reference_gradient_each_sweep": Fault(
-        "takes the gradients anew in each sweep of the iteration for the positions",
-        "Compute G(q0) once, before the sweeps, and move positions and momenta along it alone; only g is computed anew.",
+        "recomputes the gradients in each iteration for the positions",
+        "Compute G(q0) once, before the iteration, and move positions and momenta only along it; only g is recomputed.",
     ),
     "momentum_not_corrected": Fault(
         "corrects positions for the constraint and leaves the momentum as it was",
@@ -36,14 +36,12 @@ FAULTS = {
         "does not project the velocity at the end of the step: that is SHAKE",
         "End the step with p1 - G(q1)^T mu, and mu such that G(q1) M^-1 p1 = 0.",
     ),
-    "full_kick": Fault("kicks with the whole step h where half of it is due", "Multiply the force by h/2 in each of the two kicks."),
-    "old_force": Fault("computes the second kick with the force at q0", "Compute the force anew at q1 before the second kick."),
-    "one_sweep": Fault(
-        "ends the iteration for the positions after one sweep", "Repeat the sweep until the positions no longer change but for rounding."
-    ),
+    "full_kick": Fault("kicks with the whole step h in place of half of it", "Multiply the force by h/2 in each of the two kicks."),
+    "old_force": Fault("computes the second kick with the force at q0", "Recompute the force at q1 before the second kick."),
+    "one_sweep": Fault("ends the iteration for the positions after one iteration", "Iterate until the positions change only by rounding."),
     "loose_tolerance": Fault(
-        "ends the iteration for the positions before the constraint is met",
-        "Iterate until the increments are round-off; a tolerance on |g| shows up as a drift of the energy.",
+        "ends the iteration for the positions before the constraint holds",
+        "Iterate until the increments are round-off; a tolerance on |g| causes a drift of the energy.",
     ),
     "mass_missing_in_position": Fault(
         "leaves M^-1 out where positions are corrected", "Move positions by h/2 M^-1 times the impulse G(q0)^T lam that the momentum gets."
@@ -66,18 +64,18 @@ FAULTS = {
     ),
     "index_reduced": Fault(
         "integrates the index-reduced equations, lam computed from p and q, with a method for systems without constraints",
-        "Solve for the multipliers in each step, such that g(q1) = 0; index-reduced equations keep neither constraints nor two-form.",
+        "Solve for the multipliers in each step, such that g(q1) = 0; index-reduced equations preserve neither constraints nor two-form.",
     ),
     "projected_after": Fault(
         "takes a step without its constraints and projects the result onto the manifold",
         "Put the constraint into the step, along G(q0); a projection after it is neither symmetric nor symplectic.",
     ),
     "baumgarte": Fault(
-        "pulls back to the constraint by feedback after Baumgarte, which costs energy, or gives some",
+        "returns to the constraint by Baumgarte feedback, which removes energy or adds some",
         "Leave out the feedback, and solve for the multipliers in each step, such that g(q1) = 0.",
     ),
     "step_off_by_one": Fault(
-        "is a step ahead or behind, in positions, momenta, or both", "Count the steps: what is returned after n calls is the state at n h."
+        "is a step ahead or behind, in positions, momenta, or both", "Count the steps: n calls must return the state at n h."
     ),
 }
 """The faults by their names; each is relative to RATTLE, HLW (1.26)."""

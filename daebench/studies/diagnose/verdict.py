@@ -1,4 +1,4 @@
-"""The verdict on a code that is meant to be a scheme: right, wrong and how, or not sure."""
+"""The verdict on a code that is meant to be a scheme: correct, faulty with the fault, or unsure."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -39,12 +39,12 @@ MEANT = ("rattle", "lobatto2")
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What a code is, as its steps show.
+    """Diagnosis of a code from its steps.
 
     Parameters
     ----------
     method, problem, case, scheme : str
-        The code, the problem it was run on, and the scheme it is meant to be.
+        The code, its problem, and the scheme that it is meant to be.
     parameters : mapping of str to float
         The problem's.
     h : float
@@ -52,19 +52,19 @@ class Diagnosis:
     verdict : str
         "correct", "fault" or "unsure".
     faults : tuple of str
-        Names in :data:`daebench.studies.diagnose.dictionary.FAULTS`, the likeliest first.
+        Names in :data:`daebench.studies.diagnose.dictionary.FAULTS`, the most likely first.
     resembles : str
-        The scheme of daebench whose steps the code's are, where it is not the one it is meant to be.
+        The scheme of daebench with the same steps, if it is not the intended one.
     evidence : tuple of str
-        What was measured, as sentences.
+        Measurements, as sentences.
     remedies : tuple of str
         What to change, for each fault.
     not_seen : tuple of str
-        Faults that a code may have on other problems, for their steps are the right ones on this problem.
+        Faults that a code may have on other problems, because their steps are correct on this problem.
     measured : mapping of str to float or str
         With a quarter of the step size: ``order``, the slope of the error of q and p in a short motion, the smaller; ``symmetric`` and
         ``symplectic``, defects of 10 steps; ``g``, ``G H_p`` and ``H``, largest errors along 200 steps; ``energy``, the verdict on 4000
-        steps; or ``failure``, why the code stopped. Empty where they were not asked for.
+        steps; or ``failure``, why the code stopped. Empty if not requested.
     """
 
     method: str
@@ -102,7 +102,7 @@ def diagnose(
     h: float | None = None,
     measure: bool = True,
 ) -> Diagnosis:
-    """Return what is wrong with a code that is meant to be RATTLE, or another scheme.
+    """Return the fault of a code that is meant to be RATTLE, or another scheme.
 
     Parameters
     ----------
@@ -113,21 +113,21 @@ def diagnose(
     case : str, optional
         Named initial values; by default the problem's first.
     parameters : mapping of str to float, optional
-        Values of the problem's parameters: those that the code has.
+        Values of the problem's parameters, as in the code.
     scheme : str
-        What the code is meant to be: a fixed-step method. Faults are those of RATTLE; a code that is another scheme of daebench than it is
-        meant to be has none, and the diagnosis says which scheme it resembles.
+        The intended fixed-step method. Faults are known for RATTLE; if a code is a different scheme of daebench, the diagnosis names the
+        scheme that it resembles, and no fault.
     h : float, optional
         Step size, s; by default a large one, so that faults are far above rounding.
     measure : bool
-        Whether order and defects of the code are measured, too.
+        Whether order and defects of the code are also measured.
 
     Raises
     ------
     BadInput
-        If a name or number cannot be used, or the problem has no constraints.
+        If a name or number is invalid, or the problem has no constraints.
     RunFailed
-        If the code takes none of the steps that it is asked for.
+        If the code takes none of the requested steps.
 
     Examples
     --------
@@ -146,15 +146,17 @@ def diagnose(
     """
     ivp = initial_value_problem(problem, case, parameters)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays:
-        raise BadInput(f"{ivp.problem} is not what the faults are known for; give a constrained problem with few positions.")
+        raise BadInput(f"the faults are not known on {ivp.problem}; give a constrained problem with few positions.")
     if ivp.facts.EXTENDED or redundant(ivp):
         what = "is in time or under forces" if ivp.facts.EXTENDED else "has redundant constraints"
-        raise BadInput(f"{ivp.problem} {what}, for which the faults are not known; give a problem that is not.")
+        raise BadInput(f"{ivp.problem} {what}, for which the faults are not known; give another problem.")
     code, meant = method_of(ivp, method), method_of(ivp, scheme)
     if not isinstance(code, OutsideMethod):
-        raise BadInput(f"{code.name} is a method of daebench; give code from outside, as ./mine.py:step.")
+        raise BadInput(f"{code.name} is a method of daebench; give code from outside, for example ./mine.py:step.")
     if not isinstance(meant, FixedStep):
-        raise BadInput(f"{scheme} chooses its own steps, and has none to hold a code against; give a fixed-step method, as rattle.")
+        raise BadInput(
+            f"{scheme} chooses its own steps, so a code cannot be compared with it; give a fixed-step method, for example rattle."
+        )
     if refusal := meant.refusal(ivp):
         raise BadInput(refusal)
     trial = battery(ivp, code, h)
@@ -191,7 +193,7 @@ def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
     if exact:
         return _matched(exact, apart)
     if not ours:
-        return Finding(UNSURE, (), (apart, f"it agrees with no scheme of daebench; faults are known for {MEANT[0]} alone"))
+        return Finding(UNSURE, (), (apart, f"it agrees with no scheme of daebench; faults are known only for {MEANT[0]}"))
     return _by_parts(trial, map_of(code, trial.mechanics.ivp), matches, apart)
 
 
@@ -200,7 +202,7 @@ def _by_parts(trial: Battery, step: Map, matches: Sequence[Match], apart: str) -
     if shown := feedback(trial, step):
         return _fed_back(trial, shown, apart)
     if part := bias(trial):
-        law = f"velocities are solved for with a bias that takes back {part:.4g} of g in each step: G(q0) (q1 - q0) = -{part:.4g} g(q0)"
+        law = f"velocities are computed with a bias that removes {part:.4g} of g in each step: G(q0) (q1 - q0) = -{part:.4g} g(q0)"
         return Finding(FAULT, ("baumgarte",), (apart, law))
     if solved := inexact(trial, step):
         names = tuple(filter(None, solved.fault.split(", ")))
@@ -217,7 +219,7 @@ def _same_steps(trial: Battery, meant: FixedStep, single: float, run: float) -> 
         return Finding(CORRECT, (), (agree, f"and a run of {len(trial.rows) - 1} steps to {run:.1e}"))
     if way := shifted(trial, meant):
         return Finding(FAULT, ("step_off_by_one",), (agree, f"but in a run {way}"))
-    return Finding(UNSURE, (), (agree, f"but a run differs by {run:.1e}: the code remembers something from step to step, or a run fails"))
+    return Finding(UNSURE, (), (agree, f"but a run differs by {run:.1e}: the code has a memory from step to step, or a run fails"))
 
 
 def _matched(matches: Sequence[Match], apart: str) -> Finding:

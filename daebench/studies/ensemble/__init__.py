@@ -1,1 +1,1 @@
-"""Ensembles: one method on many starts, parameters or step sizes at once, and what their distribution says."""
+"""Ensembles: one method on many starts, parameters or step sizes at once, and statistics of their results."""

@@ -102,10 +102,10 @@ def settings_of(problem: Any, case: str, method: str, given: Mapping[str, Any]) 
         If the problem is no name and no path, or a setting is none that a row of a store has.
     """
     if not isinstance(problem, str):
-        raise BadInput("an ensemble that is kept in a store is of a problem of the catalogue or in a file; give its name or path.")
+        raise BadInput("a stored ensemble needs a problem of the catalogue or in a file; give its name or path.")
     pairs = {name: tuple((given.get(name) or {}).items()) for name in ("parameters", "options")}
     plain = {name: given[name] for name in ("compensated", "anyway") if name in given}
     known = {*pairs, *plain, "on_singular", "watch", "count", "case"}
     if others := sorted(name for name in given if name not in known and given[name] is not None):
-        raise BadInput(f"{', '.join(others)} of an ensemble that is kept in a store cannot be given.")
+        raise BadInput(f"{', '.join(others)} cannot be given for a stored ensemble.")
     return {"problem": problem, "case": case, "method": method, "on_singular": given.get("on_singular") or "", **pairs, **plain}

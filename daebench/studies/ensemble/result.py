@@ -1,4 +1,4 @@
-"""What an ensemble says: errors of all members along the run, their quantiles, and who stopped and why."""
+"""Results of an ensemble: errors of all members along the run, their quantiles, and which members stopped and why."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -31,9 +31,9 @@ class Ensemble(Shown):
     run : EnsembleRun
         States, ends, maxima, failures and times of all members.
     starts : str
-        What the starts are drawn from, as a sentence.
+        A sentence on the distribution of the starts.
     seed : int
-        Seeds them.
+        Seed of the starts.
     """
 
     drawn_by: ClassVar[str] = "daebench.studies.ensemble.figure"
@@ -125,12 +125,12 @@ class Ensemble(Shown):
 
     @property
     def reasons(self) -> dict[str, int]:
-        """How many members stopped early, by reason in two or three words."""
+        """Number of members that stopped early, by reason in two or three words."""
         return dict(Counter(self.run.reason(int(i)) for i in self.run.failed).most_common())
 
     @property
     def bands(self) -> "pd.DataFrame":
-        """Quantiles along the run, a row a stored state: of H - H0, of |g| or the Casimirs; the spread, and how many go on."""
+        """Quantiles in time, one row per stored state: of H - H0, of |g| or the Casimirs; the spread and the number of active members."""
         import pandas as pd
 
         t = self.t if self.t.ndim == 1 else self.t.mean(axis=1)
@@ -143,13 +143,13 @@ class Ensemble(Shown):
 
     @property
     def kept(self) -> str:
-        """What the structure of the problem keeps, beside the energy: "g", "casimirs", or "" for a Poisson system that has none."""
+        """Conserved quantity other than the energy: "g", "casimirs", or "" for a Poisson system without Casimir functions."""
         if isinstance(self.ivp, PoissonIvp):
             return "casimirs" if self.ivp.casimirs else ""
         return "g"
 
     def members(self, states: Array) -> dict[str, Any]:
-        """Return a table of states, a row a member: q1, ... p1, ... or y1, ..., with what differs from member to member."""
+        """Return a table of states, one row per member: q1, ... p1, ... or y1, ..., and the parameters that differ between members."""
         some, ivp = self.run.members, self.ivp
         h = np.broadcast_to(some.h, (len(some),))
         table = {"member": np.arange(len(some)), "h": h} | {name: np.asarray(values) for name, values in some.parameters.items()}
@@ -158,14 +158,14 @@ class Ensemble(Shown):
 
     @property
     def start_table(self) -> "pd.DataFrame":
-        """Starts, a row a member."""
+        """Starts, one row per member."""
         import pandas as pd
 
         return pd.DataFrame(self.members(self.run.states[0]))
 
     @property
     def end_table(self) -> "pd.DataFrame":
-        """Last good states, a row a member, with steps and time until there, monitored maxima, and why it stopped if it did."""
+        """Last good states, one row per member, with steps and time, monitored maxima, and why it stopped if it did."""
         import pandas as pd
 
         run = self.run
@@ -174,7 +174,7 @@ class Ensemble(Shown):
         return pd.DataFrame(table | {"failure": [run.reason(i) for i in range(len(run.members))]})
 
     def summary(self) -> dict[str, Any]:
-        """Return what an ensemble says of itself, for people and for JSON."""
+        """Return the summary of an ensemble, for text and JSON."""
         run, ivp = self.run, self.ivp
         h = np.asarray(run.members.h)
         maxima = {name: dict(zip(map(str, LEVELS), self.quantiles(values).tolist(), strict=True)) for name, values in run.maxima.items()}

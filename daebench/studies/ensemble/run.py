@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from daebench.systems.poisson import PoissonSystem
 
 MEMBERS = 1024
-"""Members of an ensemble, where their number is not said."""
+"""Default number of members of an ensemble."""
 
 POINTS = 101
-"""States of each member that are stored, about, the start among them."""
+"""Default number of stored states per member, including the start; approximate."""
 
 
 def ensemble(
@@ -53,10 +53,10 @@ def ensemble(
     executor: "Executor | None" = None,
     **settings: Any,
 ) -> Ensemble:
-    """Return the runs of one fixed-step method from many starts, each to the bit what a run of its own would be.
+    """Return the runs of one fixed-step method from many starts, each equal to the bit to a single run.
 
-    Several members are run at once in the vectors of each core. One that fails keeps its last good state and the reason, and the others
-    go on::
+    Several members are run at once in the vectors of each core. A member that fails keeps its last good state and the reason, and the
+    others continue::
 
         >>> import daebench
         >>> swings = daebench.ensemble("spherical_pendulum", case="fig1.2", method="rattle", h=0.01, t_end=1, members=64)
@@ -72,42 +72,42 @@ def ensemble(
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     method : str
-        Name of a fixed-step method, as "rattle" or "lobatto3/suzuki4".
+        Name of a fixed-step method, for example "rattle" or "lobatto3/suzuki4".
     h : float, optional
-        Step size, s, where it is not in a grid.
+        Step size, s, if it is not in a grid.
     members : int, optional
-        Number of starts; :data:`MEMBERS` if left out, but for a grid, which has its own.
+        Number of starts; by default :data:`MEMBERS`, or the size of a grid.
     t_end : float, optional
         End time, s.
     steps : int, optional
-        Number of steps, in its place.
+        Number of steps, in place of ``t_end``.
     starts : str or Distribution
-        What the starts are drawn from: "neighbourhood" of the case, "liouville" or "energy" for the measure that the flow preserves, in a
+        Distribution of the starts: "neighbourhood" of the case, "liouville" or "energy" for the measure that the flow preserves, in a
         box or at one energy, or "grid", see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
     drawn : mapping of str, optional
-        Settings of these: ``size``, ``box``, ``E``, ``values``.
+        Settings of the distribution: ``size``, ``box``, ``E``, ``values``.
     vary : mapping of str to (float, float), optional
         Parameters that differ from member to member, each uniform between two values.
     weights : array_like, shape(n, s), optional
         Weights of the s substeps of a composition, of each member, as 3 of "rattle/triple_jump4"; they sum to 1. Those of the composition
         itself if left out.
     seed : int
-        Seeds starts and parameters.
+        Seed of starts and parameters.
     points : int
-        States of each member that are stored, about.
+        Approximate number of stored states per member.
     lanes : int, optional
-        Members at once on one core, 1 for one after another; what the processor does best if left out.
+        Number of members at once on one core, 1 for one after another; by default the fastest for the processor.
     threads : int, optional
-        Number of cores; all that there are if left out.
+        Number of cores; by default all.
     progress : callable, optional
         Called with the fraction done.
     store : Store, optional
-        Where pieces of up to 256 members are kept, see :func:`daebench.studies.grid.store.opened`: those that are there are not made again,
-        and an ensemble that was interrupted goes on to the same bits.
+        Store for pieces of up to 256 members, see :func:`daebench.studies.grid.store.opened`: stored pieces are not run again, and an
+        interrupted ensemble continues to the same bits.
     executor : Executor, optional
-        What makes pieces that are kept: processes of this machine, or a Dask cluster, see
-        :func:`daebench.studies.grid.schedulers.local_processes` and :func:`daebench.studies.grid.schedulers.dask_cluster`; this process if
-        left out.
+        Executor of stored pieces: processes on this machine, or a Dask cluster, see
+        :func:`daebench.studies.grid.schedulers.local_processes` and :func:`daebench.studies.grid.schedulers.dask_cluster`; by default this
+        process.
     **settings
         Of :func:`daebench.run`: ``case``, ``parameters``, ``options``, ``watch``, ``on_singular``, ``compensated``,
         ``anyway``, ``count``.
@@ -126,7 +126,7 @@ def ensemble(
     distribution = distribution_of(starts, drawn or {})
     sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
     if sizes is not None and (h is not None or steps is None):
-        raise BadInput("with h in the grid give a number of steps, and no other h: members then end at times of their own.")
+        raise BadInput("with h in the grid give a number of steps, and no other h: members then end at different times.")
     settings = {"count": False} | settings
     given = dict(settings)
     where = initial_value_problem(problem, settings.pop("case", None), settings.pop("parameters", None))
@@ -151,6 +151,6 @@ def _require(points: int, store: "Store | None", executor: "Executor | None", we
     if whole("points", points) < 1:
         raise BadInput(f"points = {points} must be at least 1, which stores the start and the end.")
     if store is not None and weights is not None:
-        raise BadInput("weights of members are not kept in a store; leave one of them out.")
+        raise BadInput("weights of members cannot be stored; leave out either weights or the store.")
     if executor is not None and store is None:
-        raise BadInput("an executor makes pieces of an ensemble that are kept; give a store.")
+        raise BadInput("an executor needs a stored ensemble; give a store.")

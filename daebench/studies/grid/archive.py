@@ -1,4 +1,4 @@
-"""A study in one file: its rows, the problem files, the certificates and pictures, and how all of it was made.
+"""A study in one file: its rows, problem files, certificates and pictures, and a text that says how they were made.
 
 The archive is a ZIP file::
 

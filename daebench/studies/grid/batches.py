@@ -73,8 +73,7 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
             warnings.warn(f"the Dask cluster has no workers any more; waiting {UNATTENDED_SECONDS:g} s for one.", stacklevel=2)
         elif time.monotonic() - deserted > UNATTENDED_SECONDS:
             raise DaebenchError(
-                f"the Dask cluster has had no workers for {UNATTENDED_SECONDS:g} s; "
-                "what was done before is kept: start some, and run again."
+                f"the Dask cluster has had no workers for {UNATTENDED_SECONDS:g} s; earlier results are stored: start some, and run again."
             )
 
 
@@ -100,7 +99,7 @@ def _result(future: Future[Batch], batch: Sequence[Entry]) -> Batch:
         specification = batch[0][1]
         raise DaebenchError(
             f"what computed {specification.method} on {specification.problem} is lost ({type(error).__name__}); "
-            "what was done before is kept: run again."
+            "earlier results are stored: run again."
         ) from error
 
 

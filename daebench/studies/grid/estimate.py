@@ -1,4 +1,4 @@
-"""About how long the runs of a study will take: as long as those like them took, or what is usual, and the compilation before."""
+"""Estimated time of the runs of a study: from similar stored runs or usual values, and the compilation."""
 
 import math
 from collections.abc import Sequence
@@ -57,12 +57,16 @@ class Estimate:
 
     def sentence(self, processes: int, where: str) -> str:
         """Return it in words, for so many processes, which are there."""
-        whose = f"from kept runs for {self.like} of them, from what is usual for the others"
+        whose = f"from stored runs for {self.like} of them, from usual values for the others"
         if self.like in (0, self.runs):
-            whose = "from kept runs of the same methods" if self.like else "from what is usual, for none of these methods was run before"
+            whose = (
+                "from stored runs of the same methods" if self.like else "from usual values, because none of these methods was run before"
+            )
         total = (self.seconds + self.compiling) / processes
         compiled = (
-            f"with {duration(self.compiling)} in all for kernels to compile, {self.kernels} at most" if self.kernels else "all is compiled"
+            f"including {duration(self.compiling)} for the compilation of at most {self.kernels} kernels"
+            if self.kernels
+            else "all is compiled"
         )
         return f"about {duration(total)} {where} (an estimate {whose}; {compiled})"
 

@@ -30,7 +30,7 @@ def check_file(path: Path) -> None:
         try:
             import_module("pyarrow")
         except ImportError as error:
-            raise BadInput("Parquet takes pyarrow, which is not installed; install it by pip install 'daebench[scale]'.") from error
+            raise BadInput("Parquet needs pyarrow, which is not installed; install it by pip install 'daebench[scale]'.") from error
     check_place(path)
 
 
@@ -42,7 +42,7 @@ def table_of(store: Store) -> "pd.DataFrame":
     """
     rows = list(store.all())
     if not rows:
-        raise BadInput(f"{store.path} has no rows; make some, by daebench work-precision say.")
+        raise BadInput(f"{store.path} has no rows; make some, for example by daebench work-precision.")
     return frame(rows)
 
 

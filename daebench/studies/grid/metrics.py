@@ -1,4 +1,4 @@
-"""What can be measured of one run, by name: each a few columns of the table, with its unit and what it takes."""
+"""The metrics of one run, by name: each a few columns of the table, with units and requirements."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ ENOUGH = 8
 
 @dataclass(frozen=True)
 class Measured:
-    """A run, and what there is to hold it against.
+    """A run, and its reference.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ Columns = Mapping[str, float | str]
 
 @dataclass(frozen=True)
 class Metric:
-    """Something that is measured of a run.
+    """A metric of a run.
 
     Parameters
     ----------
@@ -106,15 +106,15 @@ class Metric:
     columns : mapping of str to str
         Names of its columns, and their units.
     about : str
-        What it is, in one line.
+        Description in one line.
     measure : callable
-        Returns the columns of a run that tells something.
+        Returns the columns of a usable run.
     poisson, constrained : bool
         For which kinds of problems it is.
     certified : bool
         Whether it is an error against a reference: the certified one where it fits, else a finer run.
     fixed_step : bool
-        Whether it is for methods with fixed steps alone; in a study that has others too, theirs is NaN.
+        Whether it is for fixed-step methods only; other methods of a study have NaN.
     """
 
     name: str
@@ -137,7 +137,7 @@ class Metric:
         if not (self.poisson if poisson else self.constrained):
             return f"{self.name} is not measured on {ivp.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
         if not self.measures(specification.solver):
-            return f"{self.name} is of methods with fixed steps, and {specification.method} has none; leave out one of them."
+            return f"{self.name} is for fixed-step methods, and {specification.method} is not one; leave out one of them."
         try:
             require_reference(specification, f"the error {self.name}") if self.certified else None
         except BadInput as error:
@@ -269,13 +269,13 @@ METRICS: Mapping[str, Metric] = {
         Metric("defect", {"defect": ""}, f"defect of the two-form over {DEFECT_STEPS} steps", _defect, fixed_step=True),
     )
 }
-"""What can be measured besides work and time, which every run has."""
+"""The metrics other than work and time, which every run has."""
 
 
 def metrics_of(names: Sequence[str]) -> list[Metric]:
     """Return metrics by their names; raise BadInput if a name is unknown, or there are none."""
     if not names:
-        raise BadInput(f"a study measures something; name some of {', '.join(METRICS)}.")
+        raise BadInput(f"a study needs metrics; name some of {', '.join(METRICS)}.")
     for name in names:
         if name not in METRICS:
             raise unknown("metric", name, METRICS)

@@ -1,4 +1,4 @@
-"""What became of a run, in one word, by the size of its error; the trend of its energy is told apart."""
+"""The outcome of a run in one word, by the size of its error; the trend of its energy is separate."""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -24,16 +24,16 @@ FINE, COARSE, LOST, OFF, OTHER = "fine", "coarse", "lost", "off the manifold", "
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"
 
 OUTCOMES = {
-    FINE: "it came to its end, on the manifold, and its energy error is at most a tenth of the mean kinetic energy",
+    FINE: "it reached its end, on the manifold, and its energy error is at most a tenth of the mean kinetic energy",
     COARSE: "its energy error is more than a tenth of that",
     LOST: "its energy error is more than all of that",
-    OFF: "it left the manifold by more than a thousandth of what a change of all positions by one part would do",
+    OFF: "it left the manifold by more than the effect of a relative change of all positions by a thousandth",
     OTHER: "a step ended far from where the velocities lead: Newton's iteration found another solution than that of the motion",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",
     SINGULAR: "their matrix is singular",
     RANK_LOST: "G loses rank on its way",
     BLOWN_UP: "a number is no longer finite",
-    STOPPED: "it was stopped by something else, as a solver that gives up",
+    STOPPED: "it was stopped for another reason, for example by a solver that gives up",
 }
 """What became of a run, from the best to the worst, and what that says; whether its energy drifts is another matter."""
 

@@ -1,4 +1,4 @@
-"""An archive of a study held against a new run: what is equal to the bit, what is within a tolerance, and what differs."""
+"""Comparison of an archive of a study with new runs: equal to the bit, within a tolerance, or different."""
 
 import hashlib
 import json
@@ -29,7 +29,7 @@ UNTOLD = frozenset({"problem", "seconds", "seconds_least", "seconds_most", "call
 LARGEST = 2**31
 """Most bytes of an archive when it is unpacked."""
 
-OTHER = "it is no archive of a study, or is damaged"
+OTHER = "it is not an archive of a study, or is damaged"
 
 
 @dataclass(frozen=True)

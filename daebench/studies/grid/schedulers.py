@@ -154,7 +154,7 @@ def dask_cluster(address: str, tls: Tls = NO_TLS) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise BadInput("a scheduler takes Dask; install it by: pip install 'daebench[scale]'.") from error
+        raise BadInput("a scheduler needs Dask; install it by: pip install 'daebench[scale]'.") from error
     known_by = security(address, tls)
     try:
         client = Client(address, timeout=REACHED_SECONDS, set_as_default=False, security=known_by)

@@ -1,4 +1,4 @@
-"""Rows that were computed, kept in one SQLite file under the hash of all that decided them, each with a digest of what it says."""
+"""Computed rows in one SQLite file, stored under the hash of everything that determines them, each with a digest of its content."""
 
 import hashlib
 import json
@@ -103,7 +103,7 @@ class Store:
             if lost := self._lost():
                 self._renew(lost)
         except (sqlite3.Error, OSError) as error:
-            raise BadInput(f"{path} is no store of a study, or cannot be opened: {error}; name another file.") from error
+            raise BadInput(f"{path} is not a store of a study, or cannot be opened: {error}; name another file.") from error
 
     def _connected(self) -> sqlite3.Connection:
         base = sqlite3.connect(self.path, timeout=BUSY_SECONDS, isolation_level=None)
@@ -158,7 +158,7 @@ class Store:
         with self._base:
             self._base.execute("BEGIN IMMEDIATE")
             self._base.executemany(PUT, rows)
-        outcome = f"{len(rows)} rows are kept, the others are computed again when they are asked for, and the damaged file is {aside.name}"
+        outcome = f"{len(rows)} rows are kept, the others are computed again when requested, and the damaged file is {aside.name}"
         warnings.warn(f"{self.path} was damaged, {lost}; {outcome}.", StoreWarning, stacklevel=5)
 
     def close(self) -> None:
@@ -207,7 +207,7 @@ class Store:
                 self._base.execute("BEGIN IMMEDIATE")
                 self._base.executemany(PUT, [(*row, _digest(*row)) for row in written])
         except sqlite3.OperationalError as error:
-            advice = f"the {len(self)} rows in it are kept: make room, and run again"
+            advice = f"the {len(self)} rows in it are intact: make room, and run again"
             raise StoreFull(f"{self.path} cannot be written: {error}; {advice}.") from error
 
     def all(self) -> Iterator[StoredRow]:
@@ -276,7 +276,7 @@ def opened(path: Path) -> Iterator[Store]:
         try:
             yield store
         except KeyboardInterrupt as stop:
-            raise Interrupted(f"interrupted; {store.runs} runs are kept in {path}: run again to go on.") from stop
+            raise Interrupted(f"interrupted; {store.runs} runs are stored in {path}: run again to continue.") from stop
 
 
 def _digest(*columns: object) -> str:

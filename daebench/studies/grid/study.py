@@ -1,4 +1,4 @@
-"""A study: a grid of runs that is declared, and read as one long table."""
+"""A study: a declared grid of runs, read as one long table."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """Every method on every case, with every step size or tolerance and every value of the parameters.
+    """A grid of runs: every method on every case, with every step size or tolerance and every value of the parameters.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class Study:
     methods : sequence of str
         Names in the grammar of :mod:`daebench.methods.names`.
     values : mapping of str to sequence of float
-        Step sizes under "h" and tolerances under "tol"; under a method's name those of this method alone.
+        Step sizes under "h" and tolerances under "tol"; under a method's name those of this method only.
     t_end : float
         End of all runs, s.
     cases : sequence of str, optional
@@ -40,34 +40,34 @@ class Study:
     parameters : mapping of str to sequence of float, optional
         Values of parameters of the problem.
     options : mapping of str to float, optional
-        Free numbers of the methods; each goes to those that have it.
+        Free numbers of the methods; each is passed to the methods that have it.
     metrics : sequence of str
-        What is measured, see :data:`daebench.studies.grid.metrics.METRICS`.
+        Names of metrics, see :data:`daebench.studies.grid.metrics.METRICS`.
     precisions : sequence of str
-        "float64", "float32", "compensated" for float64 with compensated sums over steps; "sweeps=2" for Newton's iteration ended after
-        so many sweeps, "newton=1e-6" for one ended by this relative increment.
+        "float64", "float32", "compensated" for float64 with compensated sums over steps; "sweeps=2" for Newton's iteration ended after two
+        iterations, "newton=1e-6" for one ended by this relative increment.
     outputs : int
-        States of each run that are looked at, about.
+        Approximate number of outputs of each run.
     repeat : int
-        Runs that are timed, of which the best counts; 0 where time is not asked for.
+        Number of timed runs, of which the best counts; 0 for no times.
     calls : int
         Calls of the right side or residual after which a tolerance-driven run is given up; 0 for never.
     beside : bool
-        Whether runs that are timed may run beside others; it is kept with their times, which are not those of runs alone.
+        Whether timed runs may run beside others; this is stored with their times, which then include the load.
     anyway : bool
-        Whether schemes may run where they are no Poisson integrators.
+        Whether schemes may run where they are not Poisson integrators.
     on_singular : str
-        What is done where G loses rank; "" for what the case says.
+        Action where G loses rank; "" for the declaration of the case.
     starts : sequence of int
-        Numbers of starts: 0 is that of the case, others are random ones beside it, see
+        Numbers of starts: 0 is the start of the case, others are random starts near it, see
         :func:`daebench.studies.initial_conditions.neighbour`, which they seed.
     spread : float
-        How far those are, relative to the largest position or momentum.
+        Distance of these starts, relative to the largest position or momentum.
 
     Raises
     ------
     BadInput
-        If something is unknown, missing, given twice, or of no use to any method.
+        If a value is unknown, missing, given twice, or not used by any method.
     """
 
     problem: str
@@ -143,7 +143,7 @@ class Study:
         solvers = methods_of(ivp, self.methods, self.options, anyway=self.anyway)
         resolutions = [self._values_of(name, solver.knob) for name, solver in zip(self.methods, solvers, strict=True)]
         if useless := set(self.values) - set(self.methods) - {solver.knob for solver in solvers}:
-            raise BadInput(f"values of {', '.join(sorted(useless))} are of no use to {', '.join(self.methods)}; leave them out.")
+            raise BadInput(f"values of {', '.join(sorted(useless))} are not used by {', '.join(self.methods)}; leave them out.")
         grids = [[(name, float(x)) for x in values] for name, values in self.parameters.items()]
         options = [self._options_of(ivp, solver) for solver in solvers]
         for case, given, (name, method_options, values), precision, start in product(
@@ -181,16 +181,16 @@ class Study:
         return [positive(resolution, value) for value in values]
 
     def table(self, store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> "pd.DataFrame":
-        """Return one row a run, those that the store has taken from there; the others are computed and put there.
+        """Return one row per run; stored rows are taken from the store, and the others are computed and stored.
 
         Parameters
         ----------
         store : Store
-            Where rows are kept, see :func:`daebench.studies.grid.store.opened`.
+            Store of the rows, see :func:`daebench.studies.grid.store.opened`.
         executor : Executor, optional
-            What makes runs side by side, see :func:`daebench.studies.grid.schedulers.local_processes`; without one they are made in turn.
+            Executor of runs side by side, see :func:`daebench.studies.grid.schedulers.local_processes`; by default they are made in turn.
         tell : callable, optional
-            Told how many runs are done, of how many, and which is the last of them.
+            Called with the number of finished runs, the number of all runs, and the last run.
 
         Returns
         -------
@@ -204,7 +204,7 @@ class Study:
         BadInput
             As :meth:`specifications`.
         StoreFull
-            If rows cannot be written; those that are kept stay.
+            If rows cannot be written; stored rows are intact.
         """
         return runs_of(store, executor=executor, tell=tell)(self.specifications())
 

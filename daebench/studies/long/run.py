@@ -62,13 +62,13 @@ class LongRun(RunSpecification):
         """
         method = super().solver
         if method.knob != "h":
-            raise BadInput(f"{self.method} chooses its steps itself; a long run takes a method with fixed steps, for example rattle.")
+            raise BadInput(f"{self.method} chooses its own steps; a long run needs a fixed-step method, for example rattle.")
         if isinstance(method, OutsideMethod) and (method.remembers or not method.every_step):
             why = "remembers more than its state" if method.remembers else "gives no state after each step"
             raise BadInput(f"{self.method} {why}, and a long run goes on from a state; give a function step(p, q, h), or step(y, h).")
         if isinstance(method, Lifted):
             raise BadInput(
-                f"{self.method} keeps its state above the problem, which a long run does not; take a method of the problem itself."
+                f"{self.method} has its state on another system, which a long run cannot store; choose a method on the problem itself."
             )
         return method
 

@@ -6,7 +6,7 @@ from daebench.diagnostics.energy import Drift
 from daebench.diagnostics.random_walk import CONFIDENCE, MEMBERS, Walk
 from daebench.studies.long.table import Share
 
-LITTLE = "undetermined: there is too little to tell; take more steps."
+LITTLE = "undetermined: there are too few samples; take more steps."
 
 
 def sentence(growth: Walk | Drift | None, share: Share) -> str:
@@ -43,10 +43,10 @@ def _told(share: Share) -> str:
 def _of_ensemble(walk: Walk) -> str:
     bound = f"their mean changes by at most {walk.change_bound:.2g} over the time"
     if walk.verdict == "drifts":
-        apart = f"{_spread(walk)}, so that each drifts its own way; {bound}." if walk.law == "apart" else f"{_law(walk)}; {_spread(walk)}."
+        apart = f"{_spread(walk)}, so each member has its own drift; {bound}." if walk.law == "apart" else f"{_law(walk)}; {_spread(walk)}."
         return f"drifts: {apart}"
     sentences = {
-        "kept": "kept: no member is off by more than rounding.",
+        "kept": "kept: no member has an error above rounding.",
         "bounded": f"bounded: {_spread(walk)}, and {bound}.",
         "random walk": f"random walk: {_spread(walk)}; {bound}.",
         "undetermined": f"undetermined: {walk.reason}; {_spread(walk)}; take more steps or more members.",
@@ -80,7 +80,7 @@ def _spread(walk: Walk) -> str:
     if not math.isnan(walk.exponent):
         return f"the spread of {walk.members} members grows as t^({_around(walk.exponent, walk.exponent_error)}), 95 %"
     if walk.spreads:
-        return f"the {walk.members} members spread beyond round-off too late to tell how that grows"
+        return f"the {walk.members} members spread beyond round-off too late to measure its growth"
     return f"the {walk.members} members do not spread beyond round-off"
 
 
@@ -94,7 +94,7 @@ def _of_few(drift: Drift, share: Share) -> str:
         "failed": f"failed: {drift.reason}",
     }
     few = f", of which there are {share.told} so far" if share.asked >= MEMBERS else ""
-    return f"{sentences[drift.verdict]}; whether it is a random walk is told from {MEMBERS} members or more{few}."
+    return f"{sentences[drift.verdict]}; a random walk can be identified from {MEMBERS} members or more{few}."
 
 
 def _around(value: float, error: float) -> str:

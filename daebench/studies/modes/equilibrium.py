@@ -71,7 +71,7 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     scale = max(float(np.max(np.abs(ivp.value("H_q", zero, rest.q)))), 1.0) if np.all(np.isfinite(rest.q)) else 1.0
     if not np.max(np.abs(rest.q)) < ESCAPED * size or not rest.residual <= AT_REST * scale or not speed <= AT_REST:
         raise BadInput(
-            f"{ivp.problem}, case {ivp.case}, has no position of rest where its potential energy leads to from its start; "
+            f"{ivp.problem}, case {ivp.case}, has no equilibrium at the end of the descent of its potential energy from its start; "
             "give another case, or parameters with which it has one."
         )
     return rest

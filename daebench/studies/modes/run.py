@@ -1,4 +1,4 @@
-"""``daebench.modes``: what the constraints do to small oscillations, formulation by formulation."""
+"""``daebench.modes``: small oscillations about an equilibrium in each formulation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,14 +27,14 @@ STIFFER = 1e4
 
 @dataclass(frozen=True)
 class Modes(Shown):
-    """Small oscillations about a position of rest.
+    """Small oscillations about an equilibrium.
 
     Parameters
     ----------
     ivp : ConstrainedIvp
         The problem.
     rest : Equilibrium
-        The position of rest.
+        The equilibrium.
     squares : ndarray, shape(n,)
         Squares of the natural frequencies, 1/s^2, in ascending order; a negative one grows, and one that is zero is a free direction.
     shapes : ndarray, shape(n, d)
@@ -101,11 +101,11 @@ def modes(
     stiff: float | None = None,
     methods: Sequence[str] = METHODS,
 ) -> Modes:
-    """Return natural frequencies at a position of rest, the spectrum of each formulation there, and the usable steps of schemes.
+    """Return natural frequencies at an equilibrium, the spectrum of each formulation there, and the step limits of schemes.
 
-    The position is found by a descent of the potential energy on the manifold. The spectrum of index 3 and of GGL has the natural
-    frequencies alone. Index 2 has m zeros besides, index 1 and the reduced ODE 2 m: these are the directions in which they drift.
-    Baumgarte's stabilisation moves each pair to the roots of s^2 + 2 alpha s + beta^2, and a penalty makes fast oscillations of it::
+    The equilibrium is found by a descent of the potential energy on the manifold. The spectrum of index 3 and of GGL has only the natural
+    frequencies. Index 2 has m zeros in addition, index 1 and the reduced ODE 2 m: these are the directions in which they drift. Baumgarte's
+    stabilisation moves each pair to the roots of s^2 + 2 alpha s + beta^2, and a penalty turns it into fast oscillations::
 
         >>> import daebench
         >>> found = daebench.modes("planar_pendulum", parameters={"gravity": 4.0}, methods=["rattle"])
@@ -125,7 +125,7 @@ def modes(
     stiff : float, optional
         Stiffness k of the penalty k |g|^2 / 2; by default one that makes oscillations a hundred times as fast as the fastest natural one.
     methods : sequence of str
-        Fixed-step methods whose usable step is looked for.
+        Fixed-step methods whose step limit is computed.
 
     Returns
     -------
@@ -134,12 +134,12 @@ def modes(
     Raises
     ------
     BadInput
-        If there is no such position, the problem is in time or under forces, is a Poisson system, or is held as arrays.
+        If there is no equilibrium, or the problem depends on time, has forces, is a Poisson system, or has arrays as vectors.
     """
     ivp = initial_value_problem(problem, case, parameters, consistent=False)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED:
         what = "a Poisson system" if not isinstance(ivp, ConstrainedIvp) else "held as arrays" if ivp.arrays else "in time or under forces"
-        raise BadInput(f"modes are of constrained problems with constant energy and few positions, and {ivp.problem} is {what}.")
+        raise BadInput(f"modes need a constrained problem with constant energy and few positions, and {ivp.problem} is {what}.")
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
         if value is not None:
             positive(name, value)

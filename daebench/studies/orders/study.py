@@ -1,14 +1,14 @@
-"""The orders of methods, measured: errors against step size for each component apart, and what slope they have.
+"""The orders of methods, measured: errors against step size for each component separately, and their slope.
 
-Errors are taken at the common times t = T k/8, k = 1, ..., 8, which every step size meets exactly: h = T/(8 n) with whole n. The
+Errors are measured at the common times t = T k/8, k = 1, ..., 8, which every step size reaches exactly: h = T/(8 n) with whole n. The
 error of a component at one time is the Euclidean norm over its entries, in the problem's own units; that of a run is the largest
 over the common times. A stage multiplier that belongs to grid points is taken at those that are common times; one that belongs to
 times inside of a step in the steps that begin at a common time, against the reference at the very time it belongs to.
 
-By default the step sizes depend on the order that is claimed, for a method of high order reaches round-off in a few halvings from
-T/8, while one of order 1 may show it at very small steps only. Methods of order 5 and more are given three step sizes between the
-halvings, at which stage multipliers are not measured. Refinement ends where q and p - or y, of a Poisson system - have not fallen any more
-for two step sizes, near round-off or below what the reference is good for, and after a run of more than a second.
+By default the step sizes depend on the claimed order, because a method of high order reaches round-off in a few halvings from T/8, while a
+method of order 1 may show it at very small steps only. Methods of order 5 and more are given three step sizes between the halvings, at
+which stage multipliers are not measured. Refinement ends where q and p - or y, of a Poisson system - have not fallen any more for two step
+sizes, near round-off or below what the reference is good for, and after a run of more than a second.
 """
 
 import math
@@ -51,7 +51,7 @@ def order(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
 ) -> pd.DataFrame:
-    """Return one row for each method and component: claimed and measured order, and how many points were used.
+    """Return one row for each method and component: claimed and measured order, and the number of points used.
 
     Parameters
     ----------
@@ -66,11 +66,11 @@ def order(
     h : float, optional
         Largest step size, s, rounded down to T/(8 n). By default it depends on the order that a method claims.
     halvings : int, optional
-        How often it is halved. By default until round-off is reached.
+        Number of halvings. By default until round-off is reached.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the methods.
     anyway : bool
-        Whether schemes may run on Poisson systems for which they are no Poisson integrators.
+        Whether schemes may run on Poisson systems for which they are not Poisson integrators.
 
     Returns
     -------
@@ -82,9 +82,9 @@ def order(
     Raises
     ------
     BadInput
-        If a name, time or step size cannot be used.
+        If a name, time or step size is invalid.
     RunFailed
-        If there is no reference to hold the runs against.
+        If there is no reference for the runs.
 
     Examples
     --------

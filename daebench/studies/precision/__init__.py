@@ -1,1 +1,1 @@
-"""What precision buys: single, double and compensated arithmetic."""
+"""The effect of precision: single, double and compensated arithmetic."""

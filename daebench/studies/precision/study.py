@@ -1,4 +1,4 @@
-"""What precision buys: single, double and compensated arithmetic, and Newton's iteration ended early, held against what they cost."""
+"""The effect of precision: single, double and compensated arithmetic, and Newton's iteration ended early, with their costs."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -23,13 +23,13 @@ WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3",
 """How to compute, in the words of :class:`daebench.studies.grid.study.Study`."""
 
 BASE = "float64"
-"""What the others are held against."""
+"""The arithmetic that the others are compared with."""
 
 CONSTRAINED = ("rattle", "lobatto3")
-"""Methods on constrained problems, where none are given."""
+"""Default methods on constrained problems."""
 
 POISSON = ("midpoint", "strang")
-"""The same on Poisson systems."""
+"""Default methods on Poisson systems."""
 
 HALVINGS = (2, 4, 6, 8)
 """Halvings of the distance of stored times, where no step sizes are given."""
@@ -75,10 +75,12 @@ def specifications_of(
 def _methods(asked: Asked) -> list[str]:
     """Return the methods that are compared."""
     for name in filter(is_outside, asked.methods):
-        raise BadInput(f"{name} is from outside, and computes in its own arithmetic; precision compares ways to run methods of daebench.")
+        raise BadInput(
+            f"{name} is from outside, and computes in its own arithmetic; precision compares arithmetics of methods of daebench."
+        )
     methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
     if not methods:
-        raise BadInput("precision is compared for methods with fixed steps, and none is given; give some, for example rattle.")
+        raise BadInput("precision is compared for fixed-step methods, and none is given; give some, for example rattle.")
     return methods
 
 
@@ -129,9 +131,9 @@ def _held(rows: dict[str, Row], base: Row, error: str) -> str:
     good = [way for way in early if _as_good(rows[way], base, error)]
     if good:
         best = min(good, key=lambda way: float(rows[way]["time_ratio"]))
-        parts.append(f"{best} is as good in error, energy, constraints and two-form{_time(rows[best])}")
+        parts.append(f"{best} is as accurate in error, energy, constraints and two-form{_time(rows[best])}")
     elif early:
-        parts.append("Newton's iteration ended early is never as good")
+        parts.append("Newton's iteration ended early is never as accurate")
     if "compensated" in rows:
         parts.append(f"compensated sums give {rows['compensated'][error]:.1e}{_time(rows['compensated'])}")
     if "float32" in rows:

@@ -1,1 +1,1 @@
-"""Shadow Hamiltonians: the energy that a symplectic scheme really keeps, computed along its orbit."""
+"""Shadow Hamiltonians: the modified energy that a symplectic scheme conserves, computed along its orbit."""

@@ -51,7 +51,7 @@ def momenta(inverse: Array, velocity: Array) -> Array:
 
 
 DERIVED: dict[str, Actions] = {"rattle": verlet, "shake": verlet, "symplectic_euler": euler, "symplectic_euler_adjoint": euler_adjoint}
-"""Schemes that have a shadow Hamiltonian which their orbits give."""
+"""Schemes whose shadow Hamiltonian can be computed from their orbits."""
 
 COMPARED: dict[str, Actions] = {"se": euler, "seproj": euler, "midpoint": midpoint}
 """Schemes on the index-reduced equation (1.18): the action is that of the scheme on a Hamiltonian system, which (1.18) is not."""
@@ -72,7 +72,7 @@ def actions_of(method: str, *, compare: bool) -> Actions:
     if method in COMPARED:
         if compare:
             return COMPARED[method]
-        reason = "it is not symplectic on the constraint manifold; with --compare the same quantity is computed of it, to compare with"
+        reason = "it is not symplectic on the constraint manifold; --compare computes the same quantity for comparison"
     elif "/" in method:
         reason = "a composition has states within its step that an orbit does not have"
     else:

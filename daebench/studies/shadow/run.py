@@ -1,4 +1,4 @@
-"""``daebench.shadow``: the energy that a scheme really keeps."""
+"""``daebench.shadow``: the modified energy that a scheme conserves."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Shadow:
     h : float
         Its step size, s.
     derived : bool
-        Whether the scheme has a shadow Hamiltonian; False of those that are computed for comparison.
+        Whether the scheme has a shadow Hamiltonian; False for schemes that are shown for comparison.
     t : ndarray, shape(n + 1,)
         Times, s.
     H : ndarray, shape(n + 1,)
@@ -57,7 +57,7 @@ class Shadow:
 
     @property
     def ranges(self) -> dict[int, float]:
-        """Largest less smallest value by order, J; that of the energy itself at 0."""
+        """Range (largest minus smallest value) by order, J; that of the energy itself at 0."""
         return {0: float(np.ptp(self.H))} | {order: float(np.ptp(values)) for order, values in self.shadows.items()}
 
     def summary(self) -> dict[str, Any]:
@@ -78,10 +78,10 @@ def shadow(
     orders: Sequence[int] = ORDERS,
     compare: bool = False,
 ) -> Shadow:
-    """Return the shadow Hamiltonian along the orbit of a scheme: the energy of the system whose exact solution the orbit is.
+    """Return the shadow Hamiltonian along the orbit of a scheme: the Hamiltonian of the system that the orbit solves exactly.
 
-    Its range falls by orders of magnitude with the order, down to rounding, where a scheme keeps the two-form and its step
-    resolves the motion::
+    If a scheme keeps the two-form and its step resolves the motion, the range decreases by orders of magnitude with the order, down to
+    round-off::
 
         >>> import daebench
         >>> energies = daebench.shadow("spherical_pendulum", method="rattle", h=0.05, t_end=5, orders=[8])
@@ -103,7 +103,7 @@ def shadow(
     orders : sequence of int
         Even orders from 2 to 24.
     compare : bool
-        Whether se, seproj and midpoint on the index-reduced equation may be asked for: they have none, and are there to compare with.
+        Whether se, seproj and midpoint on the index-reduced equation are allowed for comparison, although they have no shadow Hamiltonian.
 
     Returns
     -------
@@ -114,14 +114,14 @@ def shadow(
     BadInput
         If the scheme has no derivation, H is not quadratic in p, there is no energy to keep, or there are fewer steps than the order.
     RunFailed
-        If the scheme does not come to the end.
+        If the scheme does not reach the end.
     """
     actions = actions_of(method, compare=compare)
     ivp = initial_value_problem(problem, case, parameters)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED or ivp.facts.FORCED or not ivp.facts.QUADRATIC:
         raise BadInput(
-            f"a shadow Hamiltonian is of a constrained system of at most 24 positions with constant energy that is quadratic in p, "
-            f"and {ivp.problem} is none."
+            f"a shadow Hamiltonian needs a constrained system of at most 24 positions with constant energy that is quadratic in p, "
+            f"and {ivp.problem} is not such a system."
         )
     for order in orders:
         central_weights(order)
@@ -129,7 +129,7 @@ def shadow(
     stepper = FixedStep(method)
     stepper.check(ivp, request)
     if t_end / h > MOST_STEPS:
-        raise BadInput(f"{t_end / h:.3g} steps are more than {MOST_STEPS}, all of whose states are kept; ask for a shorter run.")
+        raise BadInput(f"{t_end / h:.3g} steps are more than {MOST_STEPS}, the largest number of stored states; ask for a shorter run.")
     run = stepper.solve(ivp, request)
     if run.failure is not None:
         raise RunFailed(run.failure)

@@ -1,1 +1,1 @@
-"""Methods driven to where they break: step sizes, parameters, penalties and round-off."""
+"""Where methods break: step sizes, parameters, penalties and round-off."""

@@ -1,4 +1,4 @@
-"""The largest step size with which a method still gets through a motion, by bisection."""
+"""The largest step size with which a method completes a motion, by bisection."""
 
 import math
 from collections.abc import Callable
@@ -52,7 +52,7 @@ def largest_step(
     passes, or else what is wrong with it. BadInput is raised if the method has no steps of its own to choose, or nothing is left to bisect.
     """
     if specification.solver.knob != "h":
-        raise BadInput(f"{specification.method} chooses its steps itself, so that it has no largest one; take a method with fixed steps.")
+        raise BadInput(f"{specification.method} chooses its own steps, so it has no largest step; give a fixed-step method.")
     if not 0 < largest <= specification.t_end / 3:
         raise BadInput(
             f"the largest step to begin with must be positive and at most t_end/3 = {specification.t_end / 3:g}, not {largest:g}."
@@ -98,4 +98,4 @@ def completes(row: Row) -> str:
 def keeps_energy(row: Row) -> str:
     """Return why a run did not come to its end with the energy kept within :data:`PART` of its size; "" if it did."""
     off, size = row["energy_error"], row["energy_scale"]
-    return completes(row) or ("" if off <= PART * size else f"its energy is off by {off:.2g}, and its size is {size:.3g}")
+    return completes(row) or ("" if off <= PART * size else f"its energy error is {off:.2g}, and the size of the energy is {size:.3g}")

@@ -1,4 +1,4 @@
-"""Until when a motion is followed that amplifies every error: chaos, and starts near an unstable equilibrium."""
+"""The time for which methods follow a motion that amplifies errors: chaos, and starts near an unstable equilibrium."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -87,7 +87,7 @@ def says(table: "pd.DataFrame") -> list[str]:
     for method, rows in by_method(table):
         good = [row for row in rows_of(rows) if not row["failure"]]
         if not good:
-            sentences.append(f"{method} never comes to the end.")
+            sentences.append(f"{method} never reaches the end.")
             continue
         best = max(good, key=lambda row: (float(row["horizon"]), float(row["value"])))
         unit = " s" if best["knob"] == "h" else ""

@@ -1,4 +1,4 @@
-"""What becomes of runs over step size and a parameter: how large their energy errors are, where they drift, and how methods break."""
+"""Outcomes of runs over step size and a parameter: the size of energy errors, their drift, and how methods break."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -182,7 +182,7 @@ def _legends(figure: Any, table: "pd.DataFrame") -> None:
     seen = [word for word in OUTCOMES if word in COLOURS and (table["outcome"] == word).any()]
     outcomes = [*zip(SIZE_COLOURS, _ranges(), strict=True), *((COLOURS[word], word) for word in seen)]
     settings: dict[str, Any] = {"handlelength": 1.4, "columnspacing": 1.2, "title_fontsize": 8.5}
-    title = "colour: energy error / mean kinetic energy, or what became of the run"
+    title = "colour: energy error / mean kinetic energy, or the outcome of the run"
     figure.legend(handles=_patches(outcomes), loc="outside upper center", ncols=5, title=title, **settings)
     trends = [(pattern, word) for word, pattern in HATCHES.items() if (table["trend"] == word).any()]
     if trends:

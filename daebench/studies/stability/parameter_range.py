@@ -77,7 +77,7 @@ def says(table: "pd.DataFrame") -> list[str]:
     for method, rows in by_method(table):
         bad = rows[rows["outcome"] != FINE]
         worst = rows["energy_part"].max()
-        energy_note = f"energy within {worst:.1e} of its size where it came to an end" if worst == worst else "it never came to an end"
+        energy_note = f"energy within {worst:.1e} of its size where it reached its end" if worst == worst else "it never reached its end"
         words = ", ".join(f"{word} {_where(list(group['varied']))}" for word, group in bad.groupby("outcome", sort=False))
         sentences.append(
             f"{method}: fine for {len(rows) - len(bad)} of {len(rows)} values of {name}{f' ({words})' if words else ''}; {energy_note}."

@@ -68,9 +68,7 @@ def _constrained(h: float, limit: Row) -> str:
     """Return the error of a method on the constrained system."""
     method = limit["method"]
     if limit["failure"]:
-        return (
-            f"{method} on the constrained system fails with h = {h:.3g} s, so that there is nothing to hold penalties of its order against."
-        )
+        return f"{method} on the constrained system fails with h = {h:.3g} s, so there is no comparison for penalties of its order."
     return f"With h = {h:.3g} s {method} on the constrained system has an error of {limit['error_q']:.1e} in q."
 
 
@@ -83,7 +81,7 @@ def _approach(method: str, rows: list[Row], limit: Row) -> str:
     failed = "" if len(good) == len(rows) else f", and {len(rows) - len(good)} of {len(rows)} runs fail"
     times, work = best["error_q"] / limit["error_q"], best["evaluations"] / limit["evaluations"]
     compared = f"{times:.2g} times that of {limit['method']}, of the same order, with {work:.2g} times its evaluations"
-    end = f"at the smallest eps that it comes to the end with, {last['eps']:.1e}, it has {last['error_q']:.1e}{failed}"
+    end = f"at the smallest eps with which it reaches the end, {last['eps']:.1e}, it has {last['error_q']:.1e}{failed}"
     return f"{method} has {best['error_q']:.1e} at best, at eps = {best['eps']:.1e}, {compared}; {end}."
 
 

@@ -91,7 +91,7 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         axis = axes[0, 0]
         for stroke, (verdict, rows) in zip((STROKES[3], STROKES[0]), table.groupby("verdict", sort=False), strict=True):
             good = rows[rows["h"] > 0]
-            label = "comes to its end" if verdict == "completes" else f"keeps the energy within {PART:.0%} of its size"
+            label = "reaches its end" if verdict == "completes" else f"keeps the energy within {PART:.0%} of its size"
             axis.plot(good["h"], [methods.index(name) for name in good["method"]], label=label, **stroke.points() | {"linestyle": "none"})
         axis.hlines(range(len(methods)), 0, 1, transform=axis.get_yaxis_transform(), color=QUIET, linewidth=0.3, zorder=0)
         axis.set_yticks(range(len(methods)), methods)

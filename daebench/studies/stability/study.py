@@ -10,11 +10,11 @@ from daebench.studies.stability.extreme import Asked, Extreme
 
 ABOUT = {
     step_limit: "the largest usable step of each method, by bisection",
-    outcome_map: "what becomes of runs over step size and a parameter",
+    outcome_map: "outcomes of runs over step size and a parameter",
     parameter_range: "mass ratios from 1e-8 to 1e8, or another parameter over given values",
     penalty: "a stiff penalty in place of the constraint, as eps goes to 0",
     round_off: "step sizes and tolerances to 0, until round-off wins or a solver gives up",
-    lost_motion: "until when a motion is followed that amplifies errors: chaos, starts near unstable equilibria",
+    lost_motion: "the time for which a motion that amplifies errors is followed: chaos, starts near unstable equilibria",
 }
 """The module of each extreme, and what it does in one line."""
 

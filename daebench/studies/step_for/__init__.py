@@ -1,1 +1,1 @@
-"""Statistical test of a step size where single trajectories mean nothing: means and quantiles against those at half of the step."""
+"""Statistical test of a step size for chaotic motions: means and quantiles are compared with those at half of the step."""

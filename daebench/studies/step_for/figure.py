@@ -50,5 +50,5 @@ def figure(found: StepFor) -> "Figure":
 
 def _title(found: StepFor) -> str:
     """Return the answer first."""
-    answer = "no step tried passes" if found.h is None else f"h = {found.h:g} s does as its half does"
+    answer = "no step size tried passes" if found.h is None else f"h = {found.h:g} s agrees with its half"
     return f"{found.method} on {found.ivp.problem}, case {found.ivp.case}, to t = {found.t:g} s:\n{answer} (filled)"

@@ -1,4 +1,4 @@
-"""``daebench.step_for``: the largest step size whose statistics over many starts are those of half of it."""
+"""``daebench.step_for``: the largest step size whose statistics over many starts agree with those of half of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -59,14 +59,14 @@ def step_for(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> StepFor:
-    """Return the largest of the steps h, h/2, h/4, ... at which the statistics of a run are those of half of the step.
+    """Return the largest of the steps h, h/2, h/4, ... whose statistics agree with those of half of the step.
 
-    In chaos a trajectory is lost long before its end whatever the step is, but means over time and over starts are not. Each member gives
+    In chaos a trajectory is lost long before its end with any step, but means over time and over starts are not. Each member gives
     one number, the mean of a quantity over time; the members at h and at h/2 have the same starts. The step passes if the mean and three
     quantiles of this number over the members differ by less than the margin, in an equivalence test, see
-    :func:`daebench.diagnostics.equivalence.equivalence`: not to see a difference is no reason to pass. ``halvings`` tests are planned, each
-    at level / halvings, so that the probability of passing any step that differs by the margin or more is at most ``level``. The search
-    ends with the first step that passes::
+    :func:`daebench.diagnostics.equivalence.equivalence`: the absence of a visible difference is not enough to pass. ``halvings`` tests are
+    planned, each at level / halvings, so that the probability of passing any step that differs by the margin or more is at most ``level``.
+    The search ends with the first step that passes::
 
         >>> import daebench
         >>> found = daebench.step_for(
@@ -75,19 +75,19 @@ def step_for(
         >>> [row.verdict for row in found.tried], found.h
         (['different', 'equivalent'], 0.01)
 
-    What is shown is that a step does as its half does; that this half does as the exact flow is not.
+    A step that passes agrees with its half; whether the half agrees with the exact flow is not tested.
 
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian, PoissonSystem or InitialValueProblem
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     statistic : str
-        Name of a quantity: "energy", "kinetic", "potential", "g", "Gv", a coordinate as "q1", or a first integral, see
+        Name of a quantity: "energy", "kinetic", "potential", "g", "Gv", a coordinate such as "q1", or a first integral, see
         :func:`daebench.studies.step_for.statistics.known`.
     margin : float
-        Largest difference that does not matter, in the unit of the quantity.
+        Margin of equivalence, in the unit of the quantity.
     method : str
-        Name of a fixed-step method, as "rattle".
+        Name of a fixed-step method, for example "rattle".
     h : float
         The largest step size, s.
     t_end : float
@@ -95,23 +95,23 @@ def step_for(
     members : int
         Number of starts, at least 32.
     halvings : int
-        Number of step sizes that are tried at most.
+        Largest number of step sizes to try.
     level : float
         Probability that the search passes a step size that differs from its half by the margin or more.
     starts : str or Distribution
-        What the starts are drawn from, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
+        Distribution of the starts, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
     drawn : mapping of str, optional
-        Settings of these: ``size``, ``box``, ``E``.
+        Settings of the distribution: ``size``, ``box``, ``E``.
     case : str, optional
         Named initial values; by default the problem's first.
     parameters, options : mapping of str to float, optional
         Parameters of the problem, and free numbers of the method.
     anyway : bool
-        Whether a scheme is run on a structure matrix for which it is no Poisson integrator.
+        Whether a scheme may run on a structure matrix for which it is not a Poisson integrator.
     seed : int
-        Seeds starts and bootstrap.
+        Seed of starts and bootstrap.
     threads : int, optional
-        Number of cores; all that there are if left out.
+        Number of cores; by default all.
     progress : callable, optional
         Called with the fraction of the tests done.
 
@@ -129,7 +129,7 @@ def step_for(
     of = quantity(ivp, statistic)
     positive("margin", margin)
     if not 1 <= whole("halvings", halvings) <= MOST_HALVINGS or whole("members", members) < FEWEST or not 0 < level < 0.5:
-        raise BadInput(f"a search takes 1 to {MOST_HALVINGS} halvings, at least {FEWEST} members, and a level between 0 and 0.5.")
+        raise BadInput(f"a search needs 1 to {MOST_HALVINGS} halvings, at least {FEWEST} members, and a level between 0 and 0.5.")
     require_memory_of_members(2 * POINTS, ivp.size, members)
     begun = draw_starts(ivp, starts, members=members, h=positive("h", h), seed=seed, **(drawn or {}))
     search = _Search(solver, begun.members, t_end, threads)

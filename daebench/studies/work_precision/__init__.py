@@ -1,1 +1,1 @@
-"""The price of accuracy: errors of methods against their cost."""
+"""The cost of accuracy: errors of methods against their cost."""

@@ -55,13 +55,13 @@ def nothing_of(table: "pd.DataFrame", error: str) -> str:
     """Return why there is nothing of an error to draw, as a clause; "" where there is something."""
     done = table[table["failure"] == ""]
     if done.empty:
-        return f"none of the {len(table)} runs came to its end; the first says: {str(table['failure'].iloc[0]).rstrip('.')}"
+        return f"none of the {len(table)} runs reached its end; the first says: {str(table['failure'].iloc[0]).rstrip('.')}"
     if done[error].isna().all():
         return f"no run on {table['problem'].iloc[0]} has a number for it"
     drawn = _known(table, error)
     if drawn.empty:
-        return "all errors are 0, or within the bound of what they are taken against"
-    return "" if _costs(drawn) else "no run has a time, or evaluations that are counted; take --repeat 1 for times"
+        return "all errors are 0, or within the error bound of the reference"
+    return "" if _costs(drawn) else "no run has a time, or counted evaluations; give --repeat 1 for times"
 
 
 def _known(table: "pd.DataFrame", error: str) -> "pd.DataFrame":
@@ -98,7 +98,7 @@ def draw(
     from matplotlib.figure import Figure
 
     if why := nothing_of(table, error):
-        raise DaebenchError(f"there is nothing of {error} to draw: {why}.")
+        raise DaebenchError(f"there is no {error} to draw: {why}.")
     shown = table[table["failure"] == ""].dropna(subset=[error])
     drawn, floor = _known(table, error), _floor(shown, error)
     costs = [cost for cost in _costs(drawn) if cost in against] or _costs(drawn)

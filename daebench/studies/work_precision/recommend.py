@@ -1,4 +1,4 @@
-"""Which method to take, and with which step size or tolerance, for an accuracy and for what has to be conserved."""
+"""Recommended methods, with step size or tolerance, for an accuracy and quantities to be conserved."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING

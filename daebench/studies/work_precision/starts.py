@@ -1,4 +1,4 @@
-"""The price of accuracy over many starts: which runs are made, and the work-precision curves of each start."""
+"""The cost of accuracy over many starts: the runs, and the work-precision curves of each start."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -66,14 +66,14 @@ def runs_from_starts(
         If a number is not what it must be, runs are not timed, step sizes have no common multiple before the end, or a run is not possible.
     """
     if distribution == "grid":
-        raise BadInput("starts of work-precision are drawn, for what is said of all starts; take neighbourhood, liouville or energy.")
+        raise BadInput("starts of work-precision must be random; give neighbourhood, liouville or energy.")
     distribution_of(distribution, settings or {})
     if min(whole("members", members), whole("solver members", solver_members)) < 1:
-        raise BadInput(f"{members} starts for methods with fixed steps and {solver_members} for solvers: each must be at least 1.")
+        raise BadInput(f"{members} starts for fixed-step methods and {solver_members} for solvers: each must be at least 1.")
     if whole("seed", seed) < 0:
         raise BadInput(f"seed = {seed} must be at least 0.")
     if study.repeat < 1:
-        raise BadInput("methods are ranked by time over many starts; take --repeat 1 or more.")
+        raise BadInput("methods are ranked by time over many starts; give --repeat 1 or more.")
     sizes = [value for name, values in study.values.items() if name != "tol" for value in values]
     t_end, outputs = output_times(sizes, study.t_end)
     single = replace(study, t_end=t_end, metrics=("energy",)).specifications()

@@ -1,4 +1,4 @@
-"""The price of accuracy: errors of many methods against what they cost, and which method is cheapest for an accuracy."""
+"""The cost of accuracy: errors of many methods against their cost, and the cheapest method for each accuracy."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -110,7 +110,7 @@ def standard(
     resolutions = sorted({solver.knob for solver in solvers})
     for resolution, given in (("h", h), ("tol", tol)):
         if given and resolution not in resolutions:
-            raise BadInput(f"values of {resolution} are of no use to {', '.join(methods)}; leave them out.")
+            raise BadInput(f"values of {resolution} are not used by {', '.join(methods)}; leave them out.")
     runs: dict[str, Any] = {"problem": problem, "cases": [ivp.case], "methods": list(methods), "t_end": end, "anyway": poisson}
     runs |= {
         "values": {resolution: values[resolution] for resolution in resolutions},
@@ -155,13 +155,13 @@ def front(table: "pd.DataFrame", error: str, cost: str) -> "pd.DataFrame":
 
 
 def costs_at(table: "pd.DataFrame", error: str, cost: str, level: float) -> dict[str, tuple[float, float]]:
-    """Return what an accuracy costs and the step size or tolerance that reaches it, by method, the cheapest first; see :func:`cheapest`."""
+    """Return the cost of an accuracy and the step size or tolerance for it, by method, the cheapest first; see :func:`cheapest`."""
     costs = {name: at for name, runs in by_method(table) if (at := _cost_at(runs, error, cost, level))}
     return dict(sorted(costs.items(), key=lambda entry: entry[1][0]))
 
 
 def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[float]) -> "pd.DataFrame":
-    """Return which method is cheapest for each accuracy, what it costs, and by what factor the next one is more expensive.
+    """Return the cheapest method for each accuracy, its cost, and the factor by which the next one is more expensive.
 
     Between two runs of a method, one above an accuracy and one below it, log cost is taken as linear in log error. Errors below their
     bound are unknown, and count as their bound. Columns are level, method, value, cost, next, ratio; a level that no method reaches has no

@@ -131,7 +131,7 @@ def sentences(table: "pd.DataFrame") -> list[str]:
         first, most = compared.iloc[0], compared.iloc[int(compared["starts"].argmax())]
         said += [f"{at}: {_before(row)}" for row in (first, most)[: 1 + (first["starts"] < most["starts"])]]
         if first["left_out"]:
-            said.append(f"{at}: {first['left_out']} starts are not compared, whose references are not that good")
+            said.append(f"{at}: {first['left_out']} starts are not compared, because their references are not accurate enough")
     return said
 
 
@@ -141,4 +141,4 @@ def _before(row: "pd.Series[Any]") -> str:
     words = f"{row['method']} before {row['next']} in {shares[0]} % of {row['starts']:.0f} starts [{shares[1]} to {shares[2]}]"
     words += f", which costs {row['ratio']:.3g} times as much [{row['ratio_low']:.3g} to {row['ratio_high']:.3g}]"
     within = 1 / (1 + row["scatter"]) <= row["ratio"] <= 1 + row["scatter"]
-    return f"{words}: undecided, for times scatter by {100 * row['scatter']:.2g} %" if within else words
+    return f"{words}: undecided, because times scatter by {100 * row['scatter']:.2g} %" if within else words
