@@ -91,7 +91,7 @@ def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
     outdated_keys = store.outdated({key: specification.plain() for key, specification in keys.items()})
     count = sum(keys[key].count for key in outdated_keys)
     verb = "run is" if count == 1 else "runs are"
-    return f"{count} kept {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""
+    return f"{count} stored {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""
 
 
 @contextmanager

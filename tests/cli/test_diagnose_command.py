@@ -25,7 +25,7 @@ def test_a_right_code_exits_0_and_what_cannot_show_is_said(daebench):
     status, out, err = daebench("diagnose", f"{CODES}:correct_1", *ON)
     assert (status, err) == (0, "")
     assert "\ncorrect\n" in out
-    assert "would not show: old_force" in out
+    assert "have no effect: old_force" in out
 
 
 def test_it_is_one_json_object(daebench):

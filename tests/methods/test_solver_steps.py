@@ -190,7 +190,7 @@ REFUSED = {
         {"method": "ida:index2", "tol": 1e-6, "callbacks": "python"},
         "a record of steps needs compiled callbacks, because scikit-sundae",
     ),
-    "poisson": ({"problem": "lotka_volterra", "case": None, "method": "scipy:RK45", "tol": 1e-6}, "does not tell what it thinks"),
+    "poisson": ({"problem": "lotka_volterra", "case": None, "method": "scipy:RK45", "tol": 1e-6}, "does not report its steps"),
 }
 
 

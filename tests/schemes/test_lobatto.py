@@ -268,4 +268,4 @@ def test_a_failure_says_whether_it_is_the_iteration_that_ends(name, h, own):
         initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=())
     )
     assert done.failure is not None
-    assert ("this is the limit of the iteration, which leaves out derivatives" in done.failure) == own
+    assert ("this is the limit of the iteration, which omits derivatives" in done.failure) == own

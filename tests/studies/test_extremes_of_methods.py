@@ -106,7 +106,7 @@ def test_a_map_that_is_interrupted_keeps_its_pieces_and_goes_on_to_the_same_rows
         if done == 2:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted, match="4 runs are kept"), opened(tmp_path / "s.db") as store:
+    with pytest.raises(Interrupted, match="4 runs are stored"), opened(tmp_path / "s.db") as store:
         outcome_map.measure(asked, runs_of(store, tell=stop))
     made = []
     with opened(tmp_path / "s.db") as store:

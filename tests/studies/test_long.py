@@ -350,7 +350,7 @@ def test_where_nothing_can_be_told_the_sentence_says_why(random):
         ({"verdict": "drifts", "law": "saturated", "level": -26.6}, "the mean of 16 members saturated at -26.6"),
         ({"verdict": "drifts", "law": "growing scatter", "change": 0.1}, "growing scatter: the mean of 16 members"),
         ({"verdict": "drifts", "law": "apart", "exponent": 1.0, "exponent_error": 0.1, "spreads": True}, "each member has its own drift"),
-        ({"verdict": "undetermined", "reason": "aliased output", "spreads": True}, "spread beyond round-off too late to tell"),
+        ({"verdict": "undetermined", "reason": "aliased output", "spreads": True}, "spread beyond round-off too late to measure its growth"),
         ({"verdict": "undetermined", "reason": "fewer than 5 oscillations"}, "undetermined: fewer than 5 oscillations;"),
         ({"verdict": "bounded"}, "do not spread beyond round-off, and their mean changes by at most 3e-12 over the time"),
         ({"verdict": "random walk", "exponent": 0.5, "exponent_error": 0.05, "spreads": True}, "grows as t^(0.50 +- 0.10)"),
@@ -480,7 +480,7 @@ def test_a_member_that_stops_early_says_why_and_keeps_its_windows(daebench, unco
     status, out, err = daebench(*words, "--out", tmp_path)
     assert (status, err) == (1, "")
     assert "member 0: rk4 on spherical_pendulum, case fig1.2: the energy is beyond 1e+140 at t = " in out
-    assert "Its windows so far are kept." in out
+    assert "Its windows so far are stored." in out
     (file,) = tmp_path.glob("*-members.csv")
     assert len(file.read_text().splitlines()) > 3
 

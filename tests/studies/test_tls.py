@@ -106,7 +106,7 @@ def test_what_does_not_belong_together_is_a_sentence(certificates, foreign, no_c
             security(address, certificates)
     with pytest.raises(BadInput, match="tls://a:1 takes certificates; give --tls-ca-file"):
         security("tls://a:1", Tls())
-    with pytest.raises(BadInput, match="are for --scheduler"):
+    with pytest.raises(BadInput, match="need --scheduler"):
         Executors(timed=False, tls=certificates)
 
 

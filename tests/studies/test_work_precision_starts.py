@@ -265,7 +265,7 @@ def test_the_command_says_who_is_cheapest_in_how_many_starts(daebench, tmp_path)
     status, out, _ = daebench(*asked)
     assert status == 0
     assert said["sentences"][0] in out
-    assert "prices are CPU times of runs of one start at a time" in out
+    assert "costs are CPU times of runs of one start at a time" in out
     assert {"work_precision_starts.png", "work_precision_starts.svg", "winners.csv"} <= {file.name for file in (tmp_path / "out").iterdir()}
 
 

@@ -44,7 +44,7 @@ class Estimate:
     runs : int
         All of them.
     kernels : int
-        Kernels that no kept run of this version has had compiled; some may be in the cache all the same.
+        Kernels that no stored run of this version has compiled; some may be in the cache all the same.
     compiling : float
         About how long their compilation takes, s.
     """
