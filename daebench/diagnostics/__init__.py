@@ -1,1 +1,1 @@
-"""What the harness measures (drifts, defects, orders), as pure functions of numbers; each file is one quantity."""
+"""Measured quantities (drifts, defects, orders), as pure functions of numbers; one file for each."""

@@ -1,4 +1,4 @@
-"""Errors along a run: of the energy, and of what the structure of its problem keeps."""
+"""Errors along a run: of the energy, and of the quantities that the structure of its problem conserves."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,11 +16,11 @@ LABELS = {
     "casimir_error": "|Casimir error|",
     "integral_error": "|integral error|",
 }
-"""What can be seen along a run, of what its problem has."""
+"""Errors that can be measured along a run; a problem may have only some of them."""
 
 
 MOST_POINTS = 2000
-"""Points of a curve, about; more cannot be seen."""
+"""Approximate number of points of a curve; more cannot be seen."""
 
 
 def thinned(t: Array, errors: Mapping[str, Array]) -> tuple[Array, dict[str, Array]]:

@@ -1,4 +1,4 @@
-"""Whether every step goes where the velocities lead: the equations of a step have more than one solution, and Newton may find another."""
+"""Whether every step follows the velocities: the equations of a step have more than one solution, and Newton may find another."""
 
 from typing import Any
 
@@ -7,11 +7,11 @@ import numpy as np
 from daebench.runs.trajectory import Array
 
 WRONG = 0.5
-"""Jump from which on a step is not the one that continues the motion; a turn by theta in one step, resolved, gives theta^2/12."""
+"""Smallest jump of a step that does not continue the motion; a turn by theta in one step, resolved, gives theta^2/12."""
 
 
 def largest_jump(t: Array, q: Array, v: Array) -> Any:
-    """Return how far a step ends from where the velocities at its two ends lead, at most, in steps of the largest velocity.
+    """Return the largest distance of the end of a step from that by the velocities at its two ends, in steps of the largest velocity.
 
     ::
 

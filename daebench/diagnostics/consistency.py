@@ -15,7 +15,7 @@ from daebench.runs.scales import constrained_scales
 Conditions = Callable[[Array], tuple[Array, Array]]
 
 TOLERANCE = 1e-12
-"""Largest residual of a consistent start, relative to what a relative change of one in p and q would make of it."""
+"""Largest residual of a consistent start, relative to its change under a relative change of one in p and q."""
 
 
 def consistency(ivp: ConstrainedIvp) -> tuple[float, float]:
@@ -37,7 +37,7 @@ def consistency(ivp: ConstrainedIvp) -> tuple[float, float]:
 
 
 def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> None:
-    """Accept initial values that are on the manifold but for rounding.
+    """Accept initial values that are on the manifold up to rounding.
 
     The residuals are measured against :func:`daebench.diagnostics.manifold.residual_scales`, so that units do not matter.
 
@@ -72,7 +72,7 @@ def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> 
 
 
 def _largest(ivp: ConstrainedIvp, name: str) -> str:
-    """Return of which constraint a residual that is not zero is the largest, where there are several."""
+    """Return the constraint with the largest residual that is not zero, if there are several constraints."""
     values = np.abs(ivp.value(name, ivp.q0) if name == "g" else ivp.value(name, ivp.p0, ivp.q0))
     return f" (g{np.argmax(values) + 1})" if ivp.m > 1 and np.max(values) > 0 else ""
 
@@ -99,7 +99,7 @@ def project(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> tuple[Array, Arr
     p, q : ndarray, shape(d,)
         The consistent state.
     moved_q, moved_p : float
-        How far it was moved: sqrt(dq^T M dq) and sqrt(dp^T M^-1 dp).
+        Distances moved: sqrt(dq^T M dq) and sqrt(dp^T M^-1 dp).
 
     Raises
     ------
@@ -118,7 +118,7 @@ def project(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> tuple[Array, Arr
 
 
 def projected(ivp: ConstrainedIvp) -> tuple[ConstrainedIvp, float, float]:
-    """Return the problem with its initial values projected by :func:`project`, and how far positions and momenta were moved.
+    """Return the problem with its initial values projected by :func:`project`, and the distances moved in positions and momenta.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def _metric(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
 
 
 def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: float = 0.0) -> Array:
-    """Return the x nearest to x0 in the metric W^-1 that meets the conditions, which are given with their Jacobian at x."""
+    """Return the x nearest to x0 in the metric W^-1 that satisfies the conditions, given with their Jacobian at x."""
 
     def of_one(x: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
         residual, C = conditions(x[0])

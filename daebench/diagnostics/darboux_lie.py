@@ -1,4 +1,4 @@
-"""The Darboux-Lie theorem carried out in numbers, along the lines of its proof: HLW VII.3, Theorems 3.3 and 3.4, in three dimensions.
+"""The Darboux-Lie theorem in numbers, by the steps of its proof: HLW VII.3, Theorems 3.3 and 3.4, in three dimensions.
 
 The proof finds canonical coordinates of a Poisson system by solving linear partial differential equations along their characteristic
 lines. In three dimensions there is one pair Q, P and one Casimir function C, and every line is a curve y(s) that ODE software follows:
@@ -32,7 +32,7 @@ TOLERANCE = 1e-13
 STEP = 1e-30
 """Complex step: its square is lost in rounding, so that derivatives are exact to it."""
 SHRINK = 0.05
-"""Where b_ij has shrunk to this part of b_ij(y0), the neighbourhood ends."""
+"""The neighbourhood ends where b_ij is less than this part of b_ij(y0)."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class DarbouxLie:
     y0 : ndarray, shape(3,)
         The point, at which Q = y0_i, P = 0, C = y0_k.
     i, j, k : int
-        Q = y_i; y_j runs along the lines of Q; y_k is what is left.
+        Q = y_i; y_j runs along the lines of Q; y_k is the third coordinate.
     B : callable
         y -> B(y), shape(3, 3), for complex y too.
     domain : callable
@@ -103,7 +103,7 @@ class DarbouxLie:
         return brackets
 
     def defect(self, y: ArrayLike) -> float:
-        """Return by how much the brackets at y miss those of HLW (3.13), in the largest entry."""
+        """Return the largest difference of an entry of the brackets at y from that in HLW (3.13)."""
         return float(np.max(np.abs(self.brackets(y) - [[0, 1, 0], [-1, 0, 0], [0, 0, 0]])))
 
     def _to_plane(self, y: Vector) -> tuple[Vector, Any]:
@@ -131,7 +131,7 @@ class DarbouxLie:
         start = np.append(y, 0.0).astype(complex)
         solution = solve_ivp(right, (0, 1), start, method="DOP853", rtol=TOLERANCE, atol=scale)
         if not solution.success:
-            raise BadInput(f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); go less far.")
+            raise BadInput(f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); choose a point nearer to y0.")
         end: Vector = solution.y[:, -1]
         return (end[:3], end[3]) if np.iscomplexobj(y) else (end[:3].real, end[3].real)
 
@@ -142,7 +142,7 @@ class DarbouxLie:
         if not ratio > SHRINK or not np.all(np.real(self.domain(y)) > 0):
             where = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.names, np.real(y), strict=True))
             pair = f"b_{self.i + 1}{self.j + 1}"
-            raise BadInput(f"the lines leave the neighbourhood of y0 at {where}: there {pair} vanishes or the domain ends; go less far.")
+            raise BadInput(f"the lines leave the neighbourhood of y0 at {where}: there {pair} vanishes or the domain ends; choose a point nearer to y0.")
         return B
 
 
@@ -152,14 +152,14 @@ def darboux_lie(system: "PoissonSystem", y0: ArrayLike) -> DarbouxLie:
     Parameters
     ----------
     system : PoissonSystem
-        With n = 3; its parameters have their present values.
+        With n = 3, at the current values of its parameters.
     y0 : array_like, shape(3,)
         A point of its domain at which B is not zero. The pair i, j is that of the largest entry there.
 
     Raises
     ------
     BadInput
-        If the system is not three-dimensional, y0 is no point of its domain, or B(y0) = 0.
+        If the system is not three-dimensional, y0 is not in its domain, or B(y0) = 0.
     """
     import sympy as sp
 
@@ -175,7 +175,7 @@ def darboux_lie(system: "PoissonSystem", y0: ArrayLike) -> DarbouxLie:
     at = np.abs(np.array(entries(*point, *values)))
     i, j = (int(index) for index in np.unravel_index(np.argmax(np.triu(at)), at.shape))
     if not at[i, j] > 0:
-        raise BadInput("B vanishes at y0, so that every coordinate is a Casimir function there; choose a point of rank two.")
+        raise BadInput("B vanishes at y0, so every coordinate is a Casimir function there; choose a point of rank two.")
     return DarbouxLie(
         y0=point,
         i=i,

@@ -1,4 +1,4 @@
-"""The derivative of a map along vectors: by complex step, which is believed only where differences of real states agree with it."""
+"""The derivative of a map along vectors: by complex step where differences of real states agree with it, otherwise by differences."""
 
 import warnings
 from collections.abc import Callable
@@ -15,34 +15,34 @@ Mapping = Callable[[NDArray[Any]], Any]
 """A map x -> x of vectors of shape(n,), real or complex, that leaves its argument unchanged."""
 
 STEP = 1e-30
-"""Imaginary step: its square is nothing, so the derivative has no error of truncation or cancellation."""
+"""Imaginary step: its square underflows, so the derivative has no truncation or cancellation error."""
 
 FIRST, SHRINK, LEVELS = 2.0**-8, 4.0, 9
-"""Difference quotients begin with a change of x by this part of its size, go on with steps so many times smaller, at most so often."""
+"""First change of x of the difference quotients, relative to its size; factor between steps; largest number of steps."""
 
 NEAR = 2.0**-17
-"""Where they begin when they disagree."""
+"""First change if they disagree."""
 
 LONGEST = 3
-"""Levels after which differences that do not settle any better are ended."""
+"""Number of levels without improvement after which the differences end."""
 
 ENOUGH = 1e-10
-"""Differences that have settled to this part of the largest are not made any better."""
+"""Differences that have converged to this part of the largest are not refined."""
 
 ROUGH = 1e-4
-"""Differences that do not settle to this part of the largest tell little."""
+"""Differences that do not converge to this part of the largest are of little value."""
 
 ALLOWED = 8.0
-"""A complex step agrees with differences where it misses them by at most so many times their floor."""
+"""A complex step agrees with differences if it differs from them by at most this multiple of their floor."""
 
 
 class DerivativeWarning(UserWarning):
-    """A derivative is not what a complex step gives."""
+    """The complex step does not give the derivative."""
 
 
 @dataclass(frozen=True)
 class Derivative:
-    """What a map makes of vectors to first order.
+    """The derivative of a map along vectors, and its value.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Derivative:
     image : ndarray, shape(n,)
         Phi(x).
     floor : float
-        Largest error of the value, relative to its largest entry, as far as differences tell; 0 of a complex step.
+        Largest error of the value by differences, relative to its largest entry; 0 for a complex step.
     """
 
     value: Array
@@ -60,7 +60,7 @@ class Derivative:
 
 
 def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Derivative:
-    """Return Phi'(x) X by complex step where differences of real states agree with it, and by those differences where they do not.
+    """Return Phi'(x) X by complex step if differences of real states agree with it, otherwise by those differences.
 
     ::
 
@@ -88,7 +88,7 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
     Raises
     ------
     BadInput
-        If it is had neither by complex step nor by differences.
+        If neither the complex step nor differences give it.
     """
     x, X = np.asarray(x, dtype=float), np.asarray(X, dtype=float)
     if not X.size:
@@ -107,12 +107,12 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
             return Derivative(value, image)
     if share > ROUGH:
         raise BadInput(
-            f"the map has no derivative by complex step, for {why}, and its differences settle no better than to {share:.1e} of it; let it "
+            f"the map has no derivative by complex step, because {why}, and its differences converge only to {share:.1e} of it; let it "
             "compute in complex numbers throughout, or iterate to round-off."
         )
     columns = [_by_differences(phi, x, direction, parts, FIRST) for direction in X.T]
     share = max(_share(along, floor, parts) for along, floor in columns)
-    _warn(f"{why}; the derivative is that of differences, good to {share:.1e} of its largest entry")
+    _warn(f"{why}; the derivative is by differences, with an error of up to {share:.1e} of its largest entry")
     return Derivative(np.array([column for column, _ in columns]).T, np.real(_vector(phi, x)).astype(float), share)
 
 
@@ -130,7 +130,7 @@ def _by_complex_step(phi: Mapping, x: Array, X: Array) -> tuple[Any, Any, str]:
 
 
 def _by_differences(phi: Mapping, x: Array, direction: Array, parts: int, first: float) -> tuple[Array, Array]:
-    """Return Phi'(x) along a direction, and by how much each entry may be wrong, by central differences extrapolated to s = 0.
+    """Return Phi'(x) along a direction, with the error of each entry, by central differences extrapolated to s = 0.
 
     Steps are relative to the size of each part of x or of its image, which tell how large a momentum is that begins at rest; or of x
     alone, where that settles better. The floor of an entry is what the last two extrapolations differ by, in the worst
@@ -149,7 +149,7 @@ def _by_differences(phi: Mapping, x: Array, direction: Array, parts: int, first:
 
 
 def _extrapolated(phi: Mapping, x: Array, direction: Array, parts: int, s: float, image: Array) -> tuple[Array, Array]:
-    """Return the same by quotients that begin with a step s, and end where they no longer settle."""
+    """Return the same by quotients that begin with a step s and end when they no longer converge."""
     best, error, share = np.zeros(len(image)), np.full(len(image), np.inf), np.inf
     last: list[Array] = []
     now = np.inf
@@ -170,7 +170,7 @@ def _extrapolated(phi: Mapping, x: Array, direction: Array, parts: int, s: float
 
 
 def _quotient(phi: Mapping, x: Array, direction: Array, s: float) -> Array:
-    """Return the central difference quotient of a real map; NaN where the map has no image, as of an implicit step that is too large."""
+    """Return the central difference quotient of a real map; NaN if the map has no image, for example by an implicit step that is too large."""
     try:
         forth, back = (np.real(_vector(phi, x + sign * s * direction)) for sign in (1.0, -1.0))
     except RunFailed:
@@ -193,7 +193,7 @@ def _sizes(x: Array, image: Array, parts: int) -> Array:
 
 
 def _share(along: Array, floor: Array, parts: int) -> float:
-    """Return the largest floor relative to what it belongs to."""
+    """Return the largest floor relative to the size of its part."""
     return float(np.max(floor / _sizes(along, along, parts)))
 
 

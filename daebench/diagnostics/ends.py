@@ -1,4 +1,4 @@
-"""Changes of errors at the ends of the time, where they are too fast for windows, and a bound on all that windows may hide."""
+"""Changes of errors at the ends of the time that are too fast for windows, and a bound on all changes that windows may hide."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -10,24 +10,24 @@ from daebench.diagnostics.secular import Secular
 from daebench.runs.trajectory import Array
 
 PERIODIC = 20
-"""Fewer oscillations than this are compared one by one at the ends, where windows of several hide a fast change."""
+"""Fewer oscillations than this are compared one by one at the ends, because windows of several hide a fast change."""
 
 ENOUGH = 15
-"""Windows that are not few."""
+"""Number of windows that is enough."""
 
 EDGE = 1 / 8
 """Part of the time at either end in which a change may be too fast for windows."""
 
 MARGIN = 1.25
-"""The bound is this times the range of window means."""
+"""Ratio of the bound to the range of window means."""
 
 SAMPLES = 16
-"""Fewest samples of a mean at an end."""
+"""Smallest number of samples of a mean at an end."""
 
 
 @dataclass(frozen=True)
 class Windows:
-    """What is taken of the window means of m errors: how many there are, and their range with both ends of the time, shape(m,)."""
+    """Numbers of window means of m errors, and their ranges with both ends of the time, shape(m,)."""
 
     count: NDArray[np.int64]
     least: Array
@@ -60,7 +60,7 @@ def change_bound(u: Array, error: Array, windows: Windows, swings: NDArray[np.in
     error : ndarray, shape(m, n)
         Errors, a row each.
     windows : Windows
-        What is taken of their window means.
+        Their window means.
     swings : ndarray of int, shape(m,)
         Numbers of oscillations.
     """
@@ -84,7 +84,7 @@ def _plain_means(u: Array, error: Array, length: Array) -> tuple[Array, Array]:
 
 
 def _unlike(error: Array, swings: NDArray[np.int64]) -> Array:
-    """Return by how much the first and the last period of each oscillation differ from their neighbours, at most, shape(m,)."""
+    """Return the largest differences of the first and the last period of each oscillation from their neighbours, shape(m,)."""
     n = error.shape[1]
     lag = _periods(error, swings)
     k = np.arange(np.max(lag))
@@ -96,7 +96,7 @@ def _unlike(error: Array, swings: NDArray[np.int64]) -> Array:
 
 
 def _periods(error: Array, swings: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return after how many samples each oscillation is most like itself, near its mean period, shape(m,); 0 where that is too long."""
+    """Return the number of samples after which each oscillation repeats best, near its mean period, shape(m,); 0 if that is too long."""
     n = error.shape[1]
     likeness = np.full((len(error), n // 2), np.inf)
     differences = _mean_squares(error)
@@ -123,7 +123,7 @@ def _mean_squares(error: Array) -> Array:
 
 
 def edge_changes(u: Array, error: Array, noise: Array) -> tuple[NDArray[Any], Secular]:
-    """Return which errors have a first value far from all that are later, or a last one far from all that are earlier, and their changes.
+    """Return the errors with a first value far from all later ones, or a last one far from all earlier ones, and their changes.
 
     Far is beyond their range by more than the range. Such a change is over within an eighth of the time, or begins there.
 
@@ -139,7 +139,7 @@ def edge_changes(u: Array, error: Array, noise: Array) -> tuple[NDArray[Any], Se
     Returns
     -------
     members : ndarray of int, shape(k,)
-        Which errors have one.
+        Indices of these errors.
     changes : Secular
         Those of these k.
     """

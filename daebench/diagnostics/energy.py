@@ -1,4 +1,4 @@
-"""Energy drift: the secular part of the error of a conserved quantity, seen under an oscillation that may be far larger."""
+"""Energy drift: the secular part of the error of a conserved quantity, under an oscillation that may be far larger."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -14,16 +14,16 @@ from daebench.runs.trajectory import Array
 NAN = float("nan")
 
 SHORTEST = 32
-"""Fewest samples from which a drift is read."""
+"""Smallest number of samples for a drift."""
 
 LINEAR_BAND = 0.25
-"""Growth is linear where the exponent is known and equal to one within this."""
+"""Growth is linear if the exponent is known and equal to one within this."""
 
 MISFIT = 0.05
-"""A change has no law where the window means are off the shape by more than this part of it, neighbours alike."""
+"""A change has no law if the window means deviate from the shape by more than this part of it, with equal signs of neighbours."""
 
 ROUNDED = 10.0
-"""An error within so many roundings, times the square root of the number of steps, is kept."""
+"""An error within this number of roundings, times the square root of the number of steps, counts as kept."""
 
 KEPT, BOUNDED, DRIFTS, UNDETERMINED, FAILED = "kept", "bounded", "drifts", "undetermined", "failed"
 
@@ -31,10 +31,10 @@ VERDICTS = {
     KEPT: "it is round-off: at most 10 eps sqrt(N) max(|T|, |U|) after N steps",
     BOUNDED: "its mean changes by no more than a stated bound, which is less than its oscillation",
     DRIFTS: "its mean changes, or its oscillation grows, by a stated law",
-    UNDETERMINED: "neither is known, for a stated reason",
+    UNDETERMINED: "none of these can be decided, for a stated reason",
     FAILED: "the run stopped, or a number in it is not finite",
 }
-"""Verdicts on an error, and what they say."""
+"""Verdicts on an error, and their meaning."""
 
 
 SAMPLES_AT_ONCE, FEWEST_AT_ONCE = 2**17, 64
@@ -55,7 +55,7 @@ class Drift:
     reason : str
         Why it is undetermined, or failed; else "".
     law : str
-        Of what drifts, "linear", "power", "exponential", "saturated", "step", "irregular" or "growing scatter"; else "".
+        Law of a drift: "linear", "power", "exponential", "saturated", "step", "irregular" or "growing scatter"; else "".
     exponent, exponent_error : float
         Exponent alpha of the secular part ~ t^alpha and its standard error; NaN where no power of t fits.
     change : float
@@ -63,7 +63,7 @@ class Drift:
     change_bound : float
         Upper bound on the modulus of the change of the mean over the time.
     level : float
-        Mean at the end; that of what saturated is the value at which it did.
+        Mean at the end; for law "saturated" the limit.
     slope, slope_error : float
         Least-squares slope over the whole run, in the error's unit per unit of time, and the standard error that it has if the secular
         part is a straight line. The verdict does not use them.
@@ -82,12 +82,12 @@ class Drift:
 
     @property
     def brief(self) -> str:
-        """The law of what drifts, and of anything else the verdict."""
+        """The law of a drift, otherwise the verdict."""
         return self.law or self.verdict
 
     @property
     def words(self) -> str:
-        """The law in words: "linear", "t^2.0", "saturated at -26.6"; "" of what does not drift."""
+        """The law in words: "linear", "t^2.0", "saturated at -26.6"; "" without a drift."""
         if self.law == "power" and np.isfinite(self.exponent):
             return f"t^{self.exponent:.2g}"
         return f"saturated at {self.level:.3g}" if self.law == "saturated" else self.law
@@ -166,7 +166,7 @@ def energy_verdicts(t: Array, errors: Array, *, resolution: Array, scale: Array,
     t : ndarray, shape(n,)
         Times, increasing and about equally spaced.
     errors : ndarray, shape(m, n)
-        Errors from the start, a row each.
+        Errors from the start, one per row.
     resolution, scale : ndarray, shape(m,)
         Round-off of one value, and size of the numbers whose rounding makes the error.
     steps : int
@@ -191,7 +191,7 @@ def energy_verdicts(t: Array, errors: Array, *, resolution: Array, scale: Array,
 
 @dataclass(frozen=True)
 class _Judged:
-    """The verdicts on m errors, and what they rest on: the largest modulus of each, by which it is divided so that no square overflows."""
+    """The verdicts on m errors and their data: each error is divided by its largest modulus, so that no square overflows."""
 
     verdicts: NDArray[np.str_]
     largest: Array
@@ -238,7 +238,7 @@ def _drift(t: Array, error: Array, verdict: str, mean_trend: Trend, size: float,
 
 
 def law_of(mean_trend: Trend, exponent: float = NAN, exponent_error: float = NAN) -> str:
-    """Return the law of a drift in a word; without an exponent it is told from the shape that fits best."""
+    """Return the law of a drift in a word; without an exponent by the shape that fits best."""
     best = mean_trend.secular
     if mean_trend.spreads:
         return "growing scatter"

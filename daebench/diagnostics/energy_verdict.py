@@ -16,7 +16,7 @@ LOST = 1.0
 
 @dataclass(frozen=True)
 class EnergyScales:
-    """Energies along a run, in the unit of H; along several runs an entry for each, shape(m,).
+    """Energies along a run, in the unit of H; for several runs one entry each, shape(m,).
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def scales_along(kinetic: Array, *energies: Array) -> EnergyScales:
     Parameters
     ----------
     kinetic, *energies : ndarray, shape(..., n)
-        Energies at n times, a row for each run.
+        Energies at n times, one row for each run.
     """
     moduli = [np.abs(energy) for energy in (kinetic, *energies)]
     finite = [np.isfinite(x) for x in moduli]

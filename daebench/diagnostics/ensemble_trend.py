@@ -1,4 +1,4 @@
-"""Whether the mean over the members of an ensemble drifts: held against its own scatter, and against the scatter of independent members."""
+"""Whether the mean over the members of an ensemble drifts, compared with its own scatter and with that of independent members."""
 
 from dataclasses import replace
 
@@ -10,13 +10,13 @@ from daebench.diagnostics.window_means import MOST, window_means
 from daebench.runs.trajectory import Array
 
 SIGNIFICANT = 4.5
-"""The mean of the members' changes is a drift beyond so many of its standard errors."""
+"""The mean of the members' changes is a drift above this multiple of its standard error."""
 
 EXPLAINED = 2.0
-"""Independent members explain a scatter of their mean of up to so many times what they make on average."""
+"""Independent members explain a scatter of their mean up to this multiple of its average."""
 
 SPREAD_EARLY = 4.0
-"""A growing scatter of the mean is the members' own where it is within so many of the standard errors that they give it."""
+"""A growing scatter of the mean is that of the members if it is within this multiple of their standard error."""
 
 
 def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
@@ -48,7 +48,7 @@ def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
     if clear and (mean_trend.drifts or (mean_trend.secular.scatter <= EXPLAINED * standard_error and beyond(mean_trend.secular))):
         return replace(mean_trend, drifts=True, reason="", bound=bound)
     if mean_trend.drifts:
-        return replace(mean_trend, drifts=False, reason="the mean changes by no more than independent members differ", bound=bound)
+        return replace(mean_trend, drifts=False, reason="the change of the mean is within the scatter of independent members", bound=bound)
     small = bound < max(float(np.ptp(mean)), 2 * float(np.max(np.std(error, axis=0))))
     return replace(
         mean_trend, bound=bound, reason="" if small and mean_trend.reason.startswith(("too short", "a single")) else mean_trend.reason

@@ -1,7 +1,7 @@
 """Equivalence of paired samples: whether means and quantiles differ by less than a margin, tested from both sides.
 
-That a difference is not significant says nothing, for it is not with few samples. Here it is the samples that have to show that the
-difference is small: each of its confidence intervals has to be within the margin, Schuirmann, J. Pharmacokin. Biopharm. 15 (1987) 657.
+A difference that is not significant need not be small: with few samples none is significant. Here the samples must show that the difference
+is small: each confidence interval must be within the margin, Schuirmann, J. Pharmacokin. Biopharm. 15 (1987) 657.
 """
 
 from collections.abc import Sequence
@@ -13,13 +13,13 @@ from daebench.errors import BadInput, positive
 from daebench.runs.trajectory import Array
 
 EQUIVALENT, DIFFERENT, UNDECIDED = "equivalent", "different", "undecided"
-"""What is said of two samples."""
+"""Verdicts on two samples."""
 
 QUANTILES = (0.1, 0.5, 0.9)
-"""Quantiles that are compared, beside the mean."""
+"""Quantiles that are compared, in addition to the mean."""
 
 RESAMPLES = 4000
-"""Resamples of the bootstrap."""
+"""Number of bootstrap resamples."""
 
 AT_ONCE = 250
 """Resamples that are held in memory at once."""

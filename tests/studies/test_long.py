@@ -350,7 +350,10 @@ def test_where_nothing_can_be_told_the_sentence_says_why(random):
         ({"verdict": "drifts", "law": "saturated", "level": -26.6}, "the mean of 16 members saturated at -26.6"),
         ({"verdict": "drifts", "law": "growing scatter", "change": 0.1}, "growing scatter: the mean of 16 members"),
         ({"verdict": "drifts", "law": "apart", "exponent": 1.0, "exponent_error": 0.1, "spreads": True}, "each member has its own drift"),
-        ({"verdict": "undetermined", "reason": "aliased output", "spreads": True}, "spread beyond round-off too late to measure its growth"),
+        (
+            {"verdict": "undetermined", "reason": "aliased output", "spreads": True},
+            "spread beyond round-off too late to measure its growth",
+        ),
         ({"verdict": "undetermined", "reason": "fewer than 5 oscillations"}, "undetermined: fewer than 5 oscillations;"),
         ({"verdict": "bounded"}, "do not spread beyond round-off, and their mean changes by at most 3e-12 over the time"),
         ({"verdict": "random walk", "exponent": 0.5, "exponent_error": 0.05, "spreads": True}, "grows as t^(0.50 +- 0.10)"),
