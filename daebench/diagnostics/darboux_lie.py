@@ -131,7 +131,9 @@ class DarbouxLie:
         start = np.append(y, 0.0).astype(complex)
         solution = solve_ivp(right, (0, 1), start, method="DOP853", rtol=TOLERANCE, atol=scale)
         if not solution.success:
-            raise BadInput(f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); choose a point nearer to y0.")
+            raise BadInput(
+                f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); choose a point nearer to y0."
+            )
         end: Vector = solution.y[:, -1]
         return (end[:3], end[3]) if np.iscomplexobj(y) else (end[:3].real, end[3].real)
 
@@ -142,7 +144,10 @@ class DarbouxLie:
         if not ratio > SHRINK or not np.all(np.real(self.domain(y)) > 0):
             where = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.names, np.real(y), strict=True))
             pair = f"b_{self.i + 1}{self.j + 1}"
-            raise BadInput(f"the lines leave the neighbourhood of y0 at {where}: there {pair} vanishes or the domain ends; choose a point nearer to y0.")
+            raise BadInput(
+                f"the lines leave the neighbourhood of y0 at {where}: there {pair} vanishes or the domain ends; choose a point nearer to "
+                f"y0."
+            )
         return B
 
 

@@ -170,7 +170,7 @@ def _extrapolated(phi: Mapping, x: Array, direction: Array, parts: int, s: float
 
 
 def _quotient(phi: Mapping, x: Array, direction: Array, s: float) -> Array:
-    """Return the central difference quotient of a real map; NaN if the map has no image, for example by an implicit step that is too large."""
+    """Return the central difference quotient of a real map; NaN if the map has no image, as for an implicit step that is too large."""
     try:
         forth, back = (np.real(_vector(phi, x + sign * s * direction)) for sign in (1.0, -1.0))
     except RunFailed:

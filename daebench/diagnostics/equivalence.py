@@ -68,7 +68,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Equivalence:
-    """What paired samples say.
+    """Comparison of paired samples.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Equivalence:
     count : int
         Number of pairs.
     needed : int or None
-        About how many pairs would decide, where these do not; None where they do, and where no number can be told.
+        Approximate number of pairs for a decision, if these are too few; None if they are enough, or if the number is unknown.
     """
 
     verdict: str
@@ -166,7 +166,7 @@ def _quantiles(x: Array) -> Array:
 
 
 def _needed(differences: Sequence[Difference], margin: float, count: int) -> int | None:
-    """Return about how many pairs would decide: intervals become narrower as one over the root of their number.
+    """Return the approximate number of pairs for a decision: intervals shrink as one over the square root of their number.
 
     The samples become equivalent when the last interval is within the margin, or different as soon as one is outside of it.
     """

@@ -47,7 +47,7 @@ class Freedom:
     nearby : int
         Largest rank of G at points of the manifold around the start.
     others : mapping of int to tuple of int
-        Each constraint that depends on constraints before it, and on which; the gradient is zero where it depends on none.
+        Each constraint that depends on earlier constraints, with their names; if there are none, its gradient is zero.
     """
 
     d: int
@@ -75,16 +75,16 @@ class Freedom:
 
     @property
     def named(self) -> str:
-        """Which constraints depend on which, as part of a sentence; "" where none does."""
+        """The dependences between constraints, as part of a sentence; "" if there are none."""
         return "; ".join(
             f"g{k + 1} is a combination of {_listed(of)}" if of else f"the gradient of g{k + 1} is zero" for k, of in self.others.items()
         )
 
     @property
     def where(self) -> str:
-        """Whether they do so at the start alone, as part of a sentence."""
+        """Whether this is so only at the start, as part of a sentence."""
         if self.permanent:
-            return "also nearby, so that the constraints are redundant"
+            return "also nearby, so the constraints are redundant"
         return "there, though not nearby" if self.nearby == self.m else f"though G has rank {self.nearby} nearby"
 
     @property
@@ -115,7 +115,7 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     Returns
     -------
     Freedom or None
-        None where a value is not finite, which is told of elsewhere, and where there are more than :data:`LARGEST` constraints.
+        None if a value is not finite, which another check reports, or if there are more than :data:`LARGEST` constraints.
     """
     if beyond_comparison(ivp):
         return None
@@ -132,7 +132,7 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
 
 
 def moving(ivp: ConstrainedIvp) -> int:
-    """Return the number of positions, among which the time of a system in time is none."""
+    """Return the number of positions, without the time of a system in time."""
     return ivp.d - bool(ivp.facts.EXTENDED)
 
 
@@ -188,12 +188,13 @@ def _nearby(ivp: ConstrainedIvp, rows: Array, rank: int) -> Iterator[Array]:
 
 
 def beyond_comparison(ivp: ConstrainedIvp) -> bool:
-    """Return whether an initial value problem has so many constraints that whole matrices of them are not made."""
+    """Return whether an initial value problem has too many constraints for full matrices."""
     return ivp.arrays or ivp.m > LARGEST
 
 
 def dependence(ivp: ConstrainedIvp) -> str | None:
-    """Return which constraints depend on others at the start, whether only there, and what to do; None if none does, or if it is not known.
+    """Return the constraints that depend on others at the start, whether only there, and the advice; None if there are none or it is
+    unknown.
 
     Parameters
     ----------
@@ -205,7 +206,7 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
         return None
     told = f"G has rank {found.rank} of {ivp.m}: {found.named}"
     if contradicted(ivp):
-        return f"{told}, and no positions keep all of them as time goes on: a driver contradicts the others; leave it out"
+        return f"{told}, and no positions satisfy all of them at later times: a driver contradicts the others; leave it out"
     return f"{told}, {found.where}; {found.remedy}"
 
 
@@ -266,7 +267,7 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
 
 
 def require_freedom(ivp: ConstrainedIvp) -> None:
-    """Accept a problem that can move from its start; one in time may be moved by its drivers alone.
+    """Accept a problem that can move from its start; drivers may move a problem in time.
 
     Raises
     ------
@@ -279,5 +280,5 @@ def require_freedom(ivp: ConstrainedIvp) -> None:
     if found is not None and not found.degrees:
         raise BadInput(
             f"{ivp.problem}, case {ivp.case}, cannot move: G has rank {found.rank} at the start, as many as there are positions; "
-            "take away constraints, or start where they leave a degree of freedom."
+            "remove constraints, or start where they leave a degree of freedom."
         )

@@ -35,7 +35,7 @@ def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTr
     Returns
     -------
     dict of str to ndarray, shape(n,)
-        I(x(t)) - I(x0), in the unit of the integral; empty where the problem declares none.
+        I(x(t)) - I(x0), in the unit of the integral; empty if the problem declares no integrals.
     """
     return _errors(ivp, "integrals", ivp.integrals, states_of(trajectory))
 
@@ -53,7 +53,7 @@ def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, 
     Returns
     -------
     dict of str to ndarray, shape(n,)
-        C(y(t)) - C(y0), in the unit of C; empty where the system declares none.
+        C(y(t)) - C(y0), in the unit of C; empty if the system declares no Casimirs.
     """
     return _errors(ivp, "casimirs", ivp.casimirs, states_of(trajectory))
 

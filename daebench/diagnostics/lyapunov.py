@@ -1,4 +1,4 @@
-"""Lyapunov exponents and MEGNO from the growth of tangent vectors, and what they say: chaotic, regular, or not yet decided.
+"""Lyapunov exponents and MEGNO from the growth of tangent vectors, with the verdict: chaotic, regular, or undetermined.
 
 A vector grows as a power of time in an integrable motion, and as exp(lambda t) in a chaotic one. With its length delta, ::
 
@@ -17,22 +17,22 @@ from daebench.runs.trajectory import Array
 
 CHAOTIC, REGULAR, UNDETERMINED = "chaotic", "regular", "undetermined"
 VERDICTS = (CHAOTIC, REGULAR, UNDETERMINED)
-"""What is said of a start."""
+"""Verdicts on a start."""
 
 QUASI_PERIODIC = 2.5
-"""<Y> of a motion that is called regular is no larger; that of a quasi-periodic one tends to 2."""
+"""Largest <Y> of a motion with the verdict regular; that of a quasi-periodic motion tends to 2."""
 
 EXPONENTIAL = 4.0
-"""<Y> of a motion that is called chaotic is no smaller, and larger than at half of the time."""
+"""Smallest <Y> of a motion with the verdict chaotic; it is also larger than at half of the time."""
 
 FEW_FOLDS = 4.0
-"""Growth of log delta in the second half of the time, which is no larger in a motion that is called regular.
+"""Largest growth of log delta in the second half of the time of a motion with the verdict regular.
 
 Growth as t^k has k log 2 there, and an oscillation adds its own size in the logarithm.
 """
 
 MANY_FOLDS = 6.0
-"""The same, which is no smaller in a motion that is called chaotic."""
+"""Smallest growth of log delta in the second half of the time of a motion with the verdict chaotic."""
 
 BATCHES = 16
 """Batches of intervals, whose means are taken for independent."""
@@ -44,7 +44,7 @@ CONFIDENCE = 0.95
 """Confidence of the intervals of exponents."""
 
 TOLD = 10.0
-"""lambda t from about which on an exponent lambda is told from none in a time t."""
+"""Approximate smallest lambda t at which an exponent lambda can be distinguished from zero in a time t."""
 
 FEWEST = 2 * BATCHES
 """Fewest intervals of time of which an exponent is taken."""
@@ -89,13 +89,13 @@ def mean_megno(growth: Array) -> Array:
 
 
 def exponents(growth: Array, interval: float) -> Exponents:
-    """Return the exponents, indicators and verdicts that growth comes to.
+    """Return the exponents, indicators and verdicts of the growth of tangent vectors.
 
     A start is called chaotic where <Y> is at least :data:`EXPONENTIAL` and still rises, and the second half of the time adds
     :data:`MANY_FOLDS` to log delta; regular where <Y> is at most :data:`QUASI_PERIODIC` and that half adds at most :data:`FEW_FOLDS`.
-    Regular means that no exponential growth was seen in this time: an exponent below about :data:`TOLD` / t is not told from none, so
-    that a start may be regular now and chaotic in a longer run. The interval is that of Student for the means of :data:`BATCHES`
-    batches, after the first tenth.
+    Regular means that no exponential growth was observed in this time: an exponent below about :data:`TOLD` / t cannot be distinguished
+    from zero. A start may be regular in this time and chaotic in a longer run. The interval is that of Student for the means of
+    :data:`BATCHES` batches, after the first tenth.
 
     On starts with known answers, 96 about each of six integrable problems each after 50, 100, 200, 400 and 1000 s, 0 of 2880 were
     called chaotic and 17 undetermined. Of 95 chaotic ones of the double pendulum (lambda = 0.93/s) none was called regular after 25 s and
@@ -106,7 +106,7 @@ def exponents(growth: Array, interval: float) -> Exponents:
     Parameters
     ----------
     growth : ndarray, shape(n, k)
-        Growth of log delta in each of k intervals of time, k at least :data:`FEWEST`; NaN where a run had stopped.
+        Growth of log delta in each of k intervals of time, k at least :data:`FEWEST`; NaN after a run has stopped.
     interval : float
         Length of one, s.
     """

@@ -18,8 +18,8 @@ def least_displacement(C: Array, W: Array, b: Array) -> Array:
 
         dx = W C^T (C W C^T)^+ b
 
-    The pseudo-inverse leaves redundant conditions alone; they are scaled to equal size before it is taken. Conditions that
-    contradict each other are met in the mean, as far as they can be.
+    The pseudo-inverse leaves redundant conditions alone; they are scaled to equal size before it is taken. Conditions that contradict each
+    other are satisfied in the sense of least squares.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Points of the manifold around a problem's start, and what the equations of motion are there, in numbers and independent of any method."""
+"""Points of the manifold around a problem's start, and the equations of motion there, in numbers and independent of any method."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -19,7 +19,7 @@ PIECES = 8
 """Parts of the way there, each ended on the manifold."""
 
 NEARER = 1 / 3
-"""A way that comes so much nearer to where G loses rank than its start may go on on another branch, and is left out."""
+"""A path is left out if it comes nearer than this part of its start to a loss of rank of G, because it may continue on another branch."""
 
 REGULAR = 1e-9
 """Smallest singular value of G, in parts of the largest, of a start from which that can be said."""
@@ -85,7 +85,7 @@ def without_potential(ivp: ConstrainedIvp, p: Array, q: Array, rate: Array) -> f
 
 
 def off_manifold(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
-    """Return the largest of |g| and |G H_p|, relative to what a relative change of one in p and q would make of it."""
+    """Return the largest of |g| and |G H_p|, relative to its change under a relative change of one in p and q."""
     state, slow = (tuple(p), tuple(q)), SLOWLY * ivp.value("mass", tuple(p), tuple(q)) @ np.abs(q)
     sizes = float(np.max(np.abs(ivp.value("g", state[1])))), float(np.max(np.abs(ivp.value("Gv", *state))))
     scales = residual_scales(ivp, np.abs(p) + np.abs(slow), q)
@@ -138,7 +138,7 @@ def numeric(ivp: ConstrainedIvp, expressions: Sequence[Any], *more: Any) -> Call
 
 
 def differs(a: Array, b: Array) -> float:
-    """Return the largest difference relative to the largest modulus; what is not finite differs without bound."""
+    """Return the largest difference relative to the largest modulus; infinity if a value is not finite."""
     off = float(np.max(np.abs(a - b))) / max(float(np.max(np.abs(b))), 1e-300)
     return off if np.isfinite(off) else float("inf")
 

@@ -27,7 +27,7 @@ def nearest(conditions: Conditions, x0: Array, W: Array, least: Array) -> tuple[
 
         minimise (x - x0)^T W^-1 (x - x0)  subject to  c(x) = 0:   dx = W C^T (C W C^T)^+ (C dx - c(x0 + dx)),   C = c_x(x0 + dx)
 
-    Each state is iterated until its own increment is at round-off, so that no state changes what becomes of another.
+    Each state is iterated until its own increment is at round-off, so that states do not affect each other.
 
     Parameters
     ----------

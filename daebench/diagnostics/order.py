@@ -29,7 +29,7 @@ PLATEAU = 10.0
 
 @dataclass(frozen=True)
 class OrderFit:
-    """An observed order, and what became of each point.
+    """An observed order, and the classification of each point.
 
     Parameters
     ----------

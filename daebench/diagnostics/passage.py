@@ -15,7 +15,7 @@ SAME = 0.1
 """A velocity is called the same as another where it differs by less than this part of it, in the norm of kinetic energy."""
 
 TELLING = 0.3
-"""Part of a velocity by which two ways to extrapolate it may differ for its branch to be told."""
+"""Largest relative difference of two extrapolations of a velocity with which its branch can be identified."""
 
 MOST_STATES = 20
 """Steps after which a fixed-step run no longer waits for pivots to rise again."""
@@ -35,7 +35,7 @@ class Crossing:
     t : float
         When G loses rank, as extrapolated.
     t0, p0, q0, pivot0
-        The last state before, its time, and what was measured there.
+        The last state before, with its time and the measured values.
     after : list of (float, ndarray, float)
         States that came after: time, s, velocity, shape(d,), and pivot.
     """

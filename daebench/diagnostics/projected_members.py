@@ -82,14 +82,14 @@ def require_projected(projected: ProjectedMembers, what: str) -> Members:
     Parameters
     ----------
     projected : ProjectedMembers
-        What :func:`project_members` returned.
+        The result of :func:`project_members`.
     what : str
-        What the starts are of, as "a neighbourhood of size 0.1".
+        The set of starts, for example "a neighbourhood of size 0.1".
 
     Raises
     ------
     BadInput
-        If some have not: how many, which the first is, and what to do.
+        If some have not: their number, the first of them, and the advice.
     """
     lost = np.flatnonzero(~projected.met)
     if len(lost):

@@ -14,7 +14,7 @@ from daebench.errors import BadInput
 from daebench.runs.trajectory import Array
 
 MEMBERS = 16
-"""Fewest members from which a random walk is told."""
+"""Smallest number of members with which a random walk can be identified."""
 
 OCTAVES = 8
 """The spread is followed over the last so many octaves of the time, where errors are given at equally spaced times alone."""
@@ -23,10 +23,10 @@ WINDOW_OCTAVES = 14
 """The same where means over windows are given, which go back further: 4.2 decades."""
 
 CONFIDENCE = 2.0
-"""An exponent is known to within so many of its standard errors: the interval of 95 % of a normal distribution; 94 in 100 held it."""
+"""Half width of the interval of an exponent in standard errors: 95 % of a normal distribution; 94 of 100 intervals contained it."""
 
 ROUNDED = 8 * float(np.finfo(float).eps)
-"""Part of the largest error below which an error counts as none."""
+"""Part of the largest error below which an error counts as zero."""
 
 WALK = (0.25, 0.75)
 """Exponents of a random walk are between these: halfway to those of what is bounded, 0, and of what is linear, 1."""
@@ -77,14 +77,14 @@ class Walk:
 
     @property
     def brief(self) -> str:
-        """The law of what drifts, and of anything else the verdict."""
+        """The law of a drift, otherwise the verdict."""
         return self.law or self.verdict
 
 
 def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, windows: tuple[ArrayLike, ArrayLike] | None = None) -> Walk:
     """Return how the errors e_i(t) of the members i of an ensemble grow, of the energy or any other conserved quantity.
 
-    Truncation is common to members that follow the same motion; what rounding does is their own. Unbiased rounding makes each error a
+    Truncation is common to members that follow the same motion; round-off differs between members. Unbiased rounding makes each error a
     random walk, with standard deviation ~ t^(1/2); biased rounding, as of an iteration that ends at a tolerance, makes it grow
     linearly, HLW VIII.5. So two things are looked at:
 
@@ -135,7 +135,7 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, wind
         raise BadInput(f"an ensemble needs one error for each member and time; the shapes are {error.shape} and {t.shape}.")
     members = len(error)
     if members < MEMBERS:
-        raise BadInput(f"a random walk is told from {MEMBERS} members or more, not from {members}.")
+        raise BadInput(f"a random walk can be identified from {MEMBERS} members or more, not from {members}.")
     if len(t) < 2 * SHORTEST or not np.all(np.isfinite(error)):
         return Walk("undetermined", members, f"too short: {len(t)} samples" if len(t) < 2 * SHORTEST else "an error is not finite")
     _require_distinct(error, resolution)
@@ -189,7 +189,7 @@ def _slopes(t: Array, error: Array) -> Array:
 
 
 def _spreading(exponent: float, exponent_error: float) -> str:
-    """Return what the exponent of a spread says; NaN stands for one that is not known."""
+    """Return the verdict by the exponent of a spread; NaN is an unknown exponent."""
     low, high = exponent - CONFIDENCE * exponent_error, exponent + CONFIDENCE * exponent_error
     if high <= WALK[0]:
         return "bounded"

@@ -26,15 +26,15 @@ BELIEVED = 1 / 3
 LIGHT = 1e-2
 """Part of the largest mass below which a mass is light."""
 
-HEAVIER = "use a smaller h, which resolves the light mass, or leave that mass out; --on-singular continue goes on all the same"
-"""What to do where a run stops because a mass is too light for the step."""
+HEAVIER = "use a smaller h, which resolves the light mass, or leave that mass out; --on-singular continue ignores this"
+"""Advice if a run stops because a mass is too light for the step."""
 
 GO_ON = "to go on, add --on-singular continue (on_singular), which says which branch the motion takes"
-"""What to do where a run stops because G loses rank."""
+"""Advice if a run stops because G loses rank."""
 
 
 def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int) -> float | None:
-    """Return in what time G loses rank, if it does so within so many steps of size h, as one state and its velocity tell; else None.
+    """Return the time until G loses rank, by one state and its velocity, if it is within this number of steps of size h; else None.
 
     The roots of what ``independence`` in ``daebench/schemes/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and
     what is found is believed where it is there at most a third of what it is at q.
@@ -63,7 +63,7 @@ def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int
 
 
 def upcoming_losses(members: Members, p: Array, q: Array, within: int) -> Array:
-    """Return the same time for each member of an ensemble, shape(n,), to the bit; NaN where there is none.
+    """Return the same time for each member of an ensemble, shape(n,), equal to the bit; NaN if there is none.
 
     Parameters
     ----------

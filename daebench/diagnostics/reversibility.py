@@ -1,4 +1,4 @@
-"""The defects of reversibility and of inversion: what is left when a map is undone by turning momenta round and mapping again."""
+"""The defects of reversibility and of inversion: the error left after a map is undone by reversing momenta and mapping again."""
 
 import numpy as np
 from numpy.typing import ArrayLike

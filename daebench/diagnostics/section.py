@@ -1,4 +1,4 @@
-"""Orbit closure: where a planar trajectory comes through a ray, revolution after revolution, and whether it comes back."""
+"""Orbit closure: where a planar trajectory crosses a ray at each revolution, and whether the orbit closes."""
 
 from dataclasses import dataclass
 
@@ -73,7 +73,7 @@ def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike
     Raises
     ------
     BadInput
-        If the system is not planar, or center or direction is no place or no direction.
+        If the system is not planar, or center or direction is not valid.
     """
     from scipy.interpolate import CubicHermiteSpline
 

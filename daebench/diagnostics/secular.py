@@ -24,7 +24,7 @@ POINTS = 2048
 """Points over which shapes are averaged."""
 
 CANCELLED = 1e-6
-"""Part of the sum of squares below which what a shape leaves of it is no longer taken as a difference."""
+"""Part of the sum of squares below which the residual of a shape counts as zero."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ def central_weights(order: int) -> tuple[float, ...]:
     It is the derivative of the polynomial through 2k + 1 equidistant points at the middle one.
     """
     if order < 2 or order % 2 or order > HIGHEST:
-        raise BadInput(f"the order of a shadow Hamiltonian is an even number from 2 to {HIGHEST}, and {order} is none.")
+        raise BadInput(f"the order of a shadow Hamiltonian is an even number from 2 to {HIGHEST}, not {order}.")
     k, weights, ratio = order // 2, [], 1.0
     for j in range(1, k + 1):
         ratio *= (k - j + 1) / (k + j)
@@ -55,12 +55,12 @@ def shadow_hamiltonian(p: ArrayLike, q: ArrayLike, actions: ArrayLike, h: float,
     Returns
     -------
     ndarray, shape(n + 1 - order,)
-        J; at the states order/2, ..., n - order/2, since there are differences to both sides of these alone.
+        J; at the states order/2, ..., n - order/2, because only these have differences on both sides.
 
     Raises
     ------
     BadInput
-        If the order is none, or there are too few states.
+        If the order is not valid, or there are too few states.
 
     Notes
     -----

@@ -17,7 +17,7 @@ GROWS = 0.25
 """A spread grows whose exponent is larger than this by two of its standard errors, and may have a constant beside it."""
 
 LONG = 11.0
-"""Octaves from which on a constant is told from a power."""
+"""Smallest number of octaves that distinguish a constant from a power."""
 
 LEAST = -0.9
 """Least constant, relative to the square of the spread in the first window."""
@@ -37,7 +37,7 @@ class Spread:
     decades : float
         Decades of time over which it is read.
     bent : bool
-        Whether a single power is not what the spread follows there.
+        Whether the spread does not follow a single power there.
     seen : bool
         Whether members spread beyond the resolution at all.
     """
@@ -64,7 +64,7 @@ def spread_exponent(t: Array, means: Array, resolution: float, octaves: float) -
     time, with the fit linearised. It is not less than that of a straight line: where members hardly differ, it is the same motion that
     makes the windows of all of them scatter.
 
-    What comes first may follow another law. While the slopes of what the fit leaves over both halves of log t differ by more than three
+    The beginning may follow another law. While the slopes of what the fit leaves over both halves of log t differ by more than three
     standard errors, the jackknife's again, and by more than 0.02, the first half octave is left out, down to the last eight octaves.
 
     Parameters
@@ -74,7 +74,7 @@ def spread_exponent(t: Array, means: Array, resolution: float, octaves: float) -
     means : ndarray, shape(w, N)
         Means of the members over the windows.
     resolution : float
-        A spread below it counts as none.
+        A smaller spread counts as zero.
     octaves : float
         Octaves of the time over which the spread is followed at most.
     """

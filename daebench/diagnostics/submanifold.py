@@ -31,7 +31,7 @@ def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
 
         y' = B(y) grad K(y)      x = chi(y)      X = chi'(y)      B = (X^T J X)^-1      K = H(chi(y))
 
-    There are no constraints left, and no multipliers. That the system is Poisson, and that the integrals stay integrals, is verified when
+    It has no constraints and no multipliers. That the system is Poisson, and that the integrals stay integrals, is verified when
     it is constructed, as for every :class:`daebench.systems.poisson.PoissonSystem`. B is inverted by symbols, which takes about ten
     seconds for three coupled degrees of freedom and minutes from five on: there the form ``local``, which solves with numbers, is better.
 
@@ -44,9 +44,9 @@ def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
     Raises
     ------
     BadInput
-        If the problem declares no chart, or none that is invertible.
+        If the problem declares no invertible chart.
     InvalidProblem
-        If what follows from the chart is no Poisson system, or a declared integral is none.
+        If the chart does not give a Poisson system, or a declared integral is not an integral.
 
     Examples
     --------
@@ -159,7 +159,7 @@ def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Ar
         (J P_x v, xi) = (J v, xi)  for all tangent xi:      P_x = X (X^T J X)^-1 X^T J      x' = P_x J^-1 grad H(x)      (2.20)
 
     It does not depend on the basis X of the tangent space, of which :func:`daebench.diagnostics.symplecticity.tangent_basis` gives an
-    orthonormal one. What it takes away is J-orthogonal to the manifold.
+    orthonormal one. The removed part is J-orthogonal to the manifold.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Ar
     Raises
     ------
     BadInput
-        If p or q is not what it must be, or the two-form degenerates on the tangent space there, as where G loses rank and the system
+        If p or q is not valid, or the two-form degenerates on the tangent space there, as where G loses rank and the system
         does not rest.
 
     Examples

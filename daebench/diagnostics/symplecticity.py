@@ -14,7 +14,7 @@ Flow = Callable[[Any, Any], tuple[Sequence[Any], Sequence[Any]]]
 """A map (p, q) -> (p, q) of vectors of shape(d,), real or complex, that leaves its arguments unchanged."""
 
 Path = Callable[[Any, Any], tuple[Any, str | None]]
-"""A map from (p, q) to the rows (p, q) after 0, 1, 2, ... steps, and to why there are no more, or None."""
+"""A map from (p, q) to the rows (p, q) after 0, 1, 2, ... steps, and to the reason for an early end, or None."""
 
 
 def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
@@ -99,12 +99,12 @@ def linearisation(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> Deriv
 
 
 def tangent_path(path: Path, p: ArrayLike, q: ArrayLike, X: ArrayLike) -> tuple[Array, Array, str | None]:
-    """Return the states of a run and what its linearised steps make of tangent vectors, by complex step.
+    """Return the states of a run and the images of tangent vectors under its linearised steps, by complex step.
 
     Parameters
     ----------
     path : callable
-        The map of a complex state to the states after 0, 1, 2, ... steps, and to why there are no more, or None.
+        The map of a complex state to the states after 0, 1, 2, ... steps, and to the reason for an early end, or None.
     p, q, X
         As for :func:`tangent_map`.
 

@@ -1,4 +1,4 @@
-"""Whether the means of errors change, told from their window means, the scatter of these and the number of oscillations seen."""
+"""Whether the means of errors change, by their window means, the scatter of these and the number of oscillations."""
 
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
@@ -27,7 +27,7 @@ LEFT = 2.5
 """A drift is beyond so many times the part of the oscillation that the windows leave; the range of that part is twice as much."""
 
 RED = 0.25
-"""Correlation of neighbouring window means from which on they are no noise; a fifth of it where windows are few."""
+"""Correlation of neighbouring window means above which they are not noise; a fifth of it for few windows."""
 
 SPREADING = 4.0
 """The scatter of an error grows where it grows by this factor from the first quarter of the time to the last."""
@@ -36,8 +36,8 @@ LEAST_WINDOWS = 4
 """Fewest windows to which shapes are fitted."""
 
 
-ALIASED = "aliased output: the oscillation has fewer than five outputs a period, so that a slow change may be its alias"
-WALKS = "a single random walk, or what looks like one: an ensemble tells it"
+ALIASED = "aliased output: the oscillation has fewer than five outputs per period, so a slow change may be its alias"
+WALKS = "a random walk of a single run, or a similar error: an ensemble can decide"
 FEW = f"fewer than {OSCILLATIONS} oscillations"
 SHORT = "too short: window means scatter as much as the error"
 
@@ -55,7 +55,7 @@ class Trend:
     bound : ndarray, shape(m,)
         Upper bound on the modulus of the change.
     reason : ndarray of str, shape(m,)
-        Why neither a drift nor boundedness is told; "" where one is.
+        The reason for an undetermined verdict; "" if it is decided.
     spreads : ndarray of bool, shape(m,)
         Whether it is the oscillation that grows.
     """
@@ -88,7 +88,7 @@ def trend(t: Array, error: Array, noise: float) -> Trend:
 
 
 def trends(t: Array, error: Array, noise: Array) -> Trend:
-    """Return how the mean of each error changes; what is told of one does not depend on the others, to the bit.
+    """Return how the mean of each error changes; each result is independent of the other errors, to the bit.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _by_windows(u: Array, error: Array, coarse: Secular, residuals: _Residuals, 
 
 
 def beyond(secular_part: Secular) -> bool:
-    """Return whether a change is beyond what noise in the window means makes of none."""
+    """Return whether a change is larger than noise in the window means explains."""
     return bool(secular_part.seen > NOISE * secular_part.scatter)
 
 
@@ -169,7 +169,7 @@ def _spreads(residual: Array, noise: Array) -> NDArray[np.bool_]:
 
 
 def _doubts(error: Array, residuals: _Residuals, part: Secular, bound: Array, noise: Array, members: NDArray[np.int64]) -> Any:
-    """Return why some errors that do not drift are not known to be bounded either; "" where they are."""
+    """Return why errors without a drift are not known to be bounded; "" if they are."""
     whole, bound, swings = np.ptp(error[members], axis=1), bound[members], residuals.swings[members]
     unbound = bound >= whole
     walks = unbound & (swings >= OSCILLATIONS) & _wanders(part, MOST)[members]

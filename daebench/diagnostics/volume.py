@@ -1,4 +1,4 @@
-"""The volume on the manifold that forces without potential take away: what the motion leaves of it, and what a map leaves.
+"""The contraction of volume on the manifold by forces without potential: that of the motion, and that of a map.
 
 On the manifold of n degrees of freedom the volume is (dq ^ dp)^n / n!, which Hamiltonian motion keeps (Liouville). Forces F(q, v, t) change
 it at the rate of their divergence there, whatever their part that does not depend on v is::

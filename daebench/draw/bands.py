@@ -16,7 +16,7 @@ def column(level: float, of: str = "") -> str:
 
 
 def fill(axis: Any, x: Any, quantile: Callable[[float], Any], color: str, *, of: str = "", **style: Any) -> None:
-    """Fill the bands along x, given what returns the quantile of a level; ``of`` says in the legend what they hold a part of."""
+    """Fill the bands along x, from a function that returns the quantile of a level; ``of`` names the members in the legend."""
     for low, high, alpha in SHADES:
         label = f"{100 * (high - low):.0f} % of {of}" if of else None
         axis.fill_between(x, quantile(low), quantile(high), color=color, alpha=alpha, linewidth=0, label=label, **style)

@@ -1,4 +1,4 @@
-"""Names of curves at their right ends, in the place of a legend: moved apart where they would touch, each led to its curve."""
+"""Names of curves at their right ends, instead of a legend: moved apart if they would overlap, each with a line to its curve."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,7 +25,7 @@ def label_ends(axis: Any, names: Sequence[str], x: Sequence[float], y: Sequence[
     size : float
         Size of letters, points.
     """
-    axis.set(xlim=axis.get_xlim(), ylim=axis.get_ylim())  # limits are not known before they are asked for
+    axis.set(xlim=axis.get_xlim(), ylim=axis.get_ylim())  # Matplotlib computes limits only on request
     box = axis.get_position()
     height = axis.figure.get_size_inches()[1] * box.height * 72
     ends = axis.transAxes.inverted().transform(axis.transData.transform(np.column_stack([x, y])))

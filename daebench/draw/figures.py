@@ -1,4 +1,4 @@
-"""The look of all figures, and their files: one drawing as SVG and PNG, and what it shows as CSV."""
+"""Style and files of all figures: a drawing as SVG and PNG, and its numbers as CSV."""
 
 import sys
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ BROWN, OLIVE, INDIGO = "#8f5b3e", "#7d8400", "#7565c8"
 """More colours of that contrast, for pictures of many methods; dashes and markers tell them from those above."""
 
 QUIET = "#767676"
-"""Grey of what is there for orientation only: zero lines, diagonals, notes."""
+"""Grey of auxiliary elements: zero lines, diagonals, notes."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Stroke:
         return {"color": self.color, "linestyle": self.dashes}
 
     def points(self) -> dict[str, Any]:
-        """Return keyword arguments for a curve with markers, drawn open so that those beneath are seen."""
+        """Return keyword arguments for a curve with open markers, so that those beneath are visible."""
         return self.line() | {"marker": self.marker, "markerfacecolor": "white", "markeredgecolor": self.color}
 
 
@@ -150,9 +150,9 @@ SCALED = (
 
 @contextmanager
 def drawing(scale: float = 1.0) -> Iterator[None]:
-    """Give what is drawn inside the look of daebench, and leave the settings of Matplotlib as they were.
+    """Yield a context with the style of daebench, and restore the settings of Matplotlib.
 
-    ``scale`` makes letters and lines so many times as large, for figures that are larger than the text of a page.
+    ``scale`` enlarges letters and lines, for figures that are wider than the text of a page.
     """
     import matplotlib as mpl
 
@@ -163,7 +163,7 @@ def drawing(scale: float = 1.0) -> Iterator[None]:
 def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str = "", **settings: Any) -> tuple["Figure", Any]:
     """Return a figure of the text's width and its axes, shape(rows, columns).
 
-    The figure belongs to the caller alone: nothing is kept by pyplot, and no window can open.
+    The figure belongs only to the caller: pyplot does not store it, and no window can open.
 
     Parameters
     ----------

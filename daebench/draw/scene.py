@@ -160,4 +160,4 @@ def _require_declared(problem: str, points: Sequence[Any], known: set[Any]) -> N
 
     symbols = {symbol for point in points for x in point for symbol in sp.sympify(x).free_symbols}
     if extra := sorted(map(str, symbols - known)):
-        raise InvalidProblem(f"the picture of {problem} contains {', '.join(extra)}, which is no coordinate or parameter; declare it.")
+        raise InvalidProblem(f"the picture of {problem} contains {', '.join(extra)}, which is not a coordinate or parameter; declare it.")

@@ -52,7 +52,7 @@ def draw(steps: SolverSteps, title: str = "") -> "Figure":
         _shares(axes[3, 0], x, steps)
         axes[0, 0].set_title(title)
         if len(x) > 2 * WINDOWS:
-            words = f"lines: the largest of {len(x) // WINDOWS} steps or more; bands: down to the least"
+            words = f"lines: the largest of {len(x) // WINDOWS} steps or more; bands: down to the smallest"
             axes[0, 0].text(0.99, 0.05, words, transform=axes[0, 0].transAxes, ha="right", color=QUIET)
         if not taken:
             axes[-1, 0].set_xticks(x)
@@ -69,7 +69,7 @@ def _sizes(ax: Any, x: Array, steps: SolverSteps) -> None:
         ax.plot(x[refused], steps.h[refused], linestyle="none", marker="x", color=VERMILION, label="failed in the error test")
         ax.legend(loc="lower left")
     if not len(x):
-        ax.text(0.5, 0.5, "no step was taken, and no attempt came to the error test", transform=ax.transAxes, ha="center", color=QUIET)
+        ax.text(0.5, 0.5, "no step was taken, and no attempt reached the error test", transform=ax.transAxes, ha="center", color=QUIET)
     ax.set(yscale="log", ylabel="step size $h$  [s]")
     ax.minorticks_off()
 

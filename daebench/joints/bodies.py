@@ -108,7 +108,7 @@ class Body:
         self, *names: str, mass: Exact, centre: str | Sequence[Exact], inertia: Exact | Sequence[Exact] | Sequence[Sequence[Exact]]
     ) -> None:
         if not names or any(not isinstance(name, str) for name in names):
-            raise InvalidProblem("a Body needs the name of a point that is fixed in it, and has none; give one first.")
+            raise InvalidProblem("a Body needs the name of a point that is fixed in it; give one first.")
         for name, value in (("names", names), ("mass", mass), ("centre", centre), ("inertia", inertia)):
             object.__setattr__(self, name, value)
 

@@ -21,11 +21,14 @@ def case_of(name: str, start: Start, places: Places, M: sp.Matrix, g: Labelled, 
         off = number(equation.subs(at), numbers_here)
         if abs(off) > CLOSE * size**2:
             raise InvalidProblem(
-                f"case {name!r} starts in an inconsistent position: the equation of {label} is off by {off:.3g}; move a point of it."
+                f"case {name!r} starts in an inconsistent position: the equation of {label} has a residual of {off:.3g}; move one of its "
+                f"points."
             )
     for label, expression in signs:
         if number(expression.subs(at), numbers_here) <= 0:
-            raise InvalidProblem(f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move a point of it.")
+            raise InvalidProblem(
+                f"case {name!r} starts in an inconsistent position: {label} is on its other branch; move one of its points."
+            )
     G = sp.Matrix([x for _, x in g]).jacobian(places.q)
     g_t = sp.Matrix([x for _, x in g]).diff(t)
     v = velocities(name, start, places, M, G, g_t, at, numbers_here, [label for label, _ in g])

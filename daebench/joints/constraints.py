@@ -81,7 +81,7 @@ def without_repeats(tied: Labelled, q: Sequence[sp.Symbol]) -> Labelled:
         used = sorted((x for x in equation.free_symbols if x in index), key=lambda x: index[x])
         if not used:
             if sp.expand(equation) != 0 and t in equation.free_symbols:
-                raise InvalidProblem(f"{label} moves nothing but the ground; drive what can move.")
+                raise InvalidProblem(f"{label} moves only the ground; drive a point or body that can move.")
             continue
         plain = sp.Poly(equation, *used)
         if not plain.is_zero:

@@ -118,5 +118,5 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
             return u, turned, length
     raise InvalidProblem(
         f"the driven angle of {driver.first!r} and {driver.second!r} has no direction across its axis to measure it by; "
-        "name the bodies the other way round, or make one a Body."
+        "swap the bodies, or make one a Body."
     )

@@ -27,7 +27,7 @@ def exact(x: Exact) -> sp.Expr:
     try:
         return sp.Rational(str(x))
     except (TypeError, ValueError, ZeroDivisionError) as error:
-        raise InvalidProblem(f"{x!r} stands where a mechanism has a number; give a number or an expression.") from error
+        raise InvalidProblem(f"{x!r} is not a number of a mechanism; give a number or an expression.") from error
 
 
 def vector(what: str, x: Sequence[Exact]) -> sp.Matrix:
@@ -53,7 +53,7 @@ def numbers(matrix: Any, values: Values) -> Array:
     found = sp.Matrix(matrix).subs(values)
     if found.free_symbols:
         names = ", ".join(sorted(map(str, found.free_symbols)))
-        raise InvalidProblem(f"{names} of the mechanism has no value; declare it in parameters, and for the time take daebench.joints.t.")
+        raise InvalidProblem(f"{names} of the mechanism has no value; declare it in parameters, or use daebench.joints.t for the time.")
     return np.array(found.evalf(), dtype=float)
 
 

@@ -95,8 +95,8 @@ class Frame:
         if not self.holds(place, weight):
             what = "point" if weight else "direction"
             raise InvalidProblem(
-                f"the {what} {tuple(place)} is not fixed in {self.body!r} by {', '.join(x.name for x in self.columns)} alone; "
-                "give the body one more point or direction, as of a Body."
+                f"the {what} {tuple(place)} is not fixed in {self.body!r} by only {', '.join(x.name for x in self.columns)}; "
+                "give the body one more point or direction, for example as a Body."
             )
         rows = independent_rows(self.basis, self.values)
         solved = self.basis.extract(rows, list(range(len(self.columns)))).LUsolve(target.extract(rows, [0]))

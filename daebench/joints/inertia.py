@@ -32,7 +32,7 @@ def moments(name: str, body: AnyBody, corners: dict[str, sp.Matrix], values: Val
     """
     mass = exact(body.mass)
     if float(mass.subs(values)) <= 0:
-        raise InvalidProblem(f"{name} has mass {mass}; give it a positive one, or put a Distance in its place.")
+        raise InvalidProblem(f"{name} has mass {mass}; give it a positive one, or replace it by a Distance.")
     if isinstance(body, Body):
         return _of_body(name, body, mass, corners, values)
     count = 1 if isinstance(body, PointMass) else body.corners
@@ -112,7 +112,7 @@ def mass_terms(name: str, J: sp.Matrix, frame: Frame, index: Mapping[sp.Symbol, 
     spread = (C * J * C.T).applyfunc(sp.cancel)
     lost = numbers(frame.basis * spread * frame.basis.T - J, frame.values)
     if np.abs(lost).max() > CLOSE * np.abs(numbers(J, frame.values)).max():
-        raise InvalidProblem(f"{name} has mass beside its points; give it more points or directions.")
+        raise InvalidProblem(f"{name} has mass away from its points; give it more points or directions.")
     return _assembled(spread, columns, index)
 
 

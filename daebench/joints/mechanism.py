@@ -121,7 +121,7 @@ def _worked(mechanism: Mechanism) -> _Worked:
     places = places_of(mechanism.ground, mechanism.points, mechanism.directions, mechanism.fixed_directions, values)
     for name, body in mechanism.bodies.items():
         if name == GROUND:
-            raise InvalidProblem(f"a body is called {GROUND!r}, as what does not move; rename it.")
+            raise InvalidProblem(f"a body is called {GROUND!r}, which is the name of the ground; rename it.")
         places.body(name, body)
     _require_used(mechanism, places)
     terms, energies = _inertia_and_weight(mechanism, places, values)
@@ -161,8 +161,8 @@ def _chain(mechanism: Mechanism) -> ConstrainedChain:
         chain = chain_of(worked.places, worked.terms, worked.energies, worked.g, mechanism.cases, **more)
     if chain is None:
         raise InvalidProblem(
-            f"the mechanism is no row of {FEWEST} or more equal cells, each tied to its neighbours alone, at rest and without drivers or "
-            "dampers; call problem() in place of chain()."
+            f"the mechanism is not a row of {FEWEST} or more equal cells, each tied only to its neighbours, at rest and without drivers or "
+            "dampers; call problem() instead of chain()."
         )
     return chain
 
@@ -174,7 +174,10 @@ def _inertia_and_weight(mechanism: Mechanism, places: Places, values: Values) ->
     energies: list[sp.Expr] = []
     pull = None if mechanism.gravity is None else vector("gravity", mechanism.gravity)
     if pull is not None and len(pull) != places.dimension:
-        raise InvalidProblem(f"gravity has {len(pull)} components, and the mechanism is of {places.dimension} dimensions; make them fit.")
+        raise InvalidProblem(
+            f"gravity has {len(pull)} components, but the mechanism has {places.dimension} dimensions; give as many components as "
+            f"dimensions."
+        )
     references = {name: column.reference for name, column in (places.declared | places.columns).items()}
     for name, body in mechanism.bodies.items():
         J, frame = moments(name, body, references, values), places.frames[name]

@@ -39,7 +39,7 @@ class Guided:
 
     def __init__(self, place: Sequence[Exact], *along: Sequence[Exact]) -> None:
         if not along:
-            raise InvalidProblem(f"a Guided point at {place!r} has no direction to go in; give one, or declare it in ground.")
+            raise InvalidProblem(f"a Guided point at {place!r} has no direction of motion; give one, or declare it in ground.")
         object.__setattr__(self, "place", place)
         object.__setattr__(self, "along", along)
 
@@ -100,7 +100,7 @@ class Places:
         columns = [self.columns[x] if x in self.columns else self.unknowns(x) for x in chosen]
         columns.sort(key=lambda column: -column.weight)
         if not columns or not columns[0].weight:
-            raise InvalidProblem(f"{name} has directions alone; name a point that is fixed in it too.")
+            raise InvalidProblem(f"{name} has only directions; name also a point that is fixed in it.")
         frame = self.frames[name] = framed(name, columns, self.values)
         for other in (x for x in body.names if x not in chosen):
             self._derived(name, frame, other)
@@ -129,7 +129,7 @@ class Places:
         if len(chosen) == needed:
             return []
         if not isinstance(body, Body):
-            raise InvalidProblem(f"{name} is a {type(body).__name__} whose {needed} first points are not apart; place them apart.")
+            raise InvalidProblem(f"{name} is a {type(body).__name__} whose first {needed} points are not distinct; place them apart.")
         axes = sp.eye(self.dimension)
         labels = [f"{name}.{letter}" for letter in "xyz"[: self.dimension]]
         for k, label in enumerate(labels):
@@ -173,7 +173,7 @@ def places_of(
     declared = {name: _column(name, x.place if isinstance(x, Guided) else x, 1) for name, x in points.items()}
     declared |= {name: _column(name, x, 0) for name, x in directions.items()}
     if len(columns) + len(declared) < len(ground) + len(fixed_directions) + len(points) + len(directions) or {*columns} & {*declared}:
-        raise InvalidProblem("a name of the mechanism stands for two points or directions; rename one.")
+        raise InvalidProblem("the mechanism uses one name for two points or directions; rename one.")
     sizes = {len(column.reference) for column in (*columns.values(), *declared.values())}
     if len(sizes) != 1:
         raise InvalidProblem("a mechanism needs points, all of the plane or all of space: two coordinates each, or three.")

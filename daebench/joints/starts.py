@@ -47,7 +47,7 @@ def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
         if own is None:
             places.given(name)
             free = ", ".join(places.owners)
-            raise InvalidProblem(f"case {case!r} places {name}, which follows from others; place some of {free}.")
+            raise InvalidProblem(f"case {case!r} places {name}, which depends on others; place some of {free}.")
         where = vector(f"{name} of case {case!r}", place)
         if name in places.guides:
             where = gone(places.guides[name], where)
@@ -105,8 +105,8 @@ def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
         if rank(np.column_stack([A, b])[rows].T) > rank(A[rows].T):
             break
     return (
-        f"{labels[rows[-1]]} contradicts the other joints and drivers: no velocities at the start of case {case!r} keep all of them; "
-        "leave a driver out, or let it begin as they do."
+        f"{labels[rows[-1]]} contradicts the other joints and drivers: no velocities at the start of case {case!r} satisfy all of them; "
+        "leave out a driver, or change its start to agree with them."
     )
 
 

@@ -25,7 +25,7 @@ def points(text: str) -> dict[str, tuple[str, ...]]:
                 f"point {name} has {len(coordinates)} coordinates in {text!r}; give two or three, and commas between points."
             )
         if name in found:
-            raise InvalidProblem(f"{name} stands for two points in {text!r}; rename one.")
+            raise InvalidProblem(f"{name} is the name of two points in {text!r}; rename one.")
         found[name] = coordinates
     return found
 

@@ -90,8 +90,8 @@ def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
 def require_tuples(method: str, ivp: InitialValueProblem) -> None:
     """Accept a problem whose vectors are tuples of numbers; raise :class:`BadInput` where they are arrays, for a method of this name."""
     if ivp.arrays:
-        why = f"the vectors of {ivp.problem} are arrays; take fewer of its bodies or sites"
-        raise BadInput(f"{method} on {ivp.problem} has no sensitivities to give: {why}.")
+        why = f"the vectors of {ivp.problem} are arrays; choose fewer of its bodies or sites"
+        raise BadInput(f"{method} on {ivp.problem} has no sensitivities: {why}.")
 
 
 def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:

@@ -25,7 +25,7 @@ def atomic(path: Path) -> Iterator[Path]:
     _refuse_foreign_link(path)
     path = path.resolve()
     if path.exists() and not path.is_file():
-        raise BadInput(f"{path} is no file that could be replaced; choose another place.")
+        raise BadInput(f"{path} is not a regular file and cannot be replaced; choose another path.")
     scratch = _beside(path)
     try:
         with named(path, scratch):
@@ -46,7 +46,7 @@ def named(path: Path, scratch: Path) -> Iterator[None]:
     except OSError as error:
         if error.filename is not None and not Path(error.filename).is_relative_to(scratch):
             raise
-        raise DaebenchError(f"{path} cannot be written ({error.strerror or error}); make room, or choose another place.") from error
+        raise DaebenchError(f"{path} cannot be written ({error.strerror or error}); make room, or choose another path.") from error
 
 
 def _beside(path: Path) -> Path:
@@ -57,7 +57,7 @@ def _beside(path: Path) -> Path:
 def _refuse_foreign_link(path: Path, option: str = "--out") -> None:
     """Refuse to follow a link that another user has made, as Linux does for files that are opened in folders like /tmp."""
     if path.is_symlink() and hasattr(os, "geteuid") and path.lstat().st_uid not in (os.geteuid(), 0):
-        raise BadInput(f"{option} {path}: that is a link which another user has made; choose another place.")
+        raise BadInput(f"{option} {path}: that is a link of another user; choose another path.")
 
 
 def check_place(path: Path, option: str = "--out") -> None:
@@ -68,14 +68,14 @@ def check_place(path: Path, option: str = "--out") -> None:
     if not path.parent.is_dir():
         raise BadInput(f"{option} {path}: there is no folder {path.parent}; make it first.")
     if path.exists() and not path.is_file():
-        raise BadInput(f"{option} {path}: that is no file; choose another place.")
+        raise BadInput(f"{option} {path}: that is not a file; choose another path.")
     _refuse_foreign_link(path, option)
     trial = _beside(path.resolve())
     try:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"{option} {path}: cannot write there ({error.strerror}); choose another place.") from error
+        raise BadInput(f"{option} {path}: cannot write there ({error.strerror}); choose another path.") from error
 
 
 def check_zip(path: Path, option: str = "--out") -> None:
@@ -93,4 +93,4 @@ def make_folder(path: Path) -> None:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"--out {path}: cannot write to that folder ({error.strerror}); choose another place.") from error
+        raise BadInput(f"--out {path}: cannot write to that folder ({error.strerror}); choose another path.") from error

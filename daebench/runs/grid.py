@@ -48,9 +48,12 @@ class Grid:
         """
         h = positive("h", request.value)
         if request.points is not None:
-            raise BadInput(f"points are for tolerance-driven methods; {name} has fixed steps, so say with every which of them to keep.")
+            raise BadInput(
+                f"points are for tolerance-driven methods; {name} has fixed steps, so give every, the number of steps between stored "
+                f"states."
+            )
         if request.solver_steps:
-            raise BadInput(f"{name} has fixed steps and no estimates of their errors, as IDA and CVODE have; ask for no record of them.")
+            raise BadInput(f"{name} has fixed steps without error estimates; a record of steps is for IDA and CVODE, so leave it out.")
         if (request.steps is None) == (request.t_end is None):
             raise BadInput(f"{name} needs either a number of steps or an end time, and not both.")
         steps = request.steps if request.steps is not None else _whole_steps(positive("t_end", request.t_end), h)
@@ -61,7 +64,7 @@ class Grid:
         if steps > MOST_STEPS or not math.isfinite(steps * h):
             raise BadInput("the run has more steps than can be counted exactly (2^53), or is endless; shorten it or use a larger h.")
         if not 0 <= every <= MOST_STEPS:
-            raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to keep the end alone.")
+            raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to keep only the end.")
         grid = cls(h, steps, every)
         require_memory(grid, size)
         return grid
@@ -81,7 +84,7 @@ def require_memory(grid: Grid, size: int) -> None:
         every = math.ceil(grid.every * need / free) if free else 0
         raise BadInput(
             f"keeping {grid.rows} states takes {need / 1e9:.3g} GB and {free / 1e9:.3g} GB are free; use --every {every} or more, "
-            "or --every 0 to keep the end alone."
+            "or --every 0 to keep only the end."
         )
 
 
@@ -95,7 +98,7 @@ def require_memory_of_members(rows: int, size: int, members: int) -> None:
     if need > free:
         raise BadInput(
             f"{_short(members)} members with {_short(rows)} stored states each take {need / 1e9:.3g} GB and {free / 1e9:.3g} GB are free; "
-            "take fewer."
+            "choose fewer."
         )
 
 

@@ -37,7 +37,7 @@ class Interpolant:
 
     def __init__(self, t: Array, states: Mapping[str, Array]) -> None:
         if len(t) < 2:
-            raise BadInput("the run has one state, and there is nothing between outputs; run on, or keep more states.")
+            raise BadInput("the run has one state, so there is nothing to interpolate; run longer, or store more states.")
         self._t, self._states = t, states
 
     def __call__(self, t: Any) -> dict[str, Array]:

@@ -16,7 +16,7 @@ Start = Mapping[str, Sequence[float] | None]
 def constrained(ivp: InitialValueProblem) -> ConstrainedIvp:
     """Return an initial value problem as that of a constrained problem; raise :class:`BadInput` where it is a Poisson system's."""
     if not isinstance(ivp, ConstrainedIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, and this is for constrained problems; daebench list problems has them.")
+        raise BadInput(f"{ivp.problem} is a Poisson system, but this is for constrained problems; daebench list problems lists them.")
     return ivp
 
 

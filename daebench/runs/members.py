@@ -78,7 +78,7 @@ class Members:
         wrong = np.flatnonzero(~(np.abs(np.sum(rows, axis=1) - 1) <= SUMMED))
         if len(wrong):
             of_one = f"those of member {wrong[0]} sum to {np.sum(rows[wrong[0]]):.12g}"
-            raise BadInput(f"the weights of each member must sum to 1, so that a step is as long as it says; {of_one}.")
+            raise BadInput(f"the weights of each member must sum to 1, so that a step has length h; {of_one}.")
         return replace(self, weights=rows)
 
     def functions(self, name: str) -> types.ModuleType:
@@ -143,7 +143,7 @@ def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters
     if [array.shape for array in arrays] != [(n, length) for length in lengths] or not n:
         wanted = " and ".join(f"(n, {length})" for length in lengths)
         given = " and ".join(str(array.shape) for array in arrays)
-        raise BadInput(f"starts of {ivp.problem} are arrays of shape {wanted} with a row for each member; these are of shape {given}.")
+        raise BadInput(f"starts of {ivp.problem} are arrays of shape {wanted}, one row per member; these are of shape {given}.")
     sizes = positive("h", h) if np.ndim(h) == 0 else _of_each("h", h, n)
     if np.ndim(sizes) and not np.all(sizes > 0):
         raise BadInput("each h must be greater than 0.")

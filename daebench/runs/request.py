@@ -13,8 +13,8 @@ Progress = Callable[[float], None]
 
 ON_SINGULAR = {
     "stop": "the run ends there",
-    "continue": "it goes on, and notes which branch the motion took",
-    "least-squares": "it goes on, and systems of constraints are solved by least squares, so that they may be redundant",
+    "continue": "it continues, and reports the branch of the motion",
+    "least-squares": "it continues, and systems of constraints are solved by least squares, so they may be redundant",
 }
 """What a run does where G loses rank."""
 

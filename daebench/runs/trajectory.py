@@ -26,7 +26,7 @@ CONSTRAINED = ("energy", "manifold", "integrals")
 POISSON = ("energy", "casimirs", "integrals")
 """What a run on a Poisson system can monitor."""
 
-DOUBTED = "use a smaller h or tol, and see whether the motion has left the domain of H, or G has lost rank"
+DOUBTED = "use a smaller h or tol, and check whether the motion has left the domain of H, or G has lost rank"
 """What to do where a run has come to its end with a number that is not finite."""
 
 
@@ -117,7 +117,7 @@ class Outcome(Shown):
     def __post_init__(self) -> None:
         """Make a run with a number that is not finite a failure, whichever method it is of: the last of all checks."""
         if self.failure is None and (what := self._not_finite()):
-            why = f"{self.method} on {self.problem}, case {self.case}: {what}, so that the run is no result; {DOUBTED}."
+            why = f"{self.method} on {self.problem}, case {self.case}: {what}, so the run is invalid; {DOUBTED}."
             object.__setattr__(self, "failure", why)
 
     def _not_finite(self) -> str | None:
@@ -156,7 +156,9 @@ class Outcome(Shown):
             If the trajectory has come from a file or another process without it.
         """
         if self.ivp is None:
-            raise BadInput(f"this trajectory has no functions of {self.problem} with it; give daebench.load its problem, or run again.")
+            raise BadInput(
+                f"this trajectory was stored without the functions of {self.problem}; give daebench.load its problem, or run again."
+            )
         return self.ivp
 
     @cached_property

@@ -53,7 +53,7 @@ def dataset(trajectory: Any) -> Any:
     try:
         import xarray as xr
     except ImportError as error:
-        raise BadInput("to_xarray takes xarray, which is not installed; install it by pip install 'daebench[notebooks]'.") from error
+        raise BadInput("to_xarray needs xarray, which is not installed; install it by pip install 'daebench[notebooks]'.") from error
 
     variables: dict[str, Any] = {}
     for name, rows in trajectory.states.items():

@@ -40,7 +40,7 @@ def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (),
             excess = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), extra[0])
             raise InvalidProblem(
                 f"the {what} {symbol} is declared {excess}, which a run need not keep: SymPy has simplified by it, as sqrt(x**2) to x, and "
-                f"where it does not hold the equations are others; declare it by real=True alone{advice}."
+                f"where it does not hold the equations differ; declare it only by real=True{advice}."
             )
 
 
@@ -51,6 +51,6 @@ def require_checked(parameters: Iterable[Any]) -> None:
         if any(allowed.get(name) is not value for name, value in symbol.assumptions0.items()):
             declaration = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), "not to be a real number")
             raise InvalidProblem(
-                f"the parameter {symbol} is declared {declaration}, and its values are held against real=True and positive=True alone; "
+                f"the parameter {symbol} is declared {declaration}, but its values are checked only against real=True and positive=True; "
                 "use one of these."
             )

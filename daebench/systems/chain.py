@@ -87,13 +87,13 @@ class ConstrainedChain:
     def __post_init__(self) -> None:
         self._check_parts()
         if self.nodes < 1:
-            raise InvalidProblem(f"a chain of {self.nodes} nodes is none; it needs at least one.")
+            raise InvalidProblem(f"a chain of {self.nodes} nodes is not possible; it needs at least one.")
         b = self.b
         sizes = [(len(self.before), b), (self.mass.shape, (b, b))]
         sizes += [] if self.joint_mass is None else [(self.joint_mass.shape, (2 * b, 2 * b))]
         sizes += [] if self.anchor is None else [(len(self.anchor), b)]
         if any(size != needed for size, needed in sizes):
-            raise InvalidProblem(f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must fit that.")
+            raise InvalidProblem(f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must have the same number.")
         if not 0 < self.m < self.d:
             raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one and fewer than positions.")
         for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
@@ -111,7 +111,7 @@ class ConstrainedChain:
         check_cases(self.cases, "Case", ("q", "p"), self.parameters)
         for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
             if matrix is not None and not isinstance(matrix, sp.MatrixBase):
-                raise InvalidProblem(f"{name} of the chain must be a SymPy Matrix, and is a {type(matrix).__name__}.")
+                raise InvalidProblem(f"{name} of the chain must be a SymPy Matrix, but is a {type(matrix).__name__}.")
         self._check_expressions()
 
     def _check_expressions(self) -> None:

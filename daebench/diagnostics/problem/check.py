@@ -1,4 +1,4 @@
-"""A problem file held against itself, at the initial values of a case: what is declared must be so, and a mistake is named.
+"""Check of a problem file at the initial values of a case: declarations must be true, and the message names a mistake.
 
 What SymPy can see is refused when the definition is made, see ``definition_checks``. Here numbers decide, in double precision, at the
 start and at a few points of the manifold around it.
@@ -28,20 +28,20 @@ MOST = 200
 SMOOTH, MASS, START = "twice differentiable at the start", "mass matrix positive definite", "initial values on the manifold"
 RANK = "constraints independent at the start"
 BASIC = (MASS, SMOOTH, START, RANK)
-"""What must hold before anything else has a meaning."""
+"""Checks without which the others have no meaning."""
 
 LEFT_TO_RUNS = (START, RANK)
-"""What a run may be told to go on with: a start may be projected, and dependent constraints solved by least squares."""
+"""Mistakes that a run may accept: a start may be projected, and dependent constraints solved by least squares."""
 
 DECIDING = ("diagnostics", "systems")
-"""Packages that may decide whether a problem is sound: whole ones, so that no file of them can be forgotten."""
+"""Packages on which the check of a problem depends: whole packages, so that no file can be missed."""
 
 Check = Callable[[Any], str]
 
 
 @dataclass(frozen=True)
 class Held:
-    """What was checked of a case.
+    """One check of a case.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class Held:
     what : str
         What was checked.
     fault : str
-        What is wrong, a sentence; "" where nothing is.
+        The mistake, as a sentence; "" if there is none.
     note: str
-        What else was found, a sentence: degrees of freedom.
+        Another result, as a sentence: degrees of freedom.
     """
 
     case: str
@@ -62,14 +62,14 @@ class Held:
 
 
 def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held]:
-    """Return what was checked of a case as it is declared, and what is wrong, up to the first that makes the others meaningless.
+    """Return the checks of a case as it is declared, with their results, up to the first mistake that makes the others meaningless.
 
     Parameters
     ----------
     ivp : Ivp
         The case.
     tell : callable
-        Told what is being checked, before it is.
+        Called with the name of each check before it begins.
     """
     declared = make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp  # numbers that are given are not the file's mistake
     findings: list[Held] = []
@@ -88,7 +88,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
 
 
 def require_sound(ivp: Ivp) -> None:
-    """Accept a case of a problem of which nothing is wrong, but for what is left to runs; this is remembered in the cache.
+    """Accept a case of a problem without mistakes, except those that a run may accept; the result is cached.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def require_sound(ivp: Ivp) -> None:
 
 
 def _checks(ivp: Ivp) -> Mapping[str, Check]:
-    """Return the checks that a problem is for, by what they check."""
+    """Return the checks for a problem, by name."""
     checks: dict[str, Check] = {}
     if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
         return {START: start}
@@ -145,7 +145,7 @@ def start(ivp: ConstrainedIvp) -> str:
 
 
 def independent(ivp: ConstrainedIvp) -> str:
-    """Return which constraints depend on others at the start; "" where none does, or the case asks for least squares.
+    """Return the constraints that depend on others at the start; "" if there are none, or if the case uses least squares.
 
     Raises
     ------
@@ -168,14 +168,14 @@ def _counted(ivp: ConstrainedIvp) -> str:
 
 
 def mass(ivp: ConstrainedIvp) -> str:
-    """Return why the mass matrix is none at the start; "" where it is positive definite, or is not declared."""
+    """Return why the mass matrix is not valid at the start; "" if it is positive definite, or is not declared."""
     if ivp.source.derivation.problem.M is None:
         return ""
     M = np.array(ivp.source.derivation.M.subs(_values(ivp)).tolist(), dtype=object)
     try:
         eigenvalues = np.linalg.eigvalsh(np.array(M, dtype=float))
     except (TypeError, ValueError, np.linalg.LinAlgError):
-        return f"{ivp.problem}, case {ivp.case!r}: the mass matrix M is no real matrix at q0: it is {M.tolist()}; correct M or the case."
+        return f"{ivp.problem}, case {ivp.case!r}: the mass matrix M is not a real matrix at q0: it is {M.tolist()}; correct M or the case."
     if eigenvalues[0] > np.finfo(float).eps * len(M) * abs(eigenvalues[-1]):
         return ""
     what = "singular" if abs(eigenvalues[0]) <= 1e-12 * abs(eigenvalues[-1]) else "not positive definite"
@@ -184,7 +184,7 @@ def mass(ivp: ConstrainedIvp) -> str:
 
 
 def smooth(ivp: ConstrainedIvp) -> str:
-    """Return which function of H or g, or which derivative of it, is no finite number at the start; "" where all are finite."""
+    """Return the function of H or g, or its derivative, that is not finite at the start; "" if all are finite."""
     derivation = ivp.source.derivation
     q, pq = (tuple(ivp.q0),), (tuple(ivp.p0), tuple(ivp.q0))
     if derivation.explicit:
@@ -197,12 +197,12 @@ def smooth(ivp: ConstrainedIvp) -> str:
         if not np.all(np.isfinite(ivp.value(name, *arguments))):
             what = name if "_" not in name else f"the derivative {name}"
             what = {"G": "the derivative g_q", "curvature": "the second derivative of g", "N": "the derivative of M"}.get(name, what)
-            return f"{ivp.problem}, case {ivp.case!r}: {what} is no finite number at the start; correct the case, or write it otherwise."
+            return f"{ivp.problem}, case {ivp.case!r}: {what} is not finite at the start; correct the case, or rewrite the expression."
     return ""
 
 
 def poisson_smooth(ivp: PoissonIvp) -> str:
-    """Return which function of a Poisson system is no finite number at the start; "" where all are finite."""
+    """Return the function of a Poisson system that is not finite at the start; "" if all are finite."""
     problem = ivp.source.derivation.problem
     if isinstance(problem, PoissonSystem):
         check_smooth("H", problem.H, problem.y)
@@ -210,7 +210,7 @@ def poisson_smooth(ivp: PoissonIvp) -> str:
     functions = {"H": "H", "field": "B grad H"} | ({} if ivp.arrays else {"field_y": "the derivative of B grad H"})
     for name, what in functions.items():
         if not np.all(np.isfinite(ivp.value(name, ivp.y0 if ivp.arrays else tuple(ivp.y0)))):
-            return f"{ivp.problem}, case {ivp.case!r}: {what} is no finite number at y0; correct the case, or write it otherwise."
+            return f"{ivp.problem}, case {ivp.case!r}: {what} is not finite at y0; correct the case, or rewrite the expression."
     return ""
 
 

@@ -1,4 +1,4 @@
-"""What a problem declares besides its equations, held against them in numbers: integrals, closed form, kinetic flow, chart.
+"""Numerical checks of the declarations of a problem against its equations: integrals, closed form, kinetic flow, chart.
 
 Each check is made at the start and at points of the manifold around it, see ``nearby``, and returns a sentence on what is wrong, or "".
 """
@@ -46,7 +46,7 @@ def integrals(ivp: ConstrainedIvp) -> str:
             change, scale = float(slope @ rate), float(np.abs(slope) @ np.abs(rate))
             if not abs(change) <= CLOSE * scale:
                 where = f"its derivative along the motion is {change:.3g} at q = {text(q)}, p = {text(p)}, and not 0"
-                return f"{ivp.problem}: {name} is no first integral: {where}; correct it, or leave it out."
+                return f"{ivp.problem}: {name} is not a first integral: {where}; correct it, or leave it out."
     return "" if seen else _nowhere(ivp, "first integrals")
 
 
@@ -95,7 +95,7 @@ def kinetic_flow(ivp: ConstrainedIvp) -> str:
 
 
 def _flow(ivp: ConstrainedIvp, after: Callable[..., Any], p: Array, q: Array) -> str:
-    """Return what a flow does wrong from a state, or ""."""
+    """Return the error of a flow from a state, or ""."""
 
     def at(time: float, x: Array) -> Array:
         return np.concatenate(np.array(after(x[: ivp.d], x[ivp.d :], time), dtype=float))

@@ -167,7 +167,7 @@ class AnimatedRuns:
     def monitored(self) -> str:
         """What the curves are."""
         sampled = [run.method for run in self.runs if run.over == "outputs"]
-        steps = "The curves are the largest error of all steps since the state that is shown before"
+        steps = "The curves show the largest error of all steps since the previous state shown"
         return steps + (f"; of {', '.join(sampled)}, that of all outputs." if sampled else ".")
 
     def scene_title(self, k: int) -> str:

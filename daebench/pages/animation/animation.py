@@ -220,7 +220,7 @@ def _check_size(path: Path, size: tuple[int, int], form: Format) -> None:
 def _seconds(t_end: float, seconds: float | None, speed: float | None) -> float:
     """Return how long the animation lasts."""
     if seconds is not None and speed is not None:
-        raise BadInput("seconds and speed both say how long the animation lasts; leave out one of them.")
+        raise BadInput("seconds and speed both determine the length of the animation; leave out one of them.")
     if speed is not None:
         length, (least, most) = t_end / positive("speed", speed), LIMITS["seconds"]
         if not least <= length <= most:

@@ -115,10 +115,10 @@ def _require_free(out: Path) -> None:
     if not out.exists():
         return
     if not out.is_dir():
-        raise BadInput(f"--out {out}: that is no folder; choose another place.")
+        raise BadInput(f"--out {out}: that is not a folder; choose another path.")
     if next(out.iterdir(), None) is None:
         return
     try:
         read(out / NAME)
     except (BadInput, Unverified) as error:
-        raise BadInput(f"--out {out}: the folder is not empty, and has no certificate to be replaced; choose a new one.") from error
+        raise BadInput(f"--out {out}: the folder is not empty and has no certificate to replace; choose a new one.") from error

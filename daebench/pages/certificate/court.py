@@ -24,7 +24,7 @@ from daebench.studies.certificate.verify import Verification, verify_certificate
 
 NAME = "court"
 
-ABOUT = "A table of codes that were certified, of those alone whose certificates hold when they are made again."
+ABOUT = "A table of certified codes, only of those whose certificates were reproduced."
 
 
 @dataclass(frozen=True)
@@ -73,14 +73,12 @@ def candidates(folder: Path) -> list[Path]:
         If there is no such folder, or there are none.
     """
     if not folder.is_dir():
-        raise BadInput(f"there is no folder {folder}; give one that has folders of certificates in it.")
+        raise BadInput(f"there is no folder {folder}; give one with folders of certificates.")
     files = sorted(
         {*folder.glob("*.json"), *folder.glob("*/*.json")} - {*folder.glob(f"*/{build_stamp.STAMP}"), folder / build_stamp.STAMP}
     )
     if not files:
-        raise BadInput(
-            f"{folder} has no certificates; daebench certify writes one into a folder, and {folder} is to have such folders in it."
-        )
+        raise BadInput(f"{folder} has no certificates; daebench certify writes one into a folder, and {folder} must contain such folders.")
     return files
 
 
@@ -124,7 +122,7 @@ def court(
     folder = Path(folder)
     files = candidates(folder)
     if (names := executed(files)) and not trust:
-        raise BadInput(f"{folder} has certificates of {', '.join(names)}, whose code would be executed; read it, and add --trust.")
+        raise BadInput(f"{folder} has certificates of {', '.join(names)}, whose code would be executed; read it first, and add --trust.")
     make_folder(Path(out))
 
     def make(place: Path, tell: Progress) -> Path:

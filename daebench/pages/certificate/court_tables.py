@@ -68,7 +68,7 @@ def _small(value: float) -> Markup:
 def excluded_table(excluded: Sequence[Any]) -> Markup:
     """Return a row for each file that was left out, with why."""
     frame = pd.DataFrame({"name": [entry.name for entry in excluded], "why": [entry.why for entry in excluded]})
-    caption = "<b>What was left out.</b> Nothing that these files say is in the tables."
+    caption = "<b>Left out.</b> The tables contain nothing from these files."
     return table("excluded", frame, {"name": code, "why": _long}, {"name": "file", "why": "why"}, caption)
 
 

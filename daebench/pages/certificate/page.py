@@ -10,7 +10,7 @@ from daebench.pages.report.page import write_page
 from daebench.pages.report.pictures import picture
 from daebench.studies.certificate.record import NAME, Certificate, title
 
-ALT = "A row for each problem: at the left errors of the state over step sizes, at the right the energy error over time."
+ALT = "One row for each problem: on the left errors of the state over step sizes, on the right the energy error over time."
 
 
 def write_page_of(certificate: Certificate) -> Path:

@@ -60,12 +60,12 @@ def answer(certificate: Certificate) -> Markup:
     """Return the first sentence of a certificate: how many claims hold, and which do not."""
     whole = len(certificate.holds) + len(certificate.falls_short) + len(certificate.undetermined)
     if not whole:
-        return Markup("The code states no claims. What it does was measured all the same.")
+        return Markup("The code states no claims. Its properties were measured nevertheless.")
     said = Markup("{} of its {} claims hold").format(len(certificate.holds), whole)
     if certificate.falls_short:
-        said += Markup("; <b>what does not hold:</b> {}").format(listing([code(name) for name in certificate.falls_short]))
+        said += Markup("; <b>false:</b> {}").format(listing([code(name) for name in certificate.falls_short]))
     if certificate.undetermined:
-        said += Markup("; what is not known: {}").format(listing([code(name) for name in certificate.undetermined]))
+        said += Markup("; unknown: {}").format(listing([code(name) for name in certificate.undetermined]))
     return said + "."
 
 

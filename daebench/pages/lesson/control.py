@@ -52,7 +52,7 @@ class Control:
 
     def __post_init__(self) -> None:
         if strangers := [value for value in (self.default, *self.offered) if value not in self.values]:
-            raise BadInput(f"control {self.name}: {strangers[0]!r} is not among its values; take one of {list(self.values)}.")
+            raise BadInput(f"control {self.name}: {strangers[0]!r} is not among its values; choose one of {list(self.values)}.")
         if self.offered and self.default not in self.offered:
             raise BadInput(f"control {self.name}: its static page leaves out the default {self.default!r}; add it.")
 

@@ -124,13 +124,13 @@ def refusal(scope: Scope, address: Address) -> str | None:
     """Return why a request is refused: by its Host, its Origin, or the token at the beginning of its path; None if it is not."""
     host, origin = _values(scope["headers"], b"host"), _values(scope["headers"], b"origin")
     if len(host) != 1 or host[0] not in address.hosts:
-        return f"This lesson is for this machine alone: open it at {HOST}:{address.port}, and not under another name."
+        return f"This lesson is only for this machine: open it at {HOST}:{address.port}, and not under another name."
     socket = scope["type"] == "websocket"
     if origin != [f"http://{host[0]}"] and (origin or socket):  # every browser names the origin of a handshake
-        return "Pages from elsewhere may not ask this lesson for anything."
+        return "Pages from other sites may not send requests to this lesson."
     root, path = address.root.encode(), scope["path"].encode("utf-8", "surrogatepass")
     if not secrets.compare_digest(path[: len(root)], root):
-        return "Open this lesson by the whole address that daebench printed: it has a token, and each start makes another."
+        return "Open this lesson by the whole address that daebench printed: it contains a token, which is new at each start."
     if socket and scope["path"] not in _connections(address):
         return "This lesson has no such connection."
     return None

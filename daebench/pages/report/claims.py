@@ -18,4 +18,4 @@ def require(holds: Any, claim: str, measured: Any) -> None:
         If it does not; the message has the claim and what was measured.
     """
     if not bool(holds):
-        raise ClaimRefuted(f"the report would say that {claim}, but measured was {measured}; it is not written.")
+        raise ClaimRefuted(f"the report would say that {claim}, but {measured} was measured; it is not written.")

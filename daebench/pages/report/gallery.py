@@ -144,7 +144,7 @@ def build_all(
         write_index(out, order(out), {outcome.name: outcome.failure for outcome in made if outcome.failure})
     progress(1.0, "done")
     if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in made if outcome.failure]:
-        raise PagesFailed(f"{len(failures)} of {len(made)} pages failed, the others are there: {'; '.join(failures)}.")
+        raise PagesFailed(f"{len(failures)} of {len(made)} pages failed, the others are written: {'; '.join(failures)}.")
     return made
 
 

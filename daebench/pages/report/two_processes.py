@@ -36,7 +36,7 @@ def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Jo
                 tell(1 - len(left) / len(jobs), _doing(job, who))
                 yield job, result
         except BrokenProcessPool:
-            tell(1 - len(left) / len(jobs), "a process was lost: on in this one")
+            tell(1 - len(left) / len(jobs), "a process was lost: continuing in this one")
     while left:
         job = left.pop(0)
         yield job, job[0](*job[1])
