@@ -29,7 +29,7 @@ class PointMass:
 
 
 class _Uniform:
-    """What bodies of uniform density between named corners share."""
+    """Base of bodies of uniform density between named corners."""
 
     corners: int
     shape: str

@@ -13,7 +13,7 @@ from daebench.joints.joints import Place
 from daebench.systems.picture import Exact
 
 t = sp.Symbol("t", real=True)
-"""Time, of which what is driven is a function."""
+"""Time, on which drivers depend."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Springs and dampers between two points: what they add to the potential, and the force of those that have none."""
+"""Springs and dampers between two points: their potentials, and the forces of those without one."""
 
 import warnings
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""A body's frame: what is fixed in a body is linear in its points and directions, the natural coordinates.
+"""A body's frame: every point fixed in a body is linear in its points and directions, the natural coordinates.
 
 ::
 
@@ -86,7 +86,7 @@ class Frame:
         Raises
         ------
         InvalidProblem
-            If it is no combination of the columns.
+            If it is not a combination of the columns.
         """
         target = sp.Matrix([*place, weight])
         for k, column in enumerate(self.columns):

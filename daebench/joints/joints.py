@@ -1,4 +1,4 @@
-"""Joints between two bodies: what each lets them do, and the equations that keep the rest.
+"""Joints between two bodies: the motion that each allows, and the equations that prevent the rest.
 
 A joint is between two bodies, by their names, or a body and "ground", at a point and along directions of the reference position. Each is as
 many equations as degrees of freedom it takes; those that hold in any position, as of a point that both bodies have by name, are left out.
@@ -19,7 +19,7 @@ Place = str | Sequence[Exact]
 
 @dataclass(frozen=True)
 class _Joint:
-    """What all joints have.
+    """Base of all joints.
 
     Parameters
     ----------

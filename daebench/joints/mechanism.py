@@ -48,11 +48,11 @@ class Mechanism:
     fixed_directions : mapping of str to direction
         Directions that do not move.
     bodies : mapping of str to PointMass, Rod, Plate or Body
-        What has mass.
+        Bodies and point masses.
     joints : sequence of joint, Distance or driver
-        What ties them besides.
+        Other constraints between them.
     forces : sequence of Spring or Damper
-        What acts between points.
+        Springs and dampers between points.
     gravity : vector, optional
         Gravitational acceleration, m/s^2.
     parameters : mapping of Symbol to number
@@ -106,7 +106,7 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class _Worked:
-    """What problems and chains are made of."""
+    """Parts of problems and chains."""
 
     places: Places
     terms: Terms

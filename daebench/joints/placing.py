@@ -160,7 +160,7 @@ def places_of(
     fixed_directions: Mapping[str, Sequence[Exact]],
     values: Values,
 ) -> Places:
-    """Return what is known before any body is: the ground.
+    """Return the points and directions known before any body: the ground.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Rows of equal cells: a mechanism that is a chain of nodes, each tied to its neighbours alone, is written at one node.
+"""Rows of equal cells: a mechanism that is a chain of nodes, each tied only to its neighbours, is defined at one node.
 
 A node is one moving point or a few, in the order in which bodies name them. Equations, energy and starting places have to be the same
 at all nodes, but for polynomials of degree 2 in the node's number, as of pivots in a row. Then [[M, G^T], [G, 0]] is banded, and a step
@@ -82,7 +82,7 @@ def in_k(values: Sequence[sp.Expr], first: int = 0) -> sp.Expr | None:
 def chain_of(
     places: Places, terms: Terms, energies: Sequence[sp.Expr], g: Labelled, starts: Mapping[str, Start], **more: Any
 ) -> ConstrainedChain | None:
-    """Return the chain that a mechanism is, or None where it is none.
+    """Return the chain of a mechanism, or None if it is not a chain.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def chain_of(
 
 
 def _parts(row: Row, places: Places, terms: Terms, energies: Sequence[sp.Expr], g: Sequence[sp.Expr]) -> dict[str, Any] | None:
-    """Return what a chain is made of."""
+    """Return the parts of a chain."""
     equations, potentials = row.sorted(g), row.sorted(energies)
     masses = _masses(row, places, terms)
     if equations is None or potentials is None or masses is None:

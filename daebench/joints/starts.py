@@ -71,7 +71,7 @@ def velocities(
     Raises
     ------
     InvalidProblem
-        If what is given contradicts the joints.
+        If the given velocities contradict the joints.
     """
     rows, right = G.subs(at), -g_t.subs(at)
     for name, velocity in start.velocity.items():

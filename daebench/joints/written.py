@@ -1,4 +1,4 @@
-"""Points and rods written in one line of text, as "A 0 0, B 1 0" and "A B, B C": what spelled-out mappings take many lines for."""
+"""Points and rods in one line of text, such as "A 0 0, B 1 0" and "A B, B C", which is shorter than mappings."""
 
 from daebench.errors import InvalidProblem
 from daebench.joints.bodies import Rod

@@ -288,7 +288,7 @@ def test_a_device_is_never_replaced_by_a_file(tmp_path):
 
     fifo = tmp_path / "fifo.csv"
     os.mkfifo(fifo)
-    with pytest.raises(BadInput, match="is no file that could be replaced"), atomic(fifo):
+    with pytest.raises(BadInput, match="is not a regular file and cannot be replaced"), atomic(fifo):
         pass
     assert fifo.is_fifo()
 

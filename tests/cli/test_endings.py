@@ -70,7 +70,7 @@ def test_a_file_that_cannot_be_written_is_named_and_the_old_one_kept(tmp_path, e
             scratch.write_text("half")
             raise OSError(error, os.strerror(error))
 
-    with pytest.raises(DaebenchError, match=r"table\.csv cannot be written \(.*\); make room, or choose another place"):
+    with pytest.raises(DaebenchError, match=r"table\.csv cannot be written \(.*\); make room, or choose another path"):
         write_half()
     assert [each.name for each in tmp_path.iterdir()] == ["table.csv"]
     assert path.read_text() == "old"

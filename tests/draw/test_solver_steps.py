@@ -54,5 +54,5 @@ def test_few_steps_and_attempts_are_drawn(k, accepted):
     figure = draw(made(k, accepted))
     assert figure.axes[3].get_xlabel() == ("time $t$  [s]" if k and accepted else "failures of the error test at the first step")
     said = [text.get_text() for text in figure.axes[0].texts]
-    assert said == ([] if k else ["no step was taken, and no attempt came to the error test"])
+    assert said == ([] if k else ["no step was taken, and no attempt reached the error test"])
     figure.canvas.draw()

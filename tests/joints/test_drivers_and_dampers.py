@@ -119,7 +119,7 @@ def test_a_spring_has_its_energy_and_no_force_in_the_reference_position_unless_i
 
 
 def test_negative_damping_is_taken_and_said():
-    with pytest.warns(NegativeDamping, match="the damper between S and B has negative damping -2, so that it feeds energy in"):
+    with pytest.warns(NegativeDamping, match="the damper between S and B has negative damping -2, so it adds energy"):
         problem = Mechanism(**PLANE, forces=[Damper("S", "B", -2)]).problem()
     assert problem.force is not None
 

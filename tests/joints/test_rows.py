@@ -100,5 +100,5 @@ NO_ROWS = {
 
 @pytest.mark.parametrize("mechanism", NO_ROWS.values(), ids=NO_ROWS)
 def test_what_is_no_row_of_equal_cells_is_no_chain(mechanism):
-    with pytest.raises(InvalidProblem, match="no row of 8 or more equal cells"):
+    with pytest.raises(InvalidProblem, match="not a row of 8 or more equal cells"):
         mechanism().chain()

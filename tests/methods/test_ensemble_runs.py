@@ -85,7 +85,7 @@ def test_of_three_equal_weights_at_the_ends_those_of_order_4_are_the_most_accura
         ("rattle/triple_jump4", np.full((4, 5), 0.2), "members have 5 weights each, and rattle/triple_jump4 takes 3 in a step"),
         ("rattle", np.full((4, 5), 0.2), "and rattle is no composition"),
         ("rattle/triple_jump4", np.full((3, 3), 1 / 3), r"shape \(4, s\), s of each member; this one is of shape \(3, 3\)"),
-        ("rattle/triple_jump4", np.full((4, 3), 0.3), "must sum to 1, so that a step is as long as it says; those of member 0 sum to 0.9"),
+        ("rattle/triple_jump4", np.full((4, 3), 0.3), "must sum to 1, so that a step has length h; those of member 0 sum to 0.9"),
         ("rattle/triple_jump4", np.full((4, 3), np.nan), "those of member 0 sum to nan"),
     ],
 )
@@ -176,7 +176,7 @@ def test_a_member_that_leaves_its_domain_says_so():
 def test_starts_that_do_not_fit_are_refused_in_one_sentence():
     where = ivp("planar")
     start = moving(where, 3)
-    with pytest.raises(BadInput, match=r"shape \(n, 2\) and \(n, 2\) with a row for each member; these are of shape \(3, 2\) and \(2, 2\)"):
+    with pytest.raises(BadInput, match=r"shape \(n, 2\) and \(n, 2\), one row per member; these are of shape \(3, 2\) and \(2, 2\)"):
         members(where, (start[0], start[1][:2]), 0.01, {})
     with pytest.raises(BadInput, match="each h must be greater than 0"):
         members(where, start, np.array([0.1, -0.1, 0.1]), {})

@@ -284,7 +284,7 @@ def test_the_least_squares_solver_carries_a_derivative_and_refuses_what_is_not_f
 
 def test_dependent_constraints_are_named():
     assert dependence(plain()) is None
-    assert "rank 2 of 3: g3 is a combination of g1, also nearby, so that the constraints are redundant" in dependence(
+    assert "rank 2 of 3: g3 is a combination of g1, also nearby, so the constraints are redundant" in dependence(
         doubled(REDUNDANT["a multiple"])
     )
     assert "g3 is a combination of g1 and g2, also nearby" in dependence(doubled(REDUNDANT["a combination"]))

@@ -147,7 +147,7 @@ def rigid(extra=(), **more):
 @pytest.mark.parametrize("m", [2, 3], ids=str)
 def test_what_cannot_move_is_refused_in_one_sentence(m):
     definition = rigid([sp.Symbol("q1", real=True) ** 2 - sp.Rational(1, 2)] * (m - 2), on_singular="least-squares")
-    with pytest.raises(BadInput, match="case held, cannot move: G has rank 2 at the start, as many as there are positions; take away"):
+    with pytest.raises(BadInput, match="case held, cannot move: G has rank 2 at the start, as many as there are positions; remove"):
         initial_value_problem(definition, "held")
     with pytest.raises(BadInput, match="cannot move"):
         require_freedom(make_ivp(source_of(definition, "held"), "held"))

@@ -146,7 +146,7 @@ def test_an_interrupted_report_says_so(tmp_path, monkeypatch, daebench):
 
 def test_a_page_that_fails_is_told_of_and_the_others_are_made(tmp_path, gallery_of):
     (good,), out = gallery_of("good"), tmp_path / "out"
-    bad = quick("bad", tmp_path, fails=RunFailed("the report would say that pigs fly, but measured was 0."))
+    bad = quick("bad", tmp_path, fails=RunFailed("the report would say that pigs fly, but 0 was measured."))
     with pytest.raises(PagesFailed, match=r"1 of 2 pages failed, .*bad: the report would say that pigs fly"):
         built(out, [bad, good])
     page = Page((out / "index.html").read_text(encoding="utf-8"))

@@ -189,7 +189,7 @@ def test_an_unknown_report_is_refused_with_the_nearest_name(tmp_path):
 
 def test_a_claim_that_fails_says_what_was_claimed_and_measured():
     require(True, "all is well", 1)
-    with pytest.raises(ClaimRefuted, match="would say that pigs fly, but measured was 0"):
+    with pytest.raises(ClaimRefuted, match="would say that pigs fly, but 0 was measured"):
         require(np.bool_(False), "pigs fly", 0)
     assert issubclass(ClaimRefuted, DaebenchError)
 

@@ -65,7 +65,7 @@ def test_claims_that_do_not_hold_are_found_not_to(claiming):
 
 @pytest.mark.parametrize("name", ["real", "drops"])
 def test_code_that_does_not_compute_in_complex_numbers_is_measured_by_differences_to_a_stated_floor(claiming, name):
-    with pytest.warns(DerivativeWarning, match="that of differences"):
+    with pytest.warns(DerivativeWarning, match="by differences"):
         found = findings(f"./mine.py:{name}")
     assert found["symplectic"].verdict == "ok"
     assert "by differences, good to" in found["symplectic"].note
@@ -83,7 +83,7 @@ def test_what_it_claims_to_conserve_counts_in_a_study(claiming):
 
 
 def test_a_library_is_measured_without_claims(library, plain_functions):
-    with pytest.warns(DerivativeWarning, match="that of differences"):
+    with pytest.warns(DerivativeWarning, match="by differences"):
         found = findings(f"{library}:step")
     assert {finding.verdict for finding in found.values()} == {"not claimed"}
     assert found["symplectic"].measured < found["symplectic"].bound

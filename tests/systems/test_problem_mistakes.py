@@ -99,17 +99,17 @@ DEFINED = {
 
 DECLARED = {
     "function without numbers": ("U=sp.S.Zero", "U=sp.besselj(0, q[0])", "H cannot be written as a numerical function"),
-    "H that is not finite": ("U=sp.S.Zero", "U=sp.log(q[0] - r)", "case 'resting': H is no finite number at the start"),
-    "H that is complex": ("U=sp.S.Zero", "U=sp.sqrt(q[0] - 2 * r)", "case 'resting': H is no finite number at the start"),
+    "H that is not finite": ("U=sp.S.Zero", "U=sp.log(q[0] - r)", "case 'resting': H is not finite at the start"),
+    "H that is complex": ("U=sp.S.Zero", "U=sp.sqrt(q[0] - 2 * r)", "case 'resting': H is not finite at the start"),
     "kink at the start": (
         "U=sp.S.Zero",
         "U=((q[0] - r) ** 2 + q[1] ** 2) ** sp.Rational(2, 3)",
-        "case 'resting': the derivative H_q is no finite number",
+        "case 'resting': the derivative H_q is not finite",
     ),
     "second derivative": (
         "U=sp.S.Zero",
         "U=(q[0] + q[1] - r) ** sp.Rational(3, 2)",
-        "case 'resting': the derivative H_qq is no finite number",
+        "case 'resting': the derivative H_qq is not finite",
     ),
     "singular M": (
         "M=m * sp.eye(2)",
@@ -121,7 +121,7 @@ DECLARED = {
         "M=sp.diag(m, -m)",
         "the mass matrix M is not positive definite at q0: its eigenvalues are from -2 to 2",
     ),
-    "integral": ("turn}", "p[0]}", "L is no first integral: its derivative along the motion is"),
+    "integral": ("turn}", "p[0]}", "L is not a first integral: its derivative along the motion is"),
     "integral that is no number": (
         "turn}",
         "turn + sp.sqrt(q[0] - 9)}",

@@ -30,7 +30,7 @@ Told = Callable[[float, str], None]
 """Called with the fraction done and a label of the current task."""
 
 FPS, SECONDS = 25.0, 12.0
-"""Frames a second, and how long an animation lasts, where neither is asked for."""
+"""Default frames per second, and default length of an animation."""
 
 LIMITS = {"fps": (1.0, 60.0), "seconds": (0.2, 600.0)}
 """What may be asked for."""
@@ -47,7 +47,7 @@ DRAWING = 0.5
 
 @dataclass(frozen=True)
 class Animated:
-    """What an animation left behind.
+    """The result of an animation.
 
     Parameters
     ----------
@@ -117,13 +117,13 @@ def animation(
     t_end : float
         End time of the runs.
     out : path
-        File; its ending says what it is: .html, .svg, .gif or .mp4.
+        File; its ending gives the format: .html, .svg, .gif or .mp4.
     h, tol : float
         Step size of the fixed-step methods, and tolerance of the others.
     case : str, optional
         Named initial values; by default the problem's first.
     fps : float
-        Frames a second, 1 to 60; fewer where the file would become too large.
+        Frames per second, 1 to 60; fewer if the file would become too large.
     seconds, speed : float, optional
         How long the animation lasts, or how many units of physical time it shows in a second; by default it lasts 12 s.
     parameters, options : mapping of str to float, optional
@@ -240,7 +240,7 @@ def _within(name: str, value: float) -> float:
 
 
 def _layout(ivp: Ivp) -> Layout:
-    """Return what is drawn of an initial value problem; refuse one that declares no picture."""
+    """Return the picture of an initial value problem; refuse one that declares no picture."""
     layout = layout_of(ivp)
     if layout is None:
         what = "y" if isinstance(ivp, PoissonIvp) else "q"

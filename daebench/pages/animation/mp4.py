@@ -14,7 +14,7 @@ MOST_FRAMES = 20_000
 
 
 def require() -> None:
-    """Raise :class:`BadInput` where there is no ffmpeg to be had."""
+    """Raise :class:`BadInput` if ffmpeg is not available."""
     if find_spec("imageio_ffmpeg") is None:
         raise BadInput("a video .mp4 needs the package imageio-ffmpeg; install daebench[video], or ask for .gif, .svg or .html.")
 

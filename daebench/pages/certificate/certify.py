@@ -55,11 +55,11 @@ def certify(
     parameters : mapping of str to float, optional
         Parameters of the problems that are named.
     claims : mapping of str to int or bool, optional
-        What is claimed of the code besides what it claims itself, see :class:`daebench.methods.outside.method.Stated`.
+        Claims on the code in addition to its own, see :class:`daebench.methods.outside.method.Stated`.
     options : mapping of str to float, optional
         Free numbers of a method of daebench.
     anyway : bool
-        Whether a scheme of daebench may run on a Poisson system for which it is no Poisson integrator.
+        Whether a scheme of daebench may run on a Poisson system for which it is not a Poisson integrator.
     files : iterable of path
         Other files that the code reads or loads.
     seconds_limit : float

@@ -1,4 +1,4 @@
-"""A court of certificates: a folder of them becomes a table of contestants, of those alone that can be verified."""
+"""Comparison of certificates: a folder of them becomes a table of contestants, only of those that can be verified."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -29,7 +29,7 @@ ABOUT = "A table of certified codes, only of those whose certificates were repro
 
 @dataclass(frozen=True)
 class Excluded:
-    """A file that is no certificate that could be verified.
+    """A file that is not a verifiable certificate.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def candidates(folder: Path) -> list[Path]:
     Raises
     ------
     BadInput
-        If there is no such folder, or there are none.
+        If the folder does not exist, or has no certificates.
     """
     if not folder.is_dir():
         raise BadInput(f"there is no folder {folder}; give one with folders of certificates.")
@@ -117,7 +117,7 @@ def court(
     Raises
     ------
     BadInput
-        If there is no such folder, it has no certificates, or they have code of their own and ``trust`` is not given.
+        If the folder does not exist or has no certificates, or if they have their own code and ``trust`` is not given.
     """
     folder = Path(folder)
     files = candidates(folder)

@@ -13,7 +13,7 @@ from daebench.pages.report.words import at_most, number
 from daebench.studies.certificate.record import verdicts
 
 ROUNDS = 1
-"""Digits of what may be rounding alone."""
+"""Digits of numbers that may be only rounding."""
 
 
 def contestants_table(k: int, where: str, rows: Sequence[tuple[Any, Any]]) -> Markup:

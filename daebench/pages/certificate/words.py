@@ -1,4 +1,4 @@
-"""What is said of a certificate in sentences, each chosen by its numbers."""
+"""Sentences on a certificate, each chosen by its numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -45,7 +45,7 @@ def defect(numbers: Mapping[str, Any]) -> float:
 
 
 def energy(numbers: Mapping[str, Any]) -> str:
-    """Return the verdict on the energy, with the law of what drifts."""
+    """Return the verdict on the energy, with the law of a drift."""
     law = numbers["energy"]["law"]
     return str(numbers["energy"]["verdict"]) + (f", {law}" if law else "")
 

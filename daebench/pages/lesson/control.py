@@ -25,13 +25,13 @@ class Control:
     Parameters
     ----------
     name : str
-        What the lesson calls it.
+        Its name in the lesson.
     label : str
-        What it is, with the unit, as plain text.
+        Its label, with the unit, as plain text.
     values : sequence
-        What it can be, in order.
+        Its possible values, in order.
     default : Any
-        What it is at first.
+        Its initial value.
     offered : sequence
         Values that the static page offers; with none, it keeps the default there.
     text : callable

@@ -1,4 +1,4 @@
-"""An experiment: controls, and what is seen with their values."""
+"""An experiment: controls, and the result for their values."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown:
-    """What is seen with one setting of the controls.
+    """The result for one setting of the controls.
 
     Parameters
     ----------
     picture : Markup
         Drawings, as SVG.
     says : Markup
-        What was measured, in sentences, as HTML.
+        The measured results, in sentences, as HTML.
     """
 
     picture: Markup
@@ -37,11 +37,11 @@ class Experiment:
     name : str
         Its name in files and links.
     title : str
-        What it is, for those who cannot see it.
+        Description for readers who cannot see the picture.
     controls : sequence of Control
-        What can be changed.
+        The controls.
     show : callable
-        Takes values of all controls by name to what is seen, within 200 ms once the lesson is prepared.
+        Maps values of all controls by name to the result, within 200 ms once the lesson is prepared.
     table : callable
         Takes the same values to the numbers behind the picture.
     """

@@ -37,7 +37,7 @@ class Address:
     port : int
         Port of the loopback address.
     token : str
-        What only those know who were given the address.
+        Secret part of the address.
     """
 
     port: int
@@ -50,7 +50,7 @@ class Address:
 
     @property
     def url(self) -> str:
-        """What is opened in the browser."""
+        """Address to open in the browser."""
         return f"http://{HOST}:{self.port}{self.root}"
 
     @property

@@ -33,7 +33,7 @@ def serve(name: str, port: int | None = None, *, browser: bool = True) -> None:
     Raises
     ------
     BadInput
-        If there is no such lesson, marimo is not installed, or the port cannot be used.
+        If the lesson does not exist, marimo is not installed, or the port cannot be used.
     """
     require_lesson(name)
     with listener(port) as bound:
@@ -49,12 +49,12 @@ def serve(name: str, port: int | None = None, *, browser: bool = True) -> None:
 
 @contextmanager
 def listener(port: int | None) -> Iterator[socket.socket]:
-    """Listen on a port of the loopback address for the time of a block: the one asked for, or any.
+    """Listen on a port of the loopback address during a block: the requested port, or any.
 
     Raises
     ------
     BadInput
-        If the one asked for is no port, or is taken.
+        If the requested port is not valid, or is in use.
     """
     if port is not None and not 1 <= port <= 65535:
         raise BadInput(f"port = {port} must be from 1 to 65535.")

@@ -27,7 +27,7 @@ for (const film of document.querySelectorAll(".film")) {
   show();
 }
 """
-"""What shows the frame that the inputs of an experiment choose, of all experiments of a page."""
+"""Script that shows the frame chosen by the inputs of each experiment of a page."""
 
 
 def static_experiment(experiment: Experiment, tell: Callable[[float], None]) -> Markup:
@@ -66,7 +66,7 @@ def static_experiment(experiment: Experiment, tell: Callable[[float], None]) -> 
 
 
 def frame(choice: Sequence[int], shown: Shown) -> Markup:
-    """Return a frame that is not shown before it is asked for."""
+    """Return a frame that is hidden until it is chosen."""
     return Markup('<template data-frame="{}"><p class="says">{}</p><div class="drawing">{}</div></template>').format(
         "-".join(map(str, choice)), shown.says, shown.picture
     )
@@ -96,7 +96,7 @@ def buttons(group: str, control: Control, index: int, texts: Sequence[str]) -> M
 
 
 def fixed(experiment: Experiment) -> str:
-    """Return which controls the static page does not offer, and what they are there."""
+    """Return the controls that the static page does not offer, and their values there."""
     still: list[Any] = [control for control in experiment.controls if not control.offered]
     if not still:
         return "All controls of the live lesson are here."

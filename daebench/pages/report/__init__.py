@@ -1,4 +1,4 @@
-"""What a report is written with: numbers in words, tables, figures in a page, the page as one HTML file, and the gallery of all of them.
+"""Tools for writing reports: numbers in words, tables, figures in a page, the page as one HTML file, and the gallery of all pages.
 
 A report is a file with a docstring and a function ``make(out, progress)`` that writes ``out/index.html`` and returns its path. Those of
 daebench are in ``daebench.reports``; one's own is built by its path::

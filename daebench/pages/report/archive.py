@@ -12,7 +12,7 @@ LONG_AGO = (1980, 1, 1, 0, 0, 0)
 """Time of every file in the archive, so that the same pages give the same bytes."""
 
 BESIDE = re.compile(r'\s*<span class="beside">.*?</span>', re.DOTALL)
-"""What a page says of files beside it that no link leads to, such as a store of runs: they are not in the archive."""
+"""Text of a page on files beside it without a link, such as a store of runs: they are not in the archive."""
 
 LINK = re.compile(r'<a\b[^>]*?href="(?![a-z]+:|#)([^"#]+)[^"]*"[^>]*>(.*?)</a>', re.DOTALL)
 """A link to another file."""
@@ -45,7 +45,7 @@ def _linked(text: str, page: str) -> set[str]:
 
 
 def _alone(text: str, page: str, there: set[str]) -> str:
-    """Return a page without what it says of files that are not in the archive: of a link to one, the words alone."""
+    """Return a page without text on files that are not in the archive; links to them become plain text."""
 
     def kept(link: re.Match[str]) -> str:
         return link[0] if _target(link[1], page) in there else link[2]

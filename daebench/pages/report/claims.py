@@ -15,7 +15,7 @@ def require(holds: Any, claim: str, measured: Any) -> None:
     Raises
     ------
     ClaimRefuted
-        If it does not; the message has the claim and what was measured.
+        If it does not; the message has the claim and the measured value.
     """
     if not bool(holds):
         raise ClaimRefuted(f"the report would say that {claim}, but {measured} was measured; it is not written.")
