@@ -143,7 +143,7 @@ def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
     """Accept expressions of finite real numbers without cases, for a function of this name; raise InvalidProblem otherwise."""
     if any(value.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for value in values):
         raise InvalidProblem(
-            f"{name} is no finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
+            f"{name} is not a finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
         )
     if any(value.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for value in values):
         raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")

@@ -281,7 +281,7 @@ class Linker:
         return name
 
     def _of_problem(self, name: str) -> str | None:
-        """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
+        """Return the source of the problem's function of this name, or None if it is not an expression of this problem."""
         if not self.options.loops:
             source: str | None = self.derivation.source(name)
             return source

@@ -193,8 +193,7 @@ def beyond_comparison(ivp: ConstrainedIvp) -> bool:
 
 
 def dependence(ivp: ConstrainedIvp) -> str | None:
-    """Return the constraints that depend on others at the start, whether only there, and the advice; None if there are none or it is
-    unknown.
+    """Return the constraints that depend on others at the start, whether only there, and the advice; None if none are known.
 
     Parameters
     ----------

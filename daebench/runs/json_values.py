@@ -1,4 +1,4 @@
-"""Values as JSON has them, written without and read with care: what is not finite is no number there."""
+"""Values as JSON has them, written without and read with care: what is not finite is not a number there."""
 
 import json
 import math

@@ -1,6 +1,6 @@
 """How a file was made, in words: command, definition, settings, versions, machine and date, in a text beside it.
 
-The text is FILE.EXT.txt beside FILE.EXT. It is no part of the file, because a comment at its head is read as data by many programs.
+The text is FILE.EXT.txt beside FILE.EXT. It is not a part of the file, because a comment at its head is read as data by many programs.
 """
 
 import hashlib

@@ -83,7 +83,7 @@ class Outcome(Shown):
         of the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
         :func:`daebench.run` says how a start is changed on the manifold.
     ivp : InitialValueProblem, optional
-        What was solved, so that energies and pictures can be made. It is no part of a copy that another process gets.
+        What was solved, so that energies and pictures can be made. It is not a part of a copy that another process gets.
     """
 
     drawn_by: ClassVar[str] = "daebench.draw.trajectory"

@@ -23,11 +23,11 @@ def check_coordinates(name: str, symbols: Any) -> None:
     """Accept a sequence of symbols; InvalidProblem names any other entry. Their assumptions are checked in ``assumptions``."""
     for entry in several(name, symbols):
         if not isinstance(entry, sp.Symbol):
-            raise InvalidProblem(f"{name} contains {entry!r}, which is no SymPy Symbol.")
+            raise InvalidProblem(f"{name} contains {entry!r}, which is not a SymPy Symbol.")
 
 
 def check_parameters(parameters: Any) -> None:
-    """Accept a mapping of symbols to numbers; InvalidProblem names the parameter whose value is no number."""
+    """Accept a mapping of symbols to numbers; InvalidProblem names the parameter whose value is not a number."""
     if not isinstance(parameters, Mapping):
         raise InvalidProblem(f"the parameters are {parameters!r}; they must be a mapping of symbols to numbers.")
     check_coordinates("the parameters", parameters)
@@ -66,18 +66,18 @@ def _check_settings(name: str, case: Any, parameters: set[str]) -> None:
         raise InvalidProblem(f"the parameters of case {name!r} are {case.parameters!r}; they must be a mapping of names to numbers.")
     for parameter, value in case.parameters.items():
         if not isinstance(parameter, str):
-            raise InvalidProblem(f"case {name!r} sets {parameter!r}, which is no text; give the parameter's name as text.")
+            raise InvalidProblem(f"case {name!r} sets {parameter!r}, which is not text; give the parameter's name as text.")
         _require_number(f"{parameter} of case {name!r}", value, "give a number")
     if foreign := {key for key, value in case.parameters.items() if key not in parameters and not isinstance(value, int)}:
-        raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is no parameter of the problem.")
+        raise InvalidProblem(f"case {name!r} sets {', '.join(sorted(foreign))}, which is not a parameter of the problem.")
     if not isinstance(case.about, str):
-        raise InvalidProblem(f"about of case {name!r} is {case.about!r}, which is no text.")
+        raise InvalidProblem(f"about of case {name!r} is {case.about!r}, which is not text.")
     if getattr(case, "on_singular", "stop") not in ON_SINGULAR:
         raise InvalidProblem(f"on_singular of case {name!r} is {case.on_singular!r}; it must be {', '.join(ON_SINGULAR)}.")
 
 
 def check_functions(what: str, functions: Any) -> None:
-    """Accept a mapping of names to real expressions; InvalidProblem says what is no mapping, no name or no expression."""
+    """Accept a mapping of names to real expressions; InvalidProblem names the mapping, name or expression that is not one."""
     if not isinstance(functions, Mapping):
         raise InvalidProblem(f"{what}s are {functions!r}; they must be a mapping of names to expressions.")
     for name, expression in functions.items():
@@ -88,20 +88,20 @@ def check_functions(what: str, functions: Any) -> None:
 def check_real(name: str, values: Sequence[Any]) -> None:
     """Accept expressions that may be real numbers, of a size that can be derived.
 
-    InvalidProblem names an equation, what is no expression, and one with an imaginary unit, infinity or NaN in it.
+    InvalidProblem names an equation, a value that is not an expression, and one with an imaginary unit, infinity or NaN.
     """
     for k, value in enumerate(values):
         where = f"{name}[{k}]" if len(values) > 1 else name
         try:
             expression = sp.sympify(value)
         except (sp.SympifyError, TypeError, SyntaxError, AttributeError, ValueError, RecursionError) as error:
-            raise InvalidProblem(f"{where} is {value!r}, which is no number or expression.") from error
+            raise InvalidProblem(f"{where} is {value!r}, which is not a number or an expression.") from error
         if isinstance(expression, sp.Equality):
-            raise InvalidProblem(f"{where} is the equation {expression}; give the difference of its sides, which is to vanish.")
+            raise InvalidProblem(f"{where} is the equation {expression}; give the difference of its sides.")
         if getattr(expression, "is_Matrix", False):
-            raise InvalidProblem(f"{where} is a matrix, and must be a single expression; take its entries one by one.")
+            raise InvalidProblem(f"{where} is a matrix, but must be a single expression; give its entries one by one.")
         if not isinstance(expression, sp.Expr):
-            raise InvalidProblem(f"{where} is {value!r}, which is no number or expression.")
+            raise InvalidProblem(f"{where} is {value!r}, which is not a number or an expression.")
         check_size(where, expression)
         if expression.has(sp.I, sp.nan, sp.zoo, sp.oo, -sp.oo):
             raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
@@ -136,7 +136,7 @@ def extent(expression: sp.Basic) -> tuple[int, int]:
 
 
 def several(name: str, values: Any) -> list[Any]:
-    """Return values as a list; refuse what is no sequence."""
+    """Return values as a list; refuse what is not a sequence."""
     if isinstance(values, str) or not hasattr(values, "__len__"):
         raise InvalidProblem(f"{name} is {values!r}, and must be a sequence; write [{values!r}].")
     return list(values)
@@ -151,4 +151,4 @@ def _require_number(what: str, value: Any, remedy: str) -> None:
     try:
         real(what, value)
     except BadInput as error:
-        raise InvalidProblem(f"{what} has the value {value!r}, which is no finite number; {remedy}.") from error
+        raise InvalidProblem(f"{what} has the value {value!r}, which is not a finite number; {remedy}.") from error

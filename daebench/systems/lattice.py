@@ -103,7 +103,7 @@ class PoissonLattice:
     Raises
     ------
     InvalidProblem
-        If there are fewer than three sites, or the system of three sites is no Poisson system.
+        If there are fewer than three sites, or the system of three sites is not a Poisson system.
     """
 
     sites: int

@@ -234,7 +234,7 @@ class PoissonSystem:
                 raise InvalidProblem(f"{what} has {len(y)} coordinates; there must be {self.n}.")
         for name, parts in self.splittings.items():
             if foreign := [part for part in parts if part not in self.parts]:
-                raise InvalidProblem(f"splitting {name!r} has {', '.join(foreign)}, which is no part of the problem.")
+                raise InvalidProblem(f"splitting {name!r} has {', '.join(foreign)}, which is not a part of the problem.")
             if len(parts) < 2:
                 raise InvalidProblem(f"splitting {name!r} has fewer than two parts.")
         if self.darboux is not None:

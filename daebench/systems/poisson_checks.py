@@ -68,10 +68,10 @@ def check_casimirs(system: System) -> None:
     """
     for name, casimir in system.casimirs.items():
         claims = {_names(system, i): component for i, component in field(system, casimir).items()}
-        _refuse(system, claims, f"{name!r} is no Casimir function: its bracket with {{where}} is {{what}}, not 0.", sign=-1)
+        _refuse(system, claims, f"{name!r} is not a Casimir function: its bracket with {{where}} is {{what}}, not 0.", sign=-1)
     flow = field(system, system.H)
     brackets = {name: _dot(gradient(F, _index(system)), flow) for name, F in system.integrals.items()}
-    _refuse(system, brackets, "{where} is no first integral: its bracket with H is {what}, not 0.")
+    _refuse(system, brackets, "{where} is not a first integral: its bracket with H is {what}, not 0.")
 
 
 def check_splitting(system: System) -> None:

@@ -41,7 +41,7 @@ class Agreement:
         column = int(np.argmin(self.digits[row]))
         name = [component for component in self.reference.text if component.rstrip("0123456789") in self.reference.kind.state][column]
         t, start = self.reference.t[self.rows[row]], -np.log10(EPS * self.reference.amplification[self.rows[row]])
-        return f"{self.digits[row, column]:.1f} digits of {name} at t = {t:g}, where rounding of the start alone leaves {start:.1f}."
+        return f"{self.digits[row, column]:.1f} digits of {name} at t = {t:g}, where rounding of only the start leaves {start:.1f}."
 
 
 def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreement:

@@ -74,12 +74,12 @@ class Convergence:
         return f"{error[k]:14.3e} {_slope(self.h, error, k):>6}  {self._reason(part, k):<14}"
 
     def faults(self, claimed: float, asked: float) -> list[str]:
-        """Return a sentence for each part whose order is below what is asked by more than two standard errors."""
+        """Return a sentence for each part whose order is below the claim by more than two standard errors."""
         faults: dict[str, list[str]] = {}
         for part, fit in self.fits.items():
             if fit.note:
                 faults.setdefault(self._advice(part), []).append(part)
-        lines = [f"No order can be told in {' and '.join(parts)}: {advice}" for advice, parts in faults.items()]
+        lines = [f"The order in {' and '.join(parts)} cannot be determined: {advice}" for advice, parts in faults.items()]
         return lines + [
             f"The order in {part} is {fit.slope:.2f} (standard error {fit.slope_error:.2g}), and {claimed:g} was claimed."
             for part, fit in self.fits.items()
@@ -94,13 +94,13 @@ class Convergence:
         if lost["failed"] > len(reasons) / 2:
             return "most results are not finite; give a smaller h."
         if lost["round-off"] < lost["pre-asymptotic"]:
-            return "the slopes have not settled; give a smaller h, or a shorter t_end."
+            return "the slopes have not converged; give a smaller h, or a shorter t_end."
         if self._is_high(part, finest):
             return (
-                "the errors stop falling far above rounding; look for an equation that is not solved, other parameters than the "
-                "reference's, the numbers of a state in the wrong order, or a tolerance that is too loose."
+                "the errors stop decreasing far above rounding; look for an equation that is not solved, parameters other than the "
+                "reference's, the numbers of a state in the wrong order, or a tolerance that is too large."
             )
-        return "the errors are down at rounding; give a larger h, or a longer t_end."
+        return "the errors are at rounding; give a larger h, or a longer t_end."
 
     def _reason(self, part: str, k: int) -> str:
         reason = self.fits[part].reasons[k]
@@ -152,7 +152,7 @@ def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDAr
     if halvings < 2:
         raise BadInput(f"halvings = {halvings} must be at least 2: an order needs three step sizes.")
     if halvings > np.log2(MOST_STEPS) or t_end / h * 2.0**halvings > MOST_STEPS:
-        raise BadInput(f"h = {h:g}, halved {halvings} times, makes more than 2^28 steps up to t = {t_end:g}; halve it less often.")
+        raise BadInput(f"h = {h:g}, halved {halvings} times, needs more than 2^28 steps up to t = {t_end:g}; give fewer halvings.")
     if t_end > reference.horizon:
         raise BadInput(f"t_end = {t_end:g} is beyond the horizon of {name}, t = {reference.horizon:g}; give a shorter t_end.")
     if t_end >= reference.double_horizon:

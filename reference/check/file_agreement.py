@@ -146,7 +146,7 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
     Raises
     ------
     BadInput
-        If there is no such reference, the file is not what it must be, or has components that the problem has not.
+        If the reference does not exist, the file is not valid, or it has components that the problem does not have.
     Damaged
         If the reference is.
     """
@@ -186,7 +186,7 @@ def _require_components(given: TrajectoryFile, reference: Reference) -> None:
     missing = next((name for name in given.components if name not in reference.text), None)
     if missing is not None:
         raise BadInput(
-            f"{given.path}, line 1: column {missing} is none of {reference.name}, which has {', '.join(reference.text)}; "
+            f"{given.path}, line 1: column {missing} is not in {reference.name}, which has {', '.join(reference.text)}; "
             "compare with the reference of the problem that was solved."
         )
 

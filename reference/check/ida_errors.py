@@ -53,7 +53,7 @@ def ida_errors(ivp: Ivp, t: Array, reference: Mapping[str, Array], keep: Keep, u
     Raises
     ------
     NotCertified
-        If IDA disagrees with the reference solution by more than it says itself.
+        If IDA differs from the reference solution by more than its own error estimate.
     """
     clear = int(np.searchsorted(t, min(until, UNTIL), "right"))
     return [record for name in ida_names(ivp) for record in _records(ivp, name, t, reference, keep, clear)]
@@ -78,7 +78,7 @@ def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact
             return
     raise NotCertified(
         f"{ivp.problem}-{ivp.case} was not certified: up to t = {t[-1]:g} {runs[0]['method']} differs from the reference in {lead} by "
-        f"{', '.join(discrepancies)}; see which of the two is wrong."
+        f"{', '.join(discrepancies)}; find out which of the two is wrong."
     )
 
 

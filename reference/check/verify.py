@@ -60,7 +60,7 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
     Raises
     ------
     BadInput
-        If there is no such reference.
+        If the reference does not exist.
     Damaged
         If a file is missing, truncated, or not what its checksum says.
     """

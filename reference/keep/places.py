@@ -53,4 +53,4 @@ def require_name(name: str) -> None:
     """
     if not NAME.fullmatch(name) or name.endswith("."):
         shown = ascii(name if len(name) <= 80 else f"{name[:77]}...")
-        raise BadInput(f"{shown} is no name of a reference: that is PROBLEM-CASE, of letters, digits and . , + - _ alone, and no path.")
+        raise BadInput(f"{shown} is not a name of a reference: that is PROBLEM-CASE, of letters, digits and . , + - _ alone, and no path.")

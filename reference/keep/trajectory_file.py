@@ -65,7 +65,7 @@ class TrajectoryFile:
         if wrong.size:
             k = int(wrong[0])
             raise BadInput(
-                f"{self.path}, line {self.lines[k]}: {name} = {column[k]!r} is no finite number; write one, for example 1.25e-3."
+                f"{self.path}, line {self.lines[k]}: {name} = {column[k]!r} is not a finite number; write one, for example 1.25e-3."
             )
         return numbers
 
@@ -90,7 +90,7 @@ def read(path: Path, kind: StateLayout) -> TrajectoryFile:
     Raises
     ------
     BadInput
-        If it is no file, empty, without a column t or any component, with a row of another length, with something that is no finite
+        If it is not a file, empty, without a column t or any component, with a row of another length, with something that is no finite
         number, or with times that are negative or descend.
     """
     header, rows, lines = _rows(path, kind)

@@ -65,7 +65,7 @@ def build(
     Raises
     ------
     BadInput
-        If there is no such problem or case, heyoka is missing, a number is not what it must be, or there is such a reference already.
+        If the problem or case does not exist, heyoka is missing, a number is not valid, or the reference exists already.
     NotCertified
         If the certification fails; the reference that was there stays.
     """
@@ -113,7 +113,7 @@ def _defined(name: str) -> Definition:
     require_name(name)
     problem, dash, case = name.partition("-")
     if not dash:
-        raise BadInput(f"{name} is no name of a reference; it is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")
+        raise BadInput(f"{name} is not a name of a reference; it is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")
     return define(problem, case)
 
 
@@ -133,7 +133,7 @@ def _code(problem: str) -> list[str]:
 def _times(t_end: float, spacing: int) -> list[Any]:
     if spacing < 1 or spacing & (spacing - 1):
         raise BadInput(
-            f"{spacing} outputs a second are no power of two, so that times would not be exact in double precision; give 8 or 16."
+            f"{spacing} outputs per second are not a power of two, so times would not be exact in double precision; give 8 or 16."
         )
     n = t_end * spacing
     if not (math.isfinite(n) and n == int(n) and FEWEST <= n <= MOST):

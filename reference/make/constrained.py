@@ -51,7 +51,7 @@ class Constrained:
 
     @cached_property
     def other(self) -> Local | None:
-        """The problem's chart, where there is no closed form to hold the series against."""
+        """The problem's chart, if there is no closed form for comparison with the series."""
         return None if self.closed_form or self.definition.problem.chart is None else Local(self.definition)
 
     @cached_property

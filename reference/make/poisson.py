@@ -73,5 +73,5 @@ class Poisson:
         return {name: [value] for name, value in zip(self._names, self._conserved(*x), strict=True)}
 
     def smallest_singular_value(self, x: Vector) -> float:
-        """Raise, for there is no rank to lose."""
+        """Raise, because there is no rank to lose."""
         raise NotImplementedError

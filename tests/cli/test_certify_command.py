@@ -157,7 +157,7 @@ def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
         (("certify", "./ball.py:step", "--claim", "order=two", "--out", "made"), "must be a whole number"),
         (("certify", "./ball.py:step", "--h", "0", "--out", "made"), "must be greater than 0"),
         (("certify", "./ball.py:step", "--seconds-limit", "0", "--out", "made"), "must be greater than 0"),
-        (("certify", "./ball.py:step", "--out", "ball.py"), "that is no folder"),
+        (("certify", "./ball.py:step", "--out", "ball.py"), "that is not a folder"),
         (("certificate", "verify", "nothing"), "there is no certificate nothing"),
         (("report", "court"), "needs a folder of certificates"),
         (("report", "court", "nothing", "--trust"), "there is no folder nothing"),
@@ -179,11 +179,11 @@ def test_what_is_no_certificate_ends_with_1_in_words_and_as_json(codes, daebench
     (codes / "certificate.json").write_text("{}")
     status, out, err = daebench("certificate", "verify", "certificate.json")
     assert (status, out) == (1, "")
-    assert err == "daebench: certificate.json is no certificate of daebench.\n"
+    assert err == "daebench: certificate.json is not a certificate of daebench.\n"
     status, out, err = daebench("certificate", "verify", ".", "--json")
     assert (status, err) == (1, "")
     answer = json.loads(out)
-    assert (answer["agrees"], answer["sentence"]) == (False, "certificate.json is no certificate of daebench.")
+    assert (answer["agrees"], answer["sentence"]) == (False, "certificate.json is not a certificate of daebench.")
 
 
 def test_help_says_that_code_is_executed(daebench, capsys):

@@ -75,8 +75,8 @@ REFUSED = {
     "format": (("export", NAME, "--format", "cvs"), "unknown format 'cvs'; did you mean csv"),
     "range": (("export", NAME, "--times", "0:1"), "a range is from:to:step"),
     "too many": (("export", NAME, "--times", "0:1:1e-9"), "give a larger step"),
-    "no number": (("export", NAME, "--times", "0,x"), "'x' is no finite number"),
-    "no file": (("export", NAME, "--out", "/dev/null"), "that is no file"),
+    "no number": (("export", NAME, "--times", "0,x"), "'x' is not a finite number"),
+    "no file": (("export", NAME, "--out", "/dev/null"), "that is not a file"),
     "folder": (("export", NAME, "--out", "nowhere/x.csv"), "there is no folder nowhere"),
 }
 

@@ -158,7 +158,7 @@ def test_what_is_no_chart_and_what_is_no_integral_is_refused():
     with pytest.raises(BadInput, match="singular everywhere"):
         as_poisson(ConstrainedHamiltonian(**rest, chart=flat))
     chart = Chart(eta=(a,), xi=(b,), p=(a * sp.cos(b), a * sp.sin(b)), q=(sp.sin(b), -sp.cos(b)), inverse_eta=(p[0],), inverse_xi=(q[0],))
-    with pytest.raises(InvalidProblem, match="Lz is no first integral"):
+    with pytest.raises(InvalidProblem, match="Lz is not a first integral"):
         as_poisson(ConstrainedHamiltonian(**rest, chart=chart, integrals={"Lz": q[0] * p[1] - q[1] * p[0]}))
 
 

@@ -79,7 +79,10 @@ MISTAKES = {
     "no such body": (lambda: Mechanism(**PLANE, joints=[Revolute("rod", "rud", "A")]), "unknown body in the Revolute of rod and rud 'rud'"),
     "no such point": (lambda: Mechanism(**PLANE, forces=[Spring("O", "a", stiffness=1)]), "unknown point or direction"),
     "no such damped point": (lambda: Mechanism(**PLANE, forces=[Damper("X", "A", 1)]), "unknown point or direction"),
-    "two names": (lambda: Mechanism(**PLANE | {"ground": {"A": (0, 0), "O": (0, 1)}}), "uses one name for two points or directions; rename one"),
+    "two names": (
+        lambda: Mechanism(**PLANE | {"ground": {"A": (0, 0), "O": (0, 1)}}),
+        "uses one name for two points or directions; rename one",
+    ),
     "both": (lambda: Mechanism(**PLANE | {"ground": {"O": (0, 0, 0)}}), "all of the plane or all of space"),
     "gravity": (lambda: Mechanism(**PLANE, gravity=(0, 0, -9)), "gravity has 3 components, but the mechanism has 2 dimensions"),
     "axis": (lambda: Mechanism(**SPACE, joints=[Revolute("rod", "ground", "O")]), "has no axis; give axis=(x, y, z), or use Spherical"),

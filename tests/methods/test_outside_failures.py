@@ -26,7 +26,7 @@ from daebench.runs.request import Request
         ("./mine.py:of_poisson", "takes 2 arguments; on spherical_pendulum give step(p, q, h)"),
         ("./mine.py:calls", "is not a method: it is a int"),
         ("./mine.py:nothing", "mine.py has no nothing; it has step, solve"),
-        ("./mine.py:", "'' is no name"),
+        ("./mine.py:", "'' is not a name"),
         ("./other.py:step", "there is no such file"),
         ("./mine.so:step", "there is no such file"),
         ("exec:./nothing", "there is no such program"),
@@ -106,9 +106,9 @@ def test_a_program_that_dies_is_said_to_have(folder, text, sentence):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("echo hello", "writes 'hello', which is no state"),
+        ("echo hello", "writes 'hello', which is not a state"),
         ("echo 1 2 3", "writes 3 numbers in a line, '1 2 3'; a state has 6"),
-        ("head -c 1000000 /dev/zero", "which is no state"),
+        ("head -c 1000000 /dev/zero", "which is not a state"),
     ],
 )
 def test_a_program_whose_first_line_is_no_state_is_refused(folder, text, sentence):
@@ -141,7 +141,7 @@ def test_the_command_ends_code_that_hangs_at_the_limit(mine, daebench):
         ("yes 1 2 3 4 5 6", 200, "it must write its seconds"),
         ("yes 1 2 3 4 5 6 | head -200; echo '{\"seconds\": -1}'", 200, "it must write its seconds"),
         ("yes 1 2 3 4 5 6 | head -200; echo '{\"seconds\": 1}'; echo more", 200, "that line must be the last"),
-        ("yes 1 2 3 4 5 6 | head -5; sleep 60", 5, "the limit of 0.5 s is reached; allow more time, or see whether the code hangs."),
+        ("yes 1 2 3 4 5 6 | head -5; sleep 60", 5, "the limit of 0.5 s is reached; allow more time, or check whether the code hangs."),
     ],
 )
 def test_what_a_program_wrote_before_it_went_wrong_is_kept(folder, text, states, sentence):

@@ -109,13 +109,13 @@ def test_a_court_takes_what_it_can_verify_and_names_the_rest(folder, tmp_path):
         "number/certificate.json": "value of error of spherical_pendulum",
         "hash/certificate.json": "it is other code",
         "future/certificate.json": "was written by a newer daebench",
-        "foreign/certificate.json": "is no certificate of daebench",
-        "garbled/certificate.json": "is no certificate, or is damaged",
-        "empty/certificate.json": "is no certificate, or is damaged",
-        "script/certificate.json": "is no certificate of daebench",
+        "foreign/certificate.json": "is not a certificate of daebench",
+        "garbled/certificate.json": "is not a certificate, or is damaged",
+        "empty/certificate.json": "is not a certificate, or is damaged",
+        "script/certificate.json": "is not a certificate of daebench",
         "lost/certificate.json": "is missing",
         "edited/certificate.json": "it is other code",
-        "notes.json": "is no certificate of daebench",
+        "notes.json": "is not a certificate of daebench",
     }
     assert {name: why for name, why in reasons.items() if why not in dict(rows(page, "excluded"))[name]} == {}
     assert {name for name, *_ in rows(page, "contestants-1")} == {"_a $x$ of $\\frac$", "shake", "step"}

@@ -63,11 +63,11 @@ def test_a_folder_of_ones_own_is_in_the_users_data(monkeypatch):
 def test_no_name_is_a_path(name, references, tmp_path, monkeypatch, daebench):
     monkeypatch.chdir(tmp_path)
     for call in (store.load, store.kept_in):
-        with pytest.raises(BadInput, match="is no name of a reference"):
+        with pytest.raises(BadInput, match="is not a name of a reference"):
             call(name, references)
-    with pytest.raises(BadInput, match="is no name of a reference"):
+    with pytest.raises(BadInput, match="is not a name of a reference"):
         build(name, folder=tmp_path / "there")
-    with pytest.raises(BadInput, match="is no name of a reference"):
+    with pytest.raises(BadInput, match="is not a name of a reference"):
         store.save(name, {}, {"t": []}, tmp_path / "there")
     if "\0" not in name and not name.startswith("-"):
         for words in (("build", name), ("show", name), ("verify", name), ("export", name), ("compare", "x.csv", "--with", name)):

@@ -131,7 +131,7 @@ def test_in_a_test_file_outside_right_codes_pass_and_wrong_ones_say_why(outside)
     outside.assert_outcomes(passed=2, failed=3)
     outside.stdout.fnmatch_lines(
         [
-            "E*AssertionError: No order can be told in q and p: the errors stop falling far above rounding; look for *",
+            "E*AssertionError: The order in q and p cannot be determined: the errors stop decreasing far above rounding; look for *",
             "E*error of q*slope*error of p*slope",
             "E*0.0625*plateau*plateau",
             "E*Errors are the largest at 8 times up to t = 1 of planar_pendulum-rotating (mass = 1, length = 1, gravity = 1).",
@@ -223,10 +223,10 @@ def wrong_gravity(p, q, h):
 
 
 WRONG = {
-    "another parameter": (wrong_gravity, {}, "q and p: the errors stop falling far above rounding"),
-    "p and q exchanged": (lambda p, q, h: rattle(q, p, h)[::-1], {"h": 2**-6}, "the errors stop falling far above rounding"),
+    "another parameter": (wrong_gravity, {}, "q and p: the errors stop decreasing far above rounding"),
+    "p and q exchanged": (lambda p, q, h: rattle(q, p, h)[::-1], {"h": 2**-6}, "the errors stop decreasing far above rounding"),
     "not finite": (lambda p, q, h: (p * math.nan, q * math.nan), {}, "q and p: most results are not finite; give a smaller h"),
-    "too coarse": (rattle, {"h": 0.25, "halvings": 2}, "the slopes have not settled; give a smaller h, or a shorter t_end"),
+    "too coarse": (rattle, {"h": 0.25, "halvings": 2}, "the slopes have not converged; give a smaller h, or a shorter t_end"),
 }
 
 
@@ -242,7 +242,7 @@ def test_a_code_that_is_at_rounding_throughout_is_told_to_take_larger_steps(refe
         rows = np.searchsorted(reference.t, t)
         return reference.p[rows] * (1 + 2**-52), reference.q[rows] * (1 + 2**-52)
 
-    with pytest.raises(AssertionError, match="q and p: the errors are down at rounding; give a larger h, or a longer t_end"):
+    with pytest.raises(AssertionError, match="q and p: the errors are at rounding; give a larger h, or a longer t_end"):
         assert_solver_converges(exact, reference, 2)
 
 
@@ -316,7 +316,7 @@ def test_digits_are_counted_in_units_of_the_largest_modulus(reference):
         assert_agrees(reference, t=reference.t, q=q, p=reference.p, digits=7)
     lines = str(stop.value).splitlines()
     assert lines[0] == "The trajectory does not agree with planar_pendulum-rotating to 7 digits."
-    assert lines[1].startswith("First: 6.0 digits of q2 at t = 1.125, where rounding of the start alone leaves 16.0")
+    assert lines[1].startswith("First: 6.0 digits of q2 at t = 1.125, where rounding of only the start leaves 16.0")
     assert lines[2].startswith("Least: 5.0 digits of q1 at t = 1.5, ")
 
 

@@ -144,7 +144,7 @@ def test_the_printed_euler_form_leaves_the_domain_and_its_adjoint_does_not():
     assert failed.steps == 0
     assert failed.failure == (
         "symplectic_euler on lotka_volterra, case 6,2, stopped at t = 0 (step 1 of 1000, h = 0.25): the state has left the domain "
-        "u > 0 and v > 0; use a smaller h, and see whether the motion itself diverges there."
+        "u > 0 and v > 0; use a smaller h, and check whether the motion itself diverges there."
     )
     with pytest.raises(RunFailed, match="left the domain"):
         failed.complete()

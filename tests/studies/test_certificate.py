@@ -240,11 +240,11 @@ def edited(text, old, new):
 
 
 FORMS = {
-    "not JSON": (lambda text: text[:-20], "is no certificate, or is damaged"),
-    "empty": (lambda text: "", "is no certificate, or is damaged"),
-    "binary": (lambda text: "\x00\x01", "is no certificate, or is damaged"),
-    "a list": (lambda text: "[]", "is no certificate of daebench"),
-    "deep": (lambda text: "[" * 200_000, "is no certificate, or is damaged"),
+    "not JSON": (lambda text: text[:-20], "is not a certificate, or is damaged"),
+    "empty": (lambda text: "", "is not a certificate, or is damaged"),
+    "binary": (lambda text: "\x00\x01", "is not a certificate, or is damaged"),
+    "a list": (lambda text: "[]", "is not a certificate of daebench"),
+    "deep": (lambda text: "[" * 200_000, "is not a certificate, or is damaged"),
     "nested": (lambda text: edited(text, '"format": 1', '"format": 1, "x": ' + "[" * 900 + "]" * 900), "certificate"),
     "no number": (lambda text: edited(text, '"format": 1', '"format": NaN'), "NaN in the place of a number"),
     "a huge number": (lambda text: edited(text, '"format": 1', '"format": 1e999'), "in the place of a number"),
@@ -269,7 +269,7 @@ def test_what_is_no_certificate_is_refused_before_anything_is_run(certificate, m
 SMUGGLED = {
     "a file that leads out": (lambda c: c["code"]["files"].update({"../evil.py": "0"}), "leads out of its folder"),
     "an absolute file": (lambda c: c["code"]["files"].update({"/evil.py": "0"}), "leads out of its folder"),
-    "a file that is not there": (lambda c: c["code"]["files"].update({"evil.py": "0"}), "is missing, or is no file"),
+    "a file that is not there": (lambda c: c["code"]["files"].update({"evil.py": "0"}), "is missing, or is not a file"),
     "another method": (
         lambda c: c.update(method="/elsewhere/evil.py:step"),
         "is not among the files beside the certificate; nothing is run",

@@ -257,8 +257,8 @@ def test_a_map_that_is_poisson_at_the_step_size_alone_falls_short(monkeypatch):
 
 
 BOASTS = {
-    "lie is no symmetric method": ("prey", "lie", "symmetric"),
-    "rk4 is no Poisson map": ("body", "rk4", "Poisson map"),
+    "lie is not a symmetric method": ("prey", "lie", "symmetric"),
+    "rk4 is not a Poisson map": ("body", "rk4", "Poisson map"),
     "midpoint is none for this B": ("prey", "midpoint", "Poisson map"),
     "strang does not keep H": ("body", "strang", "keeps H"),
     "verlet does not keep Casimirs of this B": ("top", "verlet", "keeps C1"),

@@ -50,7 +50,7 @@ def test_the_files_as_they_are_are_sound(folder, kind):
 @pytest.mark.parametrize("value", VALUES)
 def test_a_parameter_whose_value_is_no_number_is_named(folder, kind, value):
     text = VALUES[value].replace("{symbol}", SYMBOLS[kind])
-    refused(folder, kind, "the parameter .* has the value .*, which is no finite number", parameters=f"{{{SYMBOLS[kind]}: {text}}}")
+    refused(folder, kind, "the parameter .* has the value .*, which is not a finite number", parameters=f"{{{SYMBOLS[kind]}: {text}}}")
 
 
 @pytest.mark.parametrize("name", ["q", "p", "m"])
@@ -85,11 +85,11 @@ def test_a_case_whose_name_is_no_text_is_named(folder, kind, name):
 
 SETTINGS = {
     "parameters that are a list": ("parameters=[2]", "they must be a mapping of names to numbers"),
-    "parameters by symbol": ("parameters={sp.Symbol('mass'): 2.0}", "which is no text"),
-    "value that is an expression": ("parameters={'mass': sp.Symbol('z')}", "which is no finite number"),
-    "value that is text": ("parameters={'mass': 'x'}", "which is no finite number"),
-    "value that is complex": ("parameters={'mass': 1j}", "which is no finite number"),
-    "about that is a number": ("about=3", "which is no text"),
+    "parameters by symbol": ("parameters={sp.Symbol('mass'): 2.0}", "which is not text"),
+    "value that is an expression": ("parameters={'mass': sp.Symbol('z')}", "which is not a finite number"),
+    "value that is text": ("parameters={'mass': 'x'}", "which is not a finite number"),
+    "value that is complex": ("parameters={'mass': 1j}", "which is not a finite number"),
+    "about that is a number": ("about=3", "which is not text"),
 }
 
 
@@ -112,7 +112,7 @@ MATRICES = {"one entry": "sp.Matrix([[{x}]])", "square": "sp.eye(2) * {x}", "pro
 @pytest.mark.parametrize("matrix", MATRICES)
 def test_a_matrix_in_the_place_of_an_expression_is_named(folder, kind, matrix):
     part, text = SCALARS[kind]
-    refused(folder, kind, "is a matrix, and must be a single expression", **{part: text.format(MATRICES[matrix].format(x=OPENED[kind]))})
+    refused(folder, kind, "is a matrix, but must be a single expression", **{part: text.format(MATRICES[matrix].format(x=OPENED[kind]))})
 
 
 @pytest.mark.parametrize("where", ["g", "integrals", "kinetic_flow", "chart", "closed_form", "picture", "cases", "q"])
@@ -151,7 +151,7 @@ def test_a_function_that_the_kernels_do_not_have_is_named(folder, kind, function
 def test_an_expression_that_divides_by_0_is_named():
     x = sp.Symbol("x", real=True)
     for bad in (1 / (x - x), sp.nan + x, sp.oo * x, sp.I * x):
-        with pytest.raises(InvalidProblem, match=r"^f is no finite real number anywhere"):
+        with pytest.raises(InvalidProblem, match=r"^f is not a finite real number anywhere"):
             expressions("f", {"q": [x]}, [bad], (), [])
 
 

@@ -163,7 +163,7 @@ def test_a_site_at_rest_has_canonical_coordinates_too():
 
 FAULTS = {
     "bracket": (lambda good: {"b": sp.Matrix([[0, 1], [1, 0]])}, "not skew-symmetric"),
-    "integral": (lambda good: {"integrals": {"norm": good.here[0] ** 2}}, "'?norm'? is no first integral"),
+    "integral": (lambda good: {"integrals": {"norm": good.here[0] ** 2}}, "'?norm'? is not a first integral"),
     "flow": (lambda good: {"parts": good.parts | {"D": replace(good.parts["D"], here=good.here)}}, "flow of part 'D' is not"),
     "sum": (lambda good: {"splittings": {"UV": ("U", "V")}}, "splitting 'UV' do not add up"),
     "canonical": (lambda good: {"darboux": replace(good.darboux, Q=good.darboux.P, P=good.darboux.Q)}, "not canonical"),

@@ -74,16 +74,16 @@ def test_a_three_dimensional_structure_times_any_function_has_the_jacobi_identit
 
 
 def test_a_wrong_casimir_function_is_named_with_the_bracket_that_shows_it():
-    assert refusal(body, casimirs={"C": square + z**2}) == "'C' is no Casimir function: its bracket with x is -2*y*z, not 0."
+    assert refusal(body, casimirs={"C": square + z**2}) == "'C' is not a Casimir function: its bracket with x is -2*y*z, not 0."
 
 
 def test_a_wrong_integral_is_named_with_its_bracket():
-    assert refusal(body, integrals={"z": z}) == "z is no first integral: its bracket with H is 2*x*y, not 0."
+    assert refusal(body, integrals={"z": z}) == "z is not a first integral: its bracket with H is 2*x*y, not 0."
 
 
 def test_an_integral_of_one_value_of_a_parameter_only_is_refused():
     a = sp.Symbol("a", positive=True)
-    assert "y is no first integral" in refusal(body, H=x**2 + a * y**2 + z**2 + (a - 1) * x, parameters={a: 1}, integrals={"y": y})
+    assert "y is not a first integral" in refusal(body, H=x**2 + a * y**2 + z**2 + (a - 1) * x, parameters={a: 1}, integrals={"y": y})
 
 
 def test_a_part_whose_flow_turns_the_wrong_way_is_refused():

@@ -34,7 +34,7 @@ TEXT = {
         "mass: float = 2 * 3.1",
         "has the default 2 * 3.1, and must have a number that is written out",
     ),
-    "default that is no whole number": ("mass: float = 2.0", "mass: int = 2.5", "its default 2.5 is no whole number of at least 1"),
+    "default that is not a whole number": ("mass: float = 2.0", "mass: int = 2.5", "its default 2.5 is not a whole number of at least 1"),
 }
 
 RAISED = {
@@ -52,7 +52,7 @@ RAISED = {
         'sp.symbols("mass length"',
         "are mass, radius, and the parameters of its definition length, mass",
     ),
-    "a case's parameter": ("p=(0, 0))", 'p=(0, 0), parameters={"raduis": 2})', "case 'resting' sets raduis, which is no parameter"),
+    "a case's parameter": ("p=(0, 0))", 'p=(0, 0), parameters={"raduis": 2})', "case 'resting' sets raduis, which is not a parameter"),
 }
 
 DEFINED = {
@@ -60,7 +60,7 @@ DEFINED = {
     "wrong M": ("M=m * sp.eye(2)", "M=m * sp.eye(3)", "the mass matrix M has shape (3, 3), but there are 2 positions"),
     "M that is a list": ("M=m * sp.eye(2)", "M=[[m, 0], [0, m]]", "the mass matrix M must be a SymPy Matrix, and is a list"),
     "M that is not symmetric": ("M=m * sp.eye(2)", "M=sp.Matrix([[m, 1], [0, m]])", "the mass matrix M is not symmetric"),
-    "g that is no sequence": (
+    "g that is not a sequence": (
         "g=[q[0] ** 2 + q[1] ** 2 - r**2]",
         "g=q[0] ** 2 + q[1] ** 2 - r**2",
         "g is q1**2 + q2**2 - radius**2, and must be a sequence",
@@ -69,7 +69,7 @@ DEFINED = {
     "too many constraints": ("- r**2]", "- r**2, q[0]]", "must have 0 eta and 0 xi, as many as positions less constraints"),
     "wrong case": ("p=(0, 0))", "p=(0, 0, 0))", "case 'resting' has 2 positions and 3 momenta; both must be 2"),
     "case of another type": ("Case(q=(r, 0), p=(0, 0))", "((r, 0), (0, 0))", "case 'resting' is a tuple; it must be a Case(q=..., p=...)"),
-    "q that is no symbol": ("        q=q,", "        q=('q1', 'q2'),", "q contains 'q1', which is no SymPy Symbol"),
+    "q that is no symbol": ("        q=q,", "        q=('q1', 'q2'),", "q contains 'q1', which is not a SymPy Symbol"),
     "undeclared symbol": ("U=sp.S.Zero", 'U=sp.Symbol("k") * q[0]', "U contains k, which it may not depend on; declare it"),
     "g of momenta": ("- r**2]", "- r**2 + p[0]]", "g contains p1, which it may not depend on"),
     "other assumptions": ("U=sp.S.Zero", 'U=sp.Symbol("q1") ** 2', "U contains q1 with other assumptions than those declared"),
@@ -122,7 +122,7 @@ DECLARED = {
         "the mass matrix M is not positive definite at q0: its eigenvalues are from -2 to 2",
     ),
     "integral": ("turn}", "p[0]}", "L is not a first integral: its derivative along the motion is"),
-    "integral that is no number": (
+    "integral that is not a number": (
         "turn}",
         "turn + sp.sqrt(q[0] - 9)}",
         "its derivative along the motion is nan",

@@ -243,7 +243,7 @@ class Derivation(Derived):
         return may_be_left_unseen([problem.H, problem.U, *(problem.M or ())], [*problem.q, *problem.p])
 
     def source(self, name: str) -> str | None:
-        """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
+        """Return the source of the problem's function of this name, or None if it is not an expression of this problem."""
         rule = self.rule(name)
         if rule is None:
             return None

@@ -70,7 +70,7 @@ class LocalDerivation(Derivation):
         return upper - upper.T
 
     def source(self, name: str) -> str | None:
-        """Return the source of the problem's function of this name, or None if it is no expression of this problem."""
+        """Return the source of the problem's function of this name, or None if it is not an expression of this problem."""
         text = super().source(name)
         return codegen.ARCTAN2 + text if text and name == "inverse_chart" else text
 

@@ -13,7 +13,7 @@ PAIRS = ("damping",)
 
 
 def source(derivation: "Derivation", name: str, dtype: str) -> tuple[str, dict[str, str]] | None:
-    """Return the source of the problem's function of this name and of the tables that it reads; None if it is no expression.
+    """Return the source of the problem's function of this name and of the tables that it reads; None if it is not an expression.
 
     Parameters
     ----------

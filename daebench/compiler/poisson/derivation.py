@@ -189,7 +189,7 @@ class DarbouxDerivation(PoissonDerivation):
         return sp.expand(self.own.H.subs(dict(zip(self.own.y, self.map.y, strict=True)), simultaneous=True))
 
     def source(self, name: str) -> str | None:
-        """Return the source of the function of this name, or None if it is no expression of this system."""
+        """Return the source of the function of this name, or None if it is not an expression of this system."""
         if name in ("H", "casimirs", "integrals", "inside"):
             return self.own.source(name)
         z, y = self.y, self.own.y

@@ -98,7 +98,9 @@ class _Ensemble:
         if request.precision != "float64" or request.raw or request.sensitivities or request.steps is None:
             raise BadInput("members of an ensemble take a number of steps in float64, without stage multipliers and sensitivities.")
         if members.weights is not None and members.weights.shape[1] != len(method.weights):
-            composed = f"{method.name} takes {len(method.weights)} in a step" if len(method.weights) else f"{method.name} is no composition"
+            composed = (
+                f"{method.name} takes {len(method.weights)} in a step" if len(method.weights) else f"{method.name} is not a composition"
+            )
             raise BadInput(f"members have {members.weights.shape[1]} weights each, and {composed}; give as many, one for each substep.")
         self.grid: Grid = method.grid(self.ivp, self.request)
         require_memory_of_members(self.grid.rows, self.ivp.size, len(members))

@@ -21,7 +21,7 @@ from daebench.runs.scales import in_coordinates, poisson_scales
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
 from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
 
-RUN_AWAY = "use a smaller h, and see whether the motion itself diverges there"
+RUN_AWAY = "use a smaller h, and check whether the motion itself diverges there"
 LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left the domain {domain}", RUN_AWAY)}
 """Why a step of a Poisson system is refused besides :data:`daebench.methods.fixed_step.stepping.REASONS`, and what to do."""
 

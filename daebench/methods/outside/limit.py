@@ -43,8 +43,8 @@ class Limit:
     def over(self) -> str:
         """What is said when the time is over, and what to do."""
         if self.seconds is None:
-            return f"the code has given no state for {SILENCE:g} s; see whether it hangs, or allow more time by seconds_limit"
-        return f"the limit of {self.seconds:g} s is reached; allow more time, or see whether the code hangs"
+            return f"the code has given no state for {SILENCE:g} s; check whether it hangs, or allow more time by seconds_limit"
+        return f"the limit of {self.seconds:g} s is reached; allow more time, or check whether the code hangs"
 
 
 class Overdue(BaseException):

@@ -124,7 +124,7 @@ class OutsideMethod:
         Raises
         ------
         BadInput
-            If the request cannot be met, or what the code returns is no state.
+            If the request cannot be met, or what the code returns is not a state.
         """
         record = Record(self.name, ivp, request, self.grid(ivp, request), every_step=self.every_step)
         outcome = record.outcome(self.blocks)

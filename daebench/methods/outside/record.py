@@ -68,7 +68,7 @@ class Record:
     def outcome(self, blocks: Blocks) -> dict[str, Any]:
         """Run the code, and return what a trajectory of any kind says of it.
 
-        BadInput is raised where already the first thing that the code gives is no state; later, the run has failed, and keeps its states.
+        BadInput is raised if the first output of the code is not a state; later, the run has failed, and keeps its states.
         """
         try:
             self._follow(blocks)

@@ -17,7 +17,7 @@ LARGEST = 2000
 
 
 def refused(name: str, ivp: InitialValueProblem, *, dense: bool) -> str | None:
-    """Return why a method of this name cannot be used on what is no Poisson system, or on one too large for its Jacobian, or None."""
+    """Return why a method of this name cannot run, if the system is not a Poisson system or is too large for its Jacobian, or None."""
     if ivp.facts.KIND != "poisson":
         return f"{name} is asked for as a method for Poisson systems, and {ivp.problem} is a constrained problem."
     if dense and ivp.size > LARGEST:

@@ -139,7 +139,7 @@ def _file(address: str, others: Sequence[Path]) -> Code:
 
 
 def _program(address: str, others: Sequence[Path]) -> Code:
-    """Return a program with its arguments: what is found on the PATH is called by its name, and is no part of the code."""
+    """Return a program with its arguments: what is found on the PATH is called by its name, and is not a part of the code."""
     try:
         words = shlex.split(address.removeprefix(PROGRAM))
     except ValueError as error:

@@ -48,7 +48,7 @@ def read(path: Path) -> Certificate:
             raise Unverified(f"{path} is larger than {LONGEST >> 20} MB, which no certificate is.")
         content = strict(path.read_bytes().decode("utf-8"))
     except (OSError, ValueError) as error:
-        raise Unverified(f"{path} is no certificate, or is damaged: {_words(error)}; get it again from where it came.") from error
+        raise Unverified(f"{path} is not a certificate, or is damaged: {_words(error)}; get it again from where it came.") from error
     try:
         _require_ours(path, content)
         _require_form(content)
@@ -65,7 +65,7 @@ def _require_ours(path: Path, content: Any) -> None:
     """Refuse what is something else, of another version, or not what was written."""
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         said = content.get("schema") if isinstance(content, dict) else None
-        raise Unverified(f"{path} is no certificate of daebench{f': it says it is {str(said)[:80]!r}' if said else ''}.")
+        raise Unverified(f"{path} is not a certificate of daebench{f': it says it is {str(said)[:80]!r}' if said else ''}.")
     layout = content.get("format")
     if layout != FORMAT or isinstance(layout, bool):
         age = "a newer" if isinstance(layout, int) and layout > FORMAT else "another"
@@ -82,10 +82,10 @@ def _require(holds: bool, what: str) -> None:
 def _require_form(content: Mapping[str, Any]) -> None:
     """Refuse what has not the fields of a certificate, or would have more executed than stands beside it."""
     code = content["code"]
-    _require(isinstance(content["method"], str), "the method is no text")
+    _require(isinstance(content["method"], str), "the method is not text")
     _require(isinstance(content["anyway"], bool), "anyway is not true or false")
     for name in ("options", "claims"):
-        _require(isinstance(content[name], dict), f"{name} is no mapping")
+        _require(isinstance(content[name], dict), f"{name} is not a mapping")
     _require_files(code["files"])
     _require(isinstance(code["executable"], list), "what is executable is no list")
     _require(isinstance(code["hash"], str) and set(code["executable"]) <= set(code["files"]), "the files of the code do not fit")
@@ -99,7 +99,7 @@ def _require_form(content: Mapping[str, Any]) -> None:
 
 
 def _require_files(files: Any) -> None:
-    _require(isinstance(files, dict) and len(files) <= 1000, "the files are no mapping, or too many")
+    _require(isinstance(files, dict) and len(files) <= 1000, "the files are not a mapping, or too many")
     for name, digest in files.items():
         _require(is_inside(name), f"the name {name[:80]!r} leads out of its folder")
         _require(isinstance(digest, str), f"{name[:80]!r} has no digest")
@@ -107,11 +107,11 @@ def _require_files(files: Any) -> None:
 
 def _require_problem(problem: Mapping[str, Any]) -> None:
     _require_files(problem["files"])
-    _require(isinstance(problem["problem"], str) and isinstance(problem["case"], str | None), "a problem or case is no text")
-    _require(all(isinstance(value, int | float) for value in problem["changed"].values()), "a parameter is no number")
+    _require(isinstance(problem["problem"], str) and isinstance(problem["case"], str | None), "a problem or case is not text")
+    _require(all(isinstance(value, int | float) for value in problem["changed"].values()), "a parameter is not a number")
     _require(isinstance(problem["guessed"], bool), "guessed is not true or false")
     if "refused" in problem:
-        _require(isinstance(problem["refused"], str), "a refusal is no sentence")
+        _require(isinstance(problem["refused"], str), "a refusal is not a sentence")
         return
     setting = problem["setting"]
     _require(set(setting) == {entry.name for entry in fields(Setting)}, "a setting has other names")
@@ -121,7 +121,7 @@ def _require_problem(problem: Mapping[str, Any]) -> None:
     _require(isinstance(setting["h"], float | int) and setting["h"] > 0, "a step size is not positive")
     _require(all(type(n) is int and 0 < n <= MOST_STEPS for n in [*numbers, *counts]), "a number of steps is none, or too large")
     _require(0 < len(counts) <= MOST_RUNS, "an order study has too many runs, or none")
-    _require(isinstance(problem["numbers"], dict), "the numbers are no mapping")
+    _require(isinstance(problem["numbers"], dict), "the numbers are not a mapping")
 
 
 def code_in(certificate: Certificate) -> Code:
@@ -174,7 +174,7 @@ def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:
         path = folder / name
         try:
             if not path.is_file() or path.stat().st_size > LARGEST:
-                raise Unverified(f"the file {name} of {folder} is missing, or is no file; get it from where the certificate came.")
+                raise Unverified(f"the file {name} of {folder} is missing, or is not a file; get it from where the certificate came.")
             contents[name] = path.read_bytes()
         except OSError as error:
             raise Unverified(f"the file {name} of {folder} cannot be read ({error.strerror}); get it again.") from error

@@ -92,7 +92,7 @@ def default_setting(ivp: Ivp, method: Any, h: float | None = None) -> Setting:
     Raises
     ------
     BadInput
-        If the step size is not positive, or what the code returns is no state.
+        If the step size is not positive, or what the code returns is not a state.
     RunFailed
         If some steps, by which its speed is known, cannot be taken.
     """

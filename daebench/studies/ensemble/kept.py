@@ -99,7 +99,7 @@ def settings_of(problem: Any, case: str, method: str, given: Mapping[str, Any]) 
     Raises
     ------
     BadInput
-        If the problem is no name and no path, or a setting is none that a row of a store has.
+        If the problem is neither a name nor a path, or a setting cannot be stored in a row.
     """
     if not isinstance(problem, str):
         raise BadInput("a stored ensemble needs a problem of the catalogue or in a file; give its name or path.")

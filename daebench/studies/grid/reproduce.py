@@ -80,7 +80,7 @@ class Reproduced:
 
     @property
     def difference(self) -> float:
-        """The largest difference, relative to the larger of the two numbers; 0 where they are equal, NaN where one is no number."""
+        """The largest difference, relative to the larger of the two numbers; 0 where they are equal, NaN where one is not a number."""
         if self.verdict == EQUAL:
             return 0.0
         numbers = isinstance(self.archived, int | float) and isinstance(self.new, int | float)

@@ -72,7 +72,7 @@ class RunSpecification:
     compensated : bool
         Whether sums over steps are compensated.
     anyway : bool
-        Whether a scheme may run where it is no Poisson integrator.
+        Whether a scheme may run where it is not a Poisson integrator.
     on_singular : str
         What is done where G loses rank; "" for what the case says.
     """

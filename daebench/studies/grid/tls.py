@@ -30,7 +30,7 @@ class Tls:
     Raises
     ------
     BadInput
-        If one is given without another that it needs, or is no file.
+        If one is given without another that it needs, or is not a file.
     """
 
     ca_file: Path | None = None

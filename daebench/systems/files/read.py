@@ -155,7 +155,7 @@ def _arguments(constructor: ast.FunctionDef, path: Path) -> tuple[dict[str, floa
         elif value == int(value) >= 1:
             ints[argument.arg] = int(value)
         else:
-            raise BadInput(f"{where} is annotated int, and its default {value:g} is no whole number of at least 1.")
+            raise BadInput(f"{where} is annotated int, and its default {value:g} is not a whole number of at least 1.")
     return floats, ints
 
 

@@ -92,7 +92,7 @@ def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int
         )
     for name, case in definition.cases.items():
         if foreign := sorted(set(case.parameters) - declared - set(problem.structure)):
-            raise InvalidProblem(f"case {name!r} sets {', '.join(foreign)}, which is no parameter of the problem.")
+            raise InvalidProblem(f"case {name!r} sets {', '.join(foreign)}, which is not a parameter of the problem.")
     return definition
 
 

@@ -106,7 +106,7 @@ class Simulation:
     def energy(self) -> float:
         """Copy the state, so that the run is not touched, and return MuJoCo's energy of it."""
         if any(warning.number for warning in self.data.warning):
-            raise ArithmeticError("MuJoCo found a value that is no number or too large, and went back to the start")
+            raise ArithmeticError("MuJoCo found a value that is not a number or too large, and went back to the start")
         self.seen.qpos[:], self.seen.qvel[:] = self.data.qpos, self.data.qvel
         self.engine.mj_forward(self.model, self.seen)
         self.engine.mj_energyPos(self.model, self.seen)

@@ -19,6 +19,6 @@ def sentences_of(engine: str) -> list[dict[str, Any]]:
 
 
 def row(place: str, sentence: str, measured: str, verdict: bool | str) -> dict[str, str]:
-    """Return a row; a verdict that is no text says whether the sentence holds."""
+    """Return a row; a verdict that is not text says whether the sentence holds."""
     words = verdict if isinstance(verdict, str) else HOLDS if verdict else NOT
     return {"place": place, "sentence": sentence, "measured": measured, "verdict": words}
