@@ -83,7 +83,7 @@ def test_of_three_equal_weights_at_the_ends_those_of_order_4_are_the_most_accura
     ("method", "weights", "sentence"),
     [
         ("rattle/triple_jump4", np.full((4, 5), 0.2), "members have 5 weights each, and rattle/triple_jump4 takes 3 in a step"),
-        ("rattle", np.full((4, 5), 0.2), "and rattle is no composition"),
+        ("rattle", np.full((4, 5), 0.2), "and rattle is not a composition"),
         ("rattle/triple_jump4", np.full((3, 3), 1 / 3), r"shape \(4, s\), s of each member; this one is of shape \(3, 3\)"),
         ("rattle/triple_jump4", np.full((4, 3), 0.3), "must sum to 1, so that a step has length h; those of member 0 sum to 0.9"),
         ("rattle/triple_jump4", np.full((4, 3), np.nan), "those of member 0 sum to nan"),

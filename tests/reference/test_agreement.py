@@ -177,7 +177,7 @@ ROW = ["0.5", "1", "2"]
         ("t;q1\n0;1\n", "separated by commas"),
         ("t,x,y\n0,1,2\n", "line 1: there is no component to compare among 't', 'x', 'y'"),
         ("t,q1,q1\n0,1,2\n", "line 1: column q1 is there twice"),
-        ("t,q1,q3\n0,1,2\n", "line 1: column q3 is none of planar_pendulum-rotating, which has t, q1, q2, p1, p2, lam1"),
+        ("t,q1,q3\n0,1,2\n", "line 1: column q3 is not in planar_pendulum-rotating, which has t, q1, q2, p1, p2, lam1"),
         ("t,q1\n0,1\n\n0.5,1,2\n", "line 4: 3 numbers for the 2 columns of the header"),
         ("t,q1\n0,1\n0.5\n", "line 3: 1 numbers for the 2 columns"),
         ("t,q1\n0,1\n0.5,one\n", "line 3: q1 = 'one' is not a finite number"),

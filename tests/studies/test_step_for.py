@@ -100,7 +100,7 @@ REFUSED = [
     ({"members": 8}, "at least 32"),
     ({"halvings": 0}, "halvings"),
     ({"halvings": 2000}, "1 to 32 halvings"),
-    ({"members": 10**9}, "GB are free; take fewer"),
+    ({"members": 10**9}, "GB are free; choose fewer"),
     ({"level": 0.9}, "between 0 and 0.5"),
     ({"method": "ida:index2"}, "no fixed steps"),
 ]

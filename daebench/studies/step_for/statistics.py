@@ -65,7 +65,7 @@ def quantity(ivp: InitialValueProblem, name: Any) -> Quantity:
         If the problem has none of this name, or holds its vectors as arrays.
     """
     if ivp.arrays:
-        raise BadInput(f"statistics take vectors of few numbers, and those of {ivp.problem} are arrays; take fewer bodies or sites.")
+        raise BadInput(f"statistics take vectors of few numbers, and those of {ivp.problem} are arrays; choose fewer bodies or sites.")
     quantities = known(ivp)
     if name not in quantities:
         raise unknown(f"statistic of {ivp.problem}", str(name), quantities)
