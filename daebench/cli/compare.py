@@ -53,9 +53,7 @@ def compare(
     ] = None,
     size: Annotated[str | None, typer.Option("--size", help="Width and height of FILE in inches, for example 16x9.")] = None,
     labels: Annotated[str | None, typer.Option("--labels", help="Display names of the methods in FILE, comma-separated.")] = None,
-    colors: Annotated[
-        str | None, typer.Option("--colors", help="Colours of the methods in FILE, comma-separated, for example black,#0072b2.")
-    ] = None,
+    colors: Annotated[str | None, typer.Option("--colors", help="Colours of the methods in FILE: black,#0072b2.")] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:

@@ -52,9 +52,7 @@ def ensemble(
     h: Annotated[float | None, typer.Option("--h", help="Step size, s, if it is not in a --grid.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
     steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps, in place of --t-end.")] = None,
-    members: Annotated[
-        int | None, typer.Option("--members", parser=whole, help="Number of starts [1024]; a grid determines its own.")
-    ] = None,
+    members: Annotated[int | None, typer.Option("--members", parser=whole, help="Number of starts [1024]; a grid has its own.")] = None,
     starts: Starts = Distribution.neighbourhood,
     size: Size = None,
     box: Box = None,

@@ -34,9 +34,7 @@ def long(
     on_singular: OnSingular = None,
     anyway: Anyway = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables, pictures and checkpoints.")] = Path("output/long"),
-    workers: Annotated[
-        int | None, typer.Option("--workers", help="Number of processes for the members; the number of cores if left out.")
-    ] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Number of processes [number of cores].")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the number of steps to do and about how long they take.")] = False,
     json: Json = False,
 ) -> None:

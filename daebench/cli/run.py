@@ -75,12 +75,8 @@ def run(
     tol: Annotated[float | None, typer.Option("--tol", help="Tolerance, relative and absolute.")] = None,
     steps: Annotated[int | None, typer.Option("--steps", parser=whole, help="Number of steps of exactly h.")] = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End time, s.")] = None,
-    points: Annotated[
-        int | None, typer.Option("--points", parser=whole, help="Number of outputs of a method with a tolerance [201].")
-    ] = None,
-    every: Annotated[
-        int | None, typer.Option("--every", parser=whole, help="Number of steps between stored states [1]; 0: only the end.")
-    ] = None,
+    points: Annotated[int | None, typer.Option("--points", parser=whole, help="Number of outputs if a tolerance is given [201].")] = None,
+    every: Annotated[int | None, typer.Option("--every", parser=whole, help="Steps between stored states [1]; 0: only the end.")] = None,
     param: Param = None,
     option: Free = None,
     q0: Annotated[str | None, typer.Option("--q0", help="Initial positions, comma-separated, in place of the case's.")] = None,
@@ -91,9 +87,7 @@ def run(
     precision: Annotated[Precision, typer.Option("--precision", help="Number type of the run: float64 or float32.")] = Precision.float64,
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
     lam: Annotated[bool, typer.Option("--lam", help="Also write the multipliers lam(p, q) to --out.")] = False,
-    raw: Annotated[
-        bool, typer.Option("--raw", help="Also write the multipliers of every step: FILE.raw.csv beside --out FILE.csv.")
-    ] = False,
+    raw: Annotated[bool, typer.Option("--raw", help="Also write the multipliers of every step, to FILE.raw.csv.")] = False,
     on_singular: OnSingular = None,
     algebra: Algebra = "",
     anyway: Anyway = False,

@@ -46,9 +46,7 @@ def work_precision(
     problem: arguments.Problem,
     case: arguments.Case = None,
     methods: arguments.StudyMethods = None,
-    h: Annotated[
-        str | None, typer.Option("--h", help="Step sizes, comma-separated; halvings of a reference's spacing if left out.")
-    ] = None,
+    h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; by default halvings.")] = None,
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances, comma-separated; 1e-3 to 1e-13 if left out.")] = None,
     t_end: arguments.StudyTEnd = None,
     param: arguments.Param = None,

@@ -30,7 +30,7 @@ Told = Callable[[float, str], None]
 """Called with the fraction done and a label of the current task."""
 
 FPS, SECONDS = 25.0, 12.0
-"""Default frames per second, and default length of an animation."""
+"""Frames a second, and how long an animation lasts, where neither is asked for."""
 
 LIMITS = {"fps": (1.0, 60.0), "seconds": (0.2, 600.0)}
 """What may be asked for."""
@@ -47,7 +47,7 @@ DRAWING = 0.5
 
 @dataclass(frozen=True)
 class Animated:
-    """The result of an animation.
+    """What an animation left behind.
 
     Parameters
     ----------
@@ -117,13 +117,13 @@ def animation(
     t_end : float
         End time of the runs.
     out : path
-        File; its ending gives the format: .html, .svg, .gif or .mp4.
+        File; its ending says what it is: .html, .svg, .gif or .mp4.
     h, tol : float
         Step size of the fixed-step methods, and tolerance of the others.
     case : str, optional
         Named initial values; by default the problem's first.
     fps : float
-        Frames per second, 1 to 60; fewer if the file would become too large.
+        Frames a second, 1 to 60; fewer where the file would become too large.
     seconds, speed : float, optional
         How long the animation lasts, or how many units of physical time it shows in a second; by default it lasts 12 s.
     parameters, options : mapping of str to float, optional
@@ -159,10 +159,9 @@ def animation(
     form, length = _form(path, title, size, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
     ivp = singular_as(initial_value_problem(problem, case, parameters, project=project, algebra=algebra), on_singular)
     layout = _layout(ivp)
-    chosen = methods_of(ivp, methods, options, anyway=anyway)
-    if not chosen:
+    if not methods:
         raise BadInput("an animation needs at least one method, for example rattle.")
-    rate = gif.possible(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
+    chosen, rate = methods_of(ivp, methods, options, anyway=anyway), _rate(path, fps)
     frames = 1 + max(1, min(round(rate * length), form.most_frames(layout.at(ivp.start[-1][None]).shape[1], len(chosen), ERRORS) - 1))
     times = np.linspace(0.0, t_end, frames)
     values = [resolution_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None) for method in chosen]
@@ -178,6 +177,11 @@ def animation(
     for file in (path, beside):
         write_beside(file, made_by(MAKER) | definition(ivp))
     return Animated((path, beside), tuple(run.failure for run in runs if run.failure))
+
+
+def _rate(path: Path, fps: float) -> float:
+    """Return the frames a second that a file can have, next to those that are asked for."""
+    return gif.possible(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
 
 
 def _part(callback: Told, start: float, share: float, label: str) -> Progress:
@@ -220,7 +224,7 @@ def _check_size(path: Path, size: tuple[int, int], form: Format) -> None:
 def _seconds(t_end: float, seconds: float | None, speed: float | None) -> float:
     """Return how long the animation lasts."""
     if seconds is not None and speed is not None:
-        raise BadInput("seconds and speed both determine the length of the animation; leave out one of them.")
+        raise BadInput("seconds and speed both say how long the animation lasts; leave out one of them.")
     if speed is not None:
         length, (least, most) = t_end / positive("speed", speed), LIMITS["seconds"]
         if not least <= length <= most:
@@ -240,7 +244,7 @@ def _within(name: str, value: float) -> float:
 
 
 def _layout(ivp: Ivp) -> Layout:
-    """Return the picture of an initial value problem; refuse one that declares no picture."""
+    """Return what is drawn of an initial value problem; refuse one that declares no picture."""
     layout = layout_of(ivp)
     if layout is None:
         what = "y" if isinstance(ivp, PoissonIvp) else "q"
