@@ -60,7 +60,7 @@ MISTAKES = {
     ),
     "contradicting drivers": (
         lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", t), DrivenAngle("rod", "ground", 2 * t)]),
-        "the DrivenAngle of rod and ground contradicts the other joints and drivers: no velocities at the start of case 'rest' keep all",
+        "the DrivenAngle of rod and ground contradicts the other joints and drivers: no velocities at the start of case 'rest' satisfy all",
     ),
     "driver of a rod": (
         lambda: Mechanism(**PLANE, joints=[DrivenAngle("rod", "ground", 0), DrivenDistance("O", "A", 1 + t)]),
@@ -68,7 +68,7 @@ MISTAKES = {
     ),
     "driven from elsewhere": (
         lambda: Mechanism(**PLANE, joints=[DrivenDistance("O", "A", 2 + t)]),
-        "case 'rest' starts in an inconsistent position: the equation of the DrivenDistance of O and A is off by -3",
+        "case 'rest' starts in an inconsistent position: the equation of the DrivenDistance of O and A has a residual of -3",
     ),
     "flat and deep": (lambda: Mechanism(**PLANE | {"points": points("A 1")}), "point A has 1 coordinates in 'A 1'; give two or three"),
     "no comma": (lambda: points("A 1 0 B 2 0"), "point A has 5 coordinates in 'A 1 0 B 2 0'; give two or three, and commas between points"),
@@ -103,7 +103,7 @@ MISTAKES = {
     "no way": (lambda: Guided((0, 0)), "has no direction of motion"),
     "open": (
         lambda: Mechanism(**PLANE, cases={"far": Start(at={"A": (2, 0)})}),
-        "case 'far' starts in an inconsistent position: the equation of the distance of O and A in rod is off by 3",
+        "case 'far' starts in an inconsistent position: the equation of the distance of O and A in rod has a residual of 3",
     ),
     "follows": (
         lambda: Mechanism(
