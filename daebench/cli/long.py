@@ -34,7 +34,7 @@ def long(
     on_singular: OnSingular = None,
     anyway: Anyway = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables, pictures and checkpoints.")] = Path("output/long"),
-    workers: Annotated[int | None, typer.Option("--workers", help="Number of processes [number of cores].")] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Number of processes; by default one per core.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the number of steps to do and about how long they take.")] = False,
     json: Json = False,
 ) -> None:

@@ -157,7 +157,7 @@ BAD = {
     "cure": ((*RUN[:-1], "ida:index2:magic", "--tol", "1e-8", "--t-end", "5"), "derivative"),
     "parameter": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "lenght=2"), "length"),
     "parameter without value": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "length"), "name=value"),
-    "parameter not finite": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "length=nan"), "no finite number"),
+    "parameter not finite": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "length=nan"), "not a finite number"),
     "option": ((*RUN, "--h", "0.1", "--steps", "5", "--option", "alpha=1"), "unknown option"),
     "watch": ((*RUN, "--h", "0.1", "--steps", "5", "--watch", "enrgy"), "energy"),
     "h zero": ((*RUN, "--h", "0", "--steps", "5"), "greater than 0"),
@@ -197,7 +197,7 @@ BAD = {
     "report": (("report", "index-reductoin"), "index-reduction"),
     "compare nothing": (("compare", "spherical_pendulum", "--methods", ",", "--h", "0.1", "--t-end", "1"), "at least one"),
     "compare without h": (("compare", "spherical_pendulum", "--methods", "rattle", "--t-end", "1"), "step size"),
-    "bench of ida": (("bench", "--methods", "ida:index2"), "no fixed steps"),
+    "bench of ida": (("bench", "--methods", "ida:index2"), "not a fixed-step method"),
     "listing": (("list", "problmes"), "problems"),
 }
 

@@ -156,7 +156,7 @@ BAD = {
     "form": (("run", "lotka_volterra", "--method", "darbou:verlet", "--h", "0.1", "--steps", "5"), "did you mean darboux"),
     "y0 outside": ((*LOTKA, "--steps", "5", "--y0=-1,2"), "outside of its domain u > 0 and v > 0"),
     "y0 too long": ((*LOTKA, "--steps", "5", "--y0", "1,2,3"), "2 coordinates"),
-    "y0 no number": ((*LOTKA, "--steps", "5", "--y0", "1,x"), "no finite number"),
+    "y0 no number": ((*LOTKA, "--steps", "5", "--y0", "1,x"), "not a finite number"),
     "q0": ((*LOTKA, "--steps", "5", "--q0", "1,2"), "starts from y0; leave out q0"),
     "y0 of a pendulum": (("run", "spherical_pendulum", "--method", "rattle", "--h", "0.1", "--steps", "5", "--y0", "1,2"), "leave out y0"),
     "watch": ((*LOTKA, "--steps", "5", "--watch", "casmirs"), "did you mean casimirs"),

@@ -310,7 +310,7 @@ def test_sixteen_members_tell_a_walk_and_fewer_do_not(random):
     few = growth(spec, members := walkers(18, random, failed=(0, 1, 2)))
     assert isinstance(few, Drift)
     said = sentence(few, share(spec, members, 18, 2048))
-    assert "told from 16 members or more, of which there are 15 so far. " in said
+    assert "can be identified from 16 members or more, of which there are 15 so far. " in said
     assert said.endswith("Told to t = 20.48 from 15 of 18 members; left out: 3 of 18 stopped early.")
     assert growth(spec, walkers(2, random, failed=(0, 1))) is None
     drifting = growth(spec, walkers(16, random, drift=1.0))

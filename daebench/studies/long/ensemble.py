@@ -83,7 +83,7 @@ class Ensemble:
         for number, checkpoint in self.kept().items():
             if checkpoint.done > self.steps:
                 raise BadInput(
-                    f"member {number} in {self.folder} has {checkpoint.done} steps already, and {self.steps} are asked for; "
+                    f"member {number} in {self.folder} has {checkpoint.done} steps already, and {self.steps} are requested; "
                     f"ask for {checkpoint.done} or more, or name another folder by --out."
                 )
 
