@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.cli.console import print_table
+from daebench.runs.directions import STARTS
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
@@ -33,7 +34,7 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
         "steps": trajectory.steps,
         "t": float(trajectory.t[-1]),
         **({"y": state[0]} if isinstance(trajectory, PoissonTrajectory) else {**_mechanical(ivp, *state), "lam": ivp.value("lam", *state)}),
-        "sensitivities": {name: {part: rows[-1] for part, rows in by.items()} for name, by in trajectory.sensitivities.items()} or None,
+        "sensitivities": {name: _by(ivp, name, by) for name, by in trajectory.sensitivities.items()} or None,
         "energy": energy - (float(state[0][-1]) if ivp.facts.KIND == "constrained" and ivp.facts.EXTENDED else 0.0),
         "energy_error": energy - start,
         "max_energy_error": energy_error,
@@ -53,6 +54,18 @@ def _mechanical(ivp: Ivp, p: Any, q: Any) -> dict[str, Any]:
     if not ivp.facts.EXTENDED:
         return {"q": q, "p": p}
     return {"q": q[:-1], "p": p[:-1], "energy_received": float(-p[-1])}
+
+
+def _by(ivp: Ivp, name: str, by: Mapping[str, Any]) -> dict[str, Any]:
+    """Return derivatives at the end by a parameter or an initial value; of a system in time without those of and by the time.
+
+    The last momentum of such a system is what energy it has received, with the other sign, and its derivative is called so.
+    """
+    last = {part: rows[-1] for part, rows in by.items()}
+    if ivp.facts.KIND != "constrained" or not ivp.facts.EXTENDED:
+        return last
+    q, p = (last[part][:, :-1] if name in STARTS["constrained"] else last[part] for part in ("q", "p"))
+    return {"q": q[:-1], "p": p[:-1], "energy_received": -p[-1:]}
 
 
 def _state(trajectory: Trajectory | PoissonTrajectory) -> tuple[Any, ...]:

@@ -1,9 +1,12 @@
 """``daebench run --sensitivities``: what it prints and writes, and what it refuses."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from daebench.cli.summary import _by
 
 RUN = ("run", "planar_pendulum", "--case", "horizontal", "--method", "rattle", "--h", 0.1, "--steps", 20)
 NAMES = ("--sensitivities", "length,gravity,p0,q0")
@@ -50,6 +53,35 @@ def test_files_have_the_derivatives_at_all_times(daebench, printed, tmp_path):
     assert np.array_equal(table["dq1_dgravity"], arrays["dq_dgravity"][:, 0])
     assert np.array_equal(table["dp2_dq0_1"], arrays["dp_dq0"][:, 1, 0])
     assert np.array_equal(arrays["dq_dq0"][-1], printed["sensitivities"]["q0"]["q"])
+
+
+def test_a_system_in_time_has_no_row_and_no_column_of_the_time_but_one_of_the_energy_received(random):
+    """Its time and p_t, minus the energy received, are the last position and momentum of its states."""
+    where = SimpleNamespace(facts=SimpleNamespace(KIND="constrained", EXTENDED=True))
+    by = {part: random.standard_normal((4, 3, 3)) for part in ("q", "p")}
+    shown = _by(where, "q0", by)
+    assert list(shown) == ["q", "p", "energy_received"]
+    assert np.array_equal(shown["q"], by["q"][-1, :2, :2])
+    assert np.array_equal(shown["p"], by["p"][-1, :2, :2])
+    assert np.array_equal(shown["energy_received"], -by["p"][-1, 2:, :2])
+    by_parameter = _by(where, "gravity", {part: rows[:, :, 0] for part, rows in by.items()})
+    assert np.array_equal(by_parameter["q"], by["q"][-1, :2, 0])
+    assert np.array_equal(by_parameter["energy_received"], -by["p"][-1, 2:, 0])
+
+
+@pytest.mark.slow
+def test_what_a_damped_system_received_varies_as_its_energy_does(daebench):
+    """By a difference of two runs, of H itself: the start does not enter, as the forced circle keeps H - energy received at 0."""
+    name, h = "slider_crank_sundials", 0.01
+    run = ("run", name, "--method", "rattle", "--h", h, "--steps", 50, "--json")
+    outcome = json.loads(daebench(*run, "--sensitivities", "damping")[1])
+    received = []
+    for share in (1 - 1e-5, 1 + 1e-5):
+        found = json.loads(daebench(*run, "--param", f"damping={share * outcome['parameters']['damping']!r}")[1])
+        received.append(found["energy_received"])
+    expected = (received[1] - received[0]) / (2e-5 * outcome["parameters"]["damping"])
+    assert outcome["sensitivities"]["damping"]["energy_received"][0] == pytest.approx(expected, rel=1e-6)
+    assert np.shape(outcome["sensitivities"]["damping"]["q"]) == (3,)
 
 
 REFUSED = [
