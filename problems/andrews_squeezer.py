@@ -160,13 +160,14 @@ def crank_angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) ->
 
 
 def picture(q: Sequence[sp.Symbol]) -> Picture:
-    """Return the bodies from joint to joint, the lever as a triangle, and the spring as a line; E is P, and the others are its ends."""
+    """Return the bodies from joint to joint, the lever as a triangle, and the spring; E is P, and the others are its ends."""
     (origin, tip, P), *_, (_, left, _), (_, right, _) = loops(q)
     D = hook(q)
-    rods = [(origin, tip), (tip, P), (B, P, D, B), (A, left), (left, P), (A, right), (right, P), (D, C)]
+    rods = [(origin, tip), (tip, P), (B, P, D, B), (A, left), (left, P), (A, right), (right, P)]
     named = {"O": ORIGIN, "A": A, "B": B, "C": C, "D": D, "E": P, "F": tip, "G": left, "H": right}
     return Picture(
         rods=[[tuple(point) for point in rod] for rod in rods],
+        springs=[(tuple(D), tuple(C))],
         fixed=[tuple(pivot) for pivot in (ORIGIN, A, B, C)],
         points={name: tuple(point) for name, point in named.items()},
     )

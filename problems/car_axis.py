@@ -64,7 +64,8 @@ def problem(
         cases={"bari": Case(q=(0, L0, L, L0), p=(slide, 0, slide, 0), about="level, its springs at rest: Bari test set, to t = 3")},
         chart=height_and_angle(q, p, t, wheel, k, L),
         picture=Picture(
-            rods=[[(0, 0), (xl, yl)], [(xl, yl), (xr, yr)], [(xr, yr), wheel]],
+            rods=[[(xl, yl), (xr, yr)]],
+            springs=[((0, 0), (xl, yl)), (wheel, (xr, yr))],
             masses=[(xl, yl), (xr, yr)],
             fixed=[(0, 0)],
             points={"left": (xl, yl), "right": (xr, yr), "wheel": wheel},

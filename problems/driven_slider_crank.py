@@ -83,9 +83,10 @@ def problem(
 
 
 def picture(x1: sp.Symbol, y1: sp.Symbol, x2: sp.Symbol, x3: sp.Symbol) -> Picture:
-    """Return crank, rod and spring, and the joints O, A, B and C that they are between."""
+    """Return crank, rod, spring and damper, and the joints O, A, B and C that they are between."""
     pivot, A, B, C = (0, 0), (x1, y1), (x2, 0), (x3, 0)
-    return Picture(rods=[[pivot, A], [A, B], [B, C]], masses=[B, C], fixed=[pivot], points={"O": pivot, "A": A, "B": B, "C": C})
+    points = {"O": pivot, "A": A, "B": B, "C": C}
+    return Picture(rods=[[pivot, A], [A, B]], springs=[(B, C)], dampers=[(B, C)], masses=[B, C], fixed=[pivot], points=points)
 
 
 def driven_places(phi: sp.Expr, a: sp.Expr, b: sp.Expr) -> list[sp.Expr]:

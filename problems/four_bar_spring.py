@@ -63,7 +63,8 @@ def problem(
         },
         chart=angle(q, p, M, L),
         picture=Picture(
-            rods=[[tuple(x) for x in (A, B, C, D)], [tuple(A), tuple(C)]],
+            rods=[[tuple(x) for x in (A, B, C, D)]],
+            springs=[(tuple(A), tuple(C))],
             fixed=[tuple(A), tuple(D)],
             points={name: tuple(x) for name, x in zip("ABCD", (A, B, C, D), strict=True)},
         ),

@@ -55,6 +55,7 @@ def problem(
     by_place = sp.Matrix([length]).jacobian(q).T
     M = sp.diag(J1, m2, J2)
     tip, slider = (a * sp.cos(q[0]), a * sp.sin(q[0])), (q[1], sp.S.Zero)
+    between = middle((0, 0), tip), middle(tip, slider)
     return ConstrainedHamiltonian(
         q=q,
         p=p,
@@ -69,7 +70,9 @@ def problem(
         },
         chart=crank_angle(q, p, M, a),
         picture=Picture(
-            rods=[[(0, 0), tip], [tip, slider], [middle((0, 0), tip), middle(tip, slider)]],
+            rods=[[(0, 0), tip], [tip, slider]],
+            springs=[between],
+            dampers=[between],
             masses=[slider],
             fixed=[(0, 0)],
             points={"O": (0, 0), "A": tip, "B": slider},

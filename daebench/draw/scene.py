@@ -14,6 +14,12 @@ from daebench.systems.picture import Picture
 LINES, ALONG = 13, 61
 """Lines of constant coordinates of a surface, and points on each."""
 
+ZIGZAG, END = 10, 0.15
+"""Corners of a spring, and its straight part at either end."""
+
+AMPLITUDE = 0.035
+"""Half the width of a spring, as a part of the extent of what is drawn."""
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -27,19 +33,23 @@ class Layout:
         Which points each rod leads through.
     masses, fixed : list of int
         Which points are masses, and which do not move.
+    springs, dampers : list of list of int
+        Which two points each spring and each damper is between.
     surface : ndarray, shape(lines, ALONG, 3)
         Lines on the surface; none where there is none.
     axes : tuple of str
         Names of the coordinates; empty where they are lengths.
     at : callable
         ``at(states)`` takes rows of positions q, or of states y, shape(n, ...), to the points, shape(n, k, dimension): those of the rods,
-        then the masses, then the fixed ones.
+        then the masses, the fixed ones, and the ends of springs and of dampers.
     """
 
     dimension: int
     rods: list[list[int]]
     masses: list[int]
     fixed: list[int]
+    springs: list[list[int]]
+    dampers: list[list[int]]
     surface: Array
     axes: tuple[str, ...]
     at: Callable[[Array], Array]
@@ -57,7 +67,7 @@ def layout_of(ivp: InitialValueProblem) -> Layout | None:
     picture = declared.picture
     if picture is None:
         return None
-    rods, masses, fixed, flat = numbered(picture)
+    parts, flat = numbered(picture)
     dimension = _dimension(ivp.problem, picture, flat)
     symbols = _coordinates(declared)
     parameters = list(declared.parameters)
@@ -65,7 +75,7 @@ def layout_of(ivp: InitialValueProblem) -> Layout | None:
     _require_declared(ivp.problem, [picture.surface or ()], {*parameters, *(symbol for symbol, *_ in picture.over)})
     par = [ivp.parameters[str(name)] for name in parameters]
     at = _points(flat, symbols, parameters, par)
-    return Layout(dimension, rods, masses, fixed, surface_lines(picture, parameters, par), tuple(picture.axes), at)
+    return Layout(dimension, *parts, surface_lines(picture, parameters, par), tuple(picture.axes), at)
 
 
 def _coordinates(declared: Any) -> list[Any]:
@@ -93,15 +103,35 @@ def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
     return dict(zip(names, at(state[None])[0], strict=True))
 
 
-def numbered(picture: Picture) -> tuple[list[list[int]], list[int], list[int], list[Any]]:
-    """Return rods, masses and fixed points by numbers of points, and all points in order."""
+def numbered(picture: Picture) -> tuple[tuple[list[list[int]], list[int], list[int], list[list[int]], list[list[int]]], list[Any]]:
+    """Return rods, masses, fixed points, springs and dampers by numbers of points, and all points in order."""
     flat: list[Any] = []
 
     def added(points: Any) -> list[int]:
         flat.extend(points)
         return list(range(len(flat) - len(points), len(flat)))
 
-    return [added(rod) for rod in picture.rods], added(picture.masses), added(picture.fixed), flat
+    rods, masses, fixed = [added(rod) for rod in picture.rods], added(picture.masses), added(picture.fixed)
+    springs, dampers = ([added(ends) for ends in pairs] for pairs in (picture.springs, picture.dampers))
+    return (rods, masses, fixed, springs, dampers), flat
+
+
+def zigzag(ends: Array, amplitude: float) -> Array:
+    """Return the corners of a spring between two points of the plane, shape(ZIGZAG + 4, 2): it is as wide however long it is.
+
+    Parameters
+    ----------
+    ends : ndarray, shape(2, 2)
+        Its ends.
+    amplitude : float
+        Half its width, at most an eighth of its length.
+    """
+    leg = ends[1] - ends[0]
+    length = float(np.hypot(*leg)) or 1.0
+    side = min(amplitude, length / 8) * np.array([-leg[1], leg[0]]) / length
+    along = np.concatenate([[0.0], np.linspace(END, 1 - END, ZIGZAG + 2), [1.0]])
+    aside = np.concatenate([[0.0, 0.0], (-1.0) ** np.arange(ZIGZAG), [0.0, 0.0]])
+    return np.asarray(ends[0] + along[:, None] * leg + aside[:, None] * side)
 
 
 def surface_lines(picture: Picture, parameters: Sequence[Any], par: Sequence[float]) -> Array:

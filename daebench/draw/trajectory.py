@@ -7,6 +7,7 @@ import numpy as np
 from daebench.diagnostics.along import LABELS, MOST_POINTS, errors_along, thinned
 from daebench.draw.figures import BLACK, QUIET, STROKES, VERMILION, drawing, grid_of_axes
 from daebench.draw.orthographic import projected
+from daebench.draw.pulls import draw_pulls
 from daebench.draw.scene import Layout, layout_of, moving
 from daebench.runs.ivp import Array
 from daebench.runs.trajectory import Outcome
@@ -52,7 +53,7 @@ def _seen(rows: Array) -> Array:
 
 
 def _motion(axis: Any, layout: Layout, states: Array) -> None:
-    """Draw the paths of the masses, and the rods at the end."""
+    """Draw the paths of the masses, and rods, springs and dampers at the end."""
     points = layout.at(states)
     flat = projected(points)
     for line in layout.surface:
@@ -60,6 +61,8 @@ def _motion(axis: Any, layout: Layout, states: Array) -> None:
     ends = sorted({k for rod in layout.rods for k in rod})
     for stroke, k in zip(STROKES, moving(points, layout.masses or ends), strict=False):
         axis.plot(*flat[:, k].T, color=stroke.color, linewidth=0.8)
+    extent = float(np.max(np.ptp(flat.reshape(-1, 2), axis=0)))
+    draw_pulls(axis, layout, flat[-1], extent, color=BLACK, linewidth=0.8)
     for rod in layout.rods:
         axis.plot(*flat[-1, rod].T, color=BLACK, linewidth=1.2)
     axis.plot(*flat[-1, layout.masses].T, "o", color=VERMILION, markersize=6)

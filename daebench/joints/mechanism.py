@@ -127,7 +127,7 @@ def _worked(mechanism: Mechanism) -> _Worked:
     terms, energies = _inertia_and_weight(mechanism, places, values)
     energies += [spring_energy(spring, places.columns) for spring in mechanism.forces if isinstance(spring, Spring)]
     tied, signs = equations_of(mechanism.joints, places, values)
-    picture = drawn(mechanism.bodies, places.frames, _links(mechanism), places.columns, list(mechanism.ground))
+    picture = drawn(mechanism.bodies, places.frames, _links(mechanism), mechanism.forces, places.columns, list(mechanism.ground))
     return _Worked(places, terms, energies, without_repeats(tied, places.q), signs, picture)
 
 

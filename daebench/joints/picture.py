@@ -1,24 +1,38 @@
-"""How a mechanism looks: bodies as lines through their points, point masses, and what is fixed."""
+"""How a mechanism looks: bodies as lines through their points, point masses, springs and dampers, and what is fixed."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
 from daebench.joints.bodies import AnyBody, PointMass
+from daebench.joints.exact import exact
+from daebench.joints.forces import Force, Spring
 from daebench.joints.frames import Column, Frame
 from daebench.joints.joints import Distance
 from daebench.systems.picture import Picture
 
 
 def drawn(
-    bodies: Mapping[str, AnyBody], frames: Mapping[str, Frame], links: list[Distance], columns: Mapping[str, Column], fixed: list[str]
+    bodies: Mapping[str, AnyBody],
+    frames: Mapping[str, Frame],
+    links: list[Distance],
+    forces: Sequence[Force],
+    columns: Mapping[str, Column],
+    fixed: list[str],
 ) -> Picture:
     """Return the picture of a mechanism, with the places of all its named points."""
     rods = [line for name, body in bodies.items() for line in _lines(body, frames[name], columns)]
     rods += [[tuple(columns[end].now) for end in (link.first, link.second)] for link in links]
     masses = [tuple(columns[body.point].now) for body in bodies.values() if isinstance(body, PointMass)]
     points = {name: tuple(column.now) for name, column in columns.items() if column.weight}
-    return Picture(rods=rods, masses=masses, fixed=[tuple(columns[name].now) for name in fixed], points=points)
+    springs = [force for force in forces if isinstance(force, Spring) and exact(force.stiffness) != 0]
+    dampers = [force for force in forces if exact(force.damping) != 0]
+
+    def ends(pulls: Sequence[Force]) -> list[tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]]]:
+        return [(tuple(columns[pull.first].now), tuple(columns[pull.second].now)) for pull in pulls]
+
+    still = [tuple(columns[name].now) for name in fixed]
+    return Picture(rods=rods, masses=masses, fixed=still, springs=ends(springs), dampers=ends(dampers), points=points)
 
 
 def _lines(body: AnyBody, frame: Frame, columns: Mapping[str, Column]) -> list[list[tuple[sp.Expr, ...]]]:

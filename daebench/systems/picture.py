@@ -25,6 +25,8 @@ class Picture:
         Point masses.
     fixed : sequence of points
         Pivots and other points that do not move.
+    springs, dampers : sequence of pairs of points
+        Ends of springs, which are drawn as zigzags, and of dampers, as dashed lines.
     surface : tuple of three Expr, optional
         Surface on which the masses move, in the symbols ``over`` and the parameters.
     over : sequence of (Symbol, lower bound, upper bound)
@@ -38,6 +40,8 @@ class Picture:
     rods: Sequence[Sequence[Point]] = ()
     masses: Sequence[Point] = ()
     fixed: Sequence[Point] = ()
+    springs: Sequence[tuple[Point, Point]] = ()
+    dampers: Sequence[tuple[Point, Point]] = ()
     surface: tuple[sp.Expr, sp.Expr, sp.Expr] | None = None
     over: Sequence[tuple[sp.Symbol, Exact, Exact]] = ()
     axes: Sequence[str] = ()

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
+from daebench.draw.orthographic import projected
 from daebench.draw.scene import layout_of, moving
 from daebench.reports.problems.ivps import horizon, ivp_of
 from daebench.reports.problems.runs import largest, method
@@ -31,11 +33,13 @@ class Drawing:
     t : ndarray, shape(n,)
         Times of the path.
     points : ndarray, shape(n, k, dimension)
-        All points of the picture over time: those of the rods, then the masses, then the fixed ones.
+        All points of the picture over time: those of the rods, the masses, the fixed ones, then ends of springs.
     rods : list of list of int
         Points that each rod connects.
     masses, fixed : list of int
         Points that are masses, and points that do not move.
+    springs, dampers : list of list of int
+        The two points that each spring and each damper connects.
     surface : ndarray, shape(lines, ALONG, 3)
         Lines on the surface; empty if there is no surface.
     off : float
@@ -50,8 +54,15 @@ class Drawing:
     rods: list[list[int]]
     masses: list[int]
     fixed: list[int]
+    springs: list[list[int]]
+    dampers: list[list[int]]
     surface: Array
     off: float
+
+    @property
+    def extent(self) -> float:
+        """Extent of all points over time, in the plane of the picture."""
+        return float(np.max(np.ptp(projected(self.points).reshape(-1, 2), axis=0)))
 
     @property
     def frames(self) -> list[int]:
@@ -60,8 +71,9 @@ class Drawing:
 
     @property
     def moving(self) -> list[int]:
-        """Points whose paths are drawn: moving masses and points of rods, once each."""
-        return moving(self.points, [*self.masses, *(k for rod in self.rods for k in rod)])
+        """Points whose paths are drawn: moving masses and points of rods and springs, once each."""
+        lines = [*self.rods, *self.springs]
+        return moving(self.points, [*self.masses, *(k for line in lines for k in line)])
 
     def table(self) -> pd.DataFrame:
         """Return the paths: t, then the coordinates of each point that moves."""
@@ -78,5 +90,5 @@ def drawing_of(problem: str) -> Drawing | None:
     if layout is None:
         return None
     run = method("rattle").solve(ivp, Request(value=horizon(problem).drawn / FINE, steps=FINE, watch=())).complete()
-    parts = (layout.at(run.q), layout.rods, layout.masses, layout.fixed, layout.surface)
+    parts = (layout.at(run.q), layout.rods, layout.masses, layout.fixed, layout.springs, layout.dampers, layout.surface)
     return Drawing(problem, ivp.case, layout.dimension, run.t, *parts, largest(ivp.along("g", run.q)))

@@ -175,7 +175,7 @@ def test_a_lattice_is_a_line_through_its_sites_and_a_long_chain_has_all_its_link
     from daebench.problems import pendulum_chain
 
     chain = pendulum_chain.problem(links=60).picture
-    rods, masses, _, flat = numbered(chain)
+    (rods, masses, *_), flat = numbered(chain)
     assert (len(rods[0]), len(masses), len(flat)) == (61, 60, 122)
     assert surface_lines(chain, [], []).size == 0
 

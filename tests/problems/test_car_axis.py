@@ -122,5 +122,5 @@ def test_the_moving_wheel_is_drawn_where_it_is():
     state = [0.1, 0.5, 1.1, 0.4, 0.3]
     points = layout.at(np.array([state]))[0]
     (xb, yb), *_ = wheel(0.3, 1.0, 0.1, 10.0)
-    assert np.abs(points[layout.rods[2]] - [[1.1, 0.4], [xb, yb]]).max() < 1e-15
-    assert np.abs(points[layout.rods[0]] - [[0, 0], [0.1, 0.5]]).max() < 1e-15
+    assert np.abs(points[layout.springs[1]] - [[xb, yb], [1.1, 0.4]]).max() < 1e-15
+    assert np.abs(points[layout.springs[0]] - [[0, 0], [0.1, 0.5]]).max() < 1e-15

@@ -12,7 +12,7 @@ from daebench.diagnostics.along import LABELS
 from daebench.draw.figures import STROKES, Stroke
 from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.orthographic import projected
-from daebench.draw.scene import Layout, moving
+from daebench.draw.scene import AMPLITUDE, Layout, moving
 from daebench.draw.svg.axis import Axis, around
 from daebench.pages.animation.recorded_run import RecordedRun
 from daebench.runs.trajectory import Array
@@ -136,6 +136,11 @@ class AnimatedRuns:
         """Return whether parts of a run leave the picture, or are nowhere."""
         shares = np.stack([axis.share(self.flat[k][..., i]) for i, axis in enumerate(self.box)])
         return not bool(np.all((shares >= 0) & (shares <= 1)))
+
+    @property
+    def amplitude(self) -> float:
+        """Half the width of springs, in units of the scene."""
+        return AMPLITUDE * max(axis.high - axis.low for axis in self.box)
 
     @property
     def corner(self) -> tuple[Array, float]:

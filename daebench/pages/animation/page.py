@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from daebench.diagnostics.along import LABELS
 from daebench.draw.methods import name_of
+from daebench.draw.scene import END, ZIGZAG
 from daebench.draw.svg.marks import Curve
 from daebench.draw.svg.panels import draw_panels, sample
 from daebench.pages.animation.animated_runs import AnimatedRuns
@@ -70,6 +71,9 @@ def data(animated: AnimatedRuns) -> dict[str, Any]:
         "points": animated.flat[0].shape[1],
         "rods": animated.layout.rods,
         "masses": animated.layout.masses,
+        "springs": animated.layout.springs,
+        "dampers": animated.layout.dampers,
+        "zigzag": {"corners": ZIGZAG, "end": END, "amplitude": _amplitude(animated)},
         "trails": animated.trails,
         "runs": [_run(animated, k) for k in range(len(animated.runs))],
     }
@@ -84,6 +88,12 @@ def _run(animated: AnimatedRuns, k: int) -> dict[str, Any]:
         "end": float(run.t[-1]),
         "failed": run.failure is not None,
     }
+
+
+def _amplitude(animated: AnimatedRuns) -> float:
+    """Return half the width of springs in pixels of a scene."""
+    x, _ = scene_panel(animated, 0).frame(0, 0, *SCENE)(np.array([0.0, animated.amplitude]), np.zeros(2))
+    return round(float(x[1] - x[0]), 2)
 
 
 def places(animated: AnimatedRuns, k: int) -> Array:

@@ -7,8 +7,9 @@ from markupsafe import Markup
 
 from daebench.draw.figures import QUIET, Stroke
 from daebench.draw.orthographic import projected
+from daebench.draw.scene import zigzag
 from daebench.draw.svg.axis import Axis
-from daebench.draw.svg.marks import Curve, Dots, Mark, Note, Place, color_of, path_of
+from daebench.draw.svg.marks import Curve, Dots, Mark, Note, Place, color_of, dashes_of, path_of
 from daebench.draw.svg.panels import Panel
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.runs.trajectory import Array
@@ -19,8 +20,11 @@ SCENE = (300.0, 300.0)
 GRAPH = (380.0, 215.0)
 """Width and height of a panel of curves, pixels."""
 
-ROD, TRAIL = 2.2, 1.4
-"""Widths of rods and trails, pixels."""
+ROD, TRAIL, PULL = 2.2, 1.4, 1.2
+"""Widths of rods, of trails, and of springs and dampers, pixels."""
+
+DASHES = (0, (4, 3))
+"""Dashes of dampers, in widths of the line."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class Part:
     Parameters
     ----------
     kind : str
-        "rods", "masses" or "trail".
+        "trail", "springs", "dampers", "rods" or "masses".
     stroke : Stroke
         Its colour.
     lines : sequence of ndarray, shape(n, 2)
@@ -50,9 +54,10 @@ class Part:
     def svg(self, place: Place) -> Markup:
         """Return it as a path with round ends."""
         form = Markup(
-            '<path class="{}" d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round" stroke-linejoin="round">{}</path>'
+            '<path class="{}" d="{}" fill="none" stroke="{}" stroke-width="{}"{} stroke-linecap="round" stroke-linejoin="round">{}</path>'
         )
-        return form.format(self.kind, path_of_lines(self.lines, place), color_of(self.stroke), self.width, self.inside)
+        dashes = dashes_of(self.stroke, self.width)
+        return form.format(self.kind, path_of_lines(self.lines, place), color_of(self.stroke), self.width, dashes, self.inside)
 
 
 def path_of_lines(lines: list[Array], place: Place) -> str:
@@ -66,12 +71,17 @@ def path_of_lines(lines: list[Array], place: Place) -> str:
 
 def lines_at(animated: AnimatedRuns, run: int, state: int) -> dict[str, list[Array]]:
     """Return the lines of the parts of a run that move, by kind, at one of its states."""
-    points = animated.flat[run]
+    points, layout = animated.flat[run], animated.layout
     back = max(0, state - animated.trail)
+    pulls = {
+        "springs": [zigzag(points[state, spring], animated.amplitude) for spring in layout.springs],
+        "dampers": [points[state, damper] for damper in layout.dampers],
+    }
     return {
         "trail": [points[back : state + 1, k] for k in animated.trails],
-        "rods": [points[state, rod] for rod in animated.layout.rods],
-        "masses": [points[state, [k]] for k in animated.layout.masses],
+        **{kind: lines for kind, lines in pulls.items() if lines},
+        "rods": [points[state, rod] for rod in layout.rods],
+        "masses": [points[state, [k]] for k in layout.masses],
     }
 
 
@@ -81,8 +91,9 @@ def scene_panel(animated: AnimatedRuns, run: int, inside: dict[str, Markup] | No
     marks: list[Mark] = [Curve(line[:, 0], line[:, 1], quiet, width=0.6, faint=True) for line in projected(animated.layout.surface)]
     if animated.layout.dimension == 3:
         marks += triad(animated)
-    colors = {"trail": stroke, "rods": Stroke("currentColor", "-", "o"), "masses": stroke}
-    widths = {"trail": TRAIL, "rods": ROD, "masses": animated.disc}
+    solid, dashed = (Stroke("currentColor", dashes, "o") for dashes in ("-", DASHES))
+    colors = {"trail": stroke, "springs": solid, "dampers": dashed, "rods": solid, "masses": stroke}
+    widths = {"trail": TRAIL, "springs": PULL, "dampers": PULL, "rods": ROD, "masses": animated.disc}
     for kind, lines in lines_at(animated, run, 0).items():
         marks.append(Part(kind, colors[kind], lines, widths[kind], (inside or {}).get(kind, Markup(""))))
     x, y = animated.flat[run][0, animated.layout.fixed].T

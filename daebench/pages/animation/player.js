@@ -17,7 +17,7 @@
     failed: run.failed,
     errors: Object.fromEntries(Object.entries(run.errors).map(([name, text]) => [name, float32(text)])),
     figure: figures[k],
-    paths: Object.fromEntries(["trail", "rods", "masses"].map((kind) => [kind, figures[k].querySelector("path." + kind)])),
+    paths: Object.fromEntries(["trail", "springs", "dampers", "rods", "masses"].map((kind) => [kind, figures[k].querySelector("path." + kind)])),
     readings: [...figures[k].querySelectorAll("dd")],
   }));
   const cursors = [...document.querySelectorAll(".graphs svg")].map((svg) => {
@@ -49,10 +49,22 @@
     }
     return path;
   };
+  const zigzag = ([first, second]) => {
+    if (first === null || second === null) return [];
+    const [a, b] = [first, second].map((text) => text.split(" ").map(Number));
+    const leg = [b[0] - a[0], b[1] - a[1]], length = Math.hypot(...leg) || 1, {corners, end, amplitude} = data.zigzag;
+    const side = Math.min(amplitude, length / 8) / length;
+    const corner = (along, aside) => (a[0] + along * leg[0] + aside * side * leg[1]).toFixed(1) + " " + (a[1] + along * leg[1] - aside * side * leg[0]).toFixed(1);
+    const inner = Array.from({length: corners + 2}, (_, i) => corner(end + (1 - 2 * end) * i / (corners + 1), i === 0 || i === corners + 1 ? 0 : (-1) ** (i - 1)));
+    return [corner(0, 0), ...inner, corner(1, 0)];
+  };
   const draw = (run, frame) => {
     const state = run.shown[frame], start = run.shown[Math.max(0, frame - data.trail)];
     const back = Array.from({length: state - start + 1}, (_, i) => start + i);
     run.paths.trail.setAttribute("d", data.trails.map((k) => line(back.map((each) => at(run, each, k)))).join(""));
+    const ends = (pairs) => pairs.map((pair) => pair.map((k) => at(run, state, k)));
+    if (run.paths.springs) run.paths.springs.setAttribute("d", ends(data.springs).map((pair) => line(zigzag(pair))).join(""));
+    if (run.paths.dampers) run.paths.dampers.setAttribute("d", ends(data.dampers).map(line).join(""));
     run.paths.rods.setAttribute("d", data.rods.map((rod) => line(rod.map((k) => at(run, state, k)))).join(""));
     run.paths.masses.setAttribute("d", data.masses.map((k) => at(run, state, k)).filter((p) => p !== null).map((p) => `M${p}h0`).join(""));
     run.figure.classList.toggle("ended", run.failed && frame * data.step > run.end);

@@ -58,8 +58,8 @@ def frames(animated: AnimatedRuns) -> Iterator[Pixels]:
         canvas.restore_region(still)
         for k, parts in enumerate(moving.parts):
             _place(parts, lines_at(animated, k, int(shown[k][n])))
-            for kind in ("trail", "rods", "masses"):
-                scenes[k].draw_artist(parts[kind])
+            for artist in parts.values():
+                scenes[k].draw_artist(artist)
         for cursor in moving.cursors:
             cursor.set_xdata([time, time])
             cursor.axes.draw_artist(cursor)
@@ -124,8 +124,11 @@ def _scene(animated: AnimatedRuns, k: int, ax: Any) -> dict[str, Any]:
         ax.set(xlabel=x.label, ylabel=y.label)
     ax.set_title(animated.scene_title(k), color=stroke.color)
     quiet: dict[str, Any] = {"animated": True, "solid_capstyle": "round"}
+    pulls = {"springs": "-"} if animated.layout.springs else {}
+    pulls |= {"dampers": "--"} if animated.layout.dampers else {}
     return {
         "trail": ax.plot([], [], color=stroke.color, linewidth=1.2, **quiet)[0],
+        **{kind: ax.plot([], [], color="black", linewidth=1.0, linestyle=dashes, **quiet)[0] for kind, dashes in pulls.items()},
         "rods": ax.plot([], [], color="black", linewidth=1.8, **quiet)[0],
         "masses": ax.plot(
             [], [], color=stroke.color, linestyle="none", marker="o", markersize=0.8 * animated.disc, markeredgewidth=0, animated=True
