@@ -82,17 +82,21 @@ def certify(computations: Computations) -> Certified:
     Where the problem has a closed form, that is the reference solution: worked out with 50 digits, a second time with 70, and held against
     the Taylor series in the problem's own coordinates, or in its chart where the motion may pass rank loss, from which it must be no
     further than that series is uncertain. Else the Taylor series is the reference solution, run a second time with other steps. Both are
-    held against the series in other coordinates where there are some: the chart of a constrained problem without a closed form; the
+    held against the series in other coordinates where there are some: the chart of a constrained problem without a closed form, or
+    velocities along the manifold where it has none or a long one; the
     canonical coordinates of a Poisson system, else the constrained system above it, else skewed ones.
 
     Raises
     ------
     NotCertified
-        If there is neither a closed form nor a chart, an independent motion disagrees, G loses rank, or nothing is left.
+        If there is no second way to the motion, an independent motion disagrees, G loses rank, or nothing is left.
     """
     made, name = computations.mathematics, computations.definition.name
     if not made.closed_form and made.other is None:
-        raise NotCertified(f"{name} has neither a closed form nor a chart to certify it by; declare one in the problem.")
+        raise NotCertified(
+            f"{name} has neither a closed form nor a chart to certify it by, nor M and U with a constant M, without time and forces, for "
+            "velocities along the manifold; declare one in the problem."
+        )
     first, second = computations.own(), computations.own(stage="taylor-again", **AGAIN)
     uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=FLOOR)
     if made.closed_form:

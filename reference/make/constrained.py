@@ -1,19 +1,30 @@
 """The mathematics of a constrained problem for certification: HLW (1.18), the chart, constraints and multipliers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
+import mpmath as mp
 import numpy as np
+import sympy as sp
 
+from daebench.diagnostics.freedom import combined
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.methods.solvers.taylor_equations import own_coordinates
 from daebench.reference.keep.definition import Definition
+from daebench.reference.make.along import Along
 from daebench.reference.make.coordinates import Own
 from daebench.reference.make.local import Local
 from daebench.reference.make.multiprecision import Functions
 from daebench.reference.make.stages import Rows, Vector
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.systems.constrained import Chart
+from daebench.systems.definition_parts import extent
+
+LONG = 10_000
+"""Operations of a chart, written out, above which velocities along the manifold take its place: SymPy takes two minutes for the
+derivatives of 125 000, and seconds for those of 3000."""
 
 
 class Constrained:
@@ -26,13 +37,23 @@ class Constrained:
     """
 
     zero: tuple[str, ...] = ("g", "Gv")
-    regular = "G M^-1 G^T"
     perturbations = "along the manifold, q measured in max |q| and p in max |p|"
 
     def __init__(self, definition: Definition) -> None:
         self.definition, self.functions = definition, Functions(definition)
+        ivp = definition.ivp
+        assert isinstance(ivp, ConstrainedIvp)
+        posed = combined(ivp) if ivp.on_singular == "least-squares" else ivp
+        self.redundant = posed is not ivp
+        self.independent = replace(definition, ivp=posed) if self.redundant else definition
+        self._of_independent = Functions(self.independent) if self.redundant else self.functions
         self.d: int = definition.derivation.d
         self.crosses = definition.crosses
+
+    @property
+    def regular(self) -> str:
+        """What must not lose rank."""
+        return f"G M^-1 G^T{' of independent combinations of constraints' if self.redundant else ''}"
 
     @property
     def series(self) -> str:
@@ -47,16 +68,21 @@ class Constrained:
     @cached_property
     def first(self) -> Own | Local:
         """The index-reduced equation in q and p, or the problem's chart where G may lose rank, for lam(p, q) stands in that equation."""
-        return Local(self.definition) if self.crosses else Own(own_coordinates(self.definition))
+        return Local(self.definition) if self.crosses else Own(own_coordinates(self.independent))
 
     @cached_property
-    def other(self) -> Local | None:
-        """The problem's chart, if there is no closed form for comparison with the series."""
-        return None if self.closed_form or self.definition.problem.chart is None else Local(self.definition)
+    def other(self) -> Local | Along | None:
+        """The problem's chart where it is short, else velocities along the manifold; none where there is a closed form."""
+        if self.closed_form:
+            return None
+        chart = self.definition.problem.chart
+        if Along.suits(self.independent) and (chart is None or _written_out(chart) > LONG):
+            return Along(self.independent)
+        return None if chart is None else Local(self.definition)
 
     @cached_property
     def directions(self) -> Array:
-        """A basis of the tangent space at the start, shape(2 d, 2 (d - m))."""
+        """A basis of the tangent space at the start, shape(2 d, 2 (d - rank G))."""
         ivp = self.definition.ivp
         assert isinstance(ivp, ConstrainedIvp)
         return np.roll(tangent_basis(ivp, ivp.p0, ivp.q0), self.d, axis=0)  # positions first
@@ -67,9 +93,21 @@ class Constrained:
         return [[*q0, *p0], *([*q, *p] for q, p in (form(t, q0, p0, values) for t in times[1:]))]
 
     def parts(self, x: Vector) -> dict[str, Vector]:
-        """Return q, p and the multipliers lam(p, q), HLW (1.12)."""
+        """Return q, p and the multipliers lam(p, q), HLW (1.12), those of least norm where constraints are redundant."""
         q, p = self._split(x)
-        return {"q": q, "p": p, "lam": self.functions.lam(q, p)}
+        lam = self._of_independent.lam(q, p)
+        return {"q": q, "p": p, "lam": self._of_least_norm(q, lam) if self.redundant else lam}
+
+    def _of_least_norm(self, q: Vector, nu: Vector) -> Vector:
+        """Return the multipliers of all constraints with the same forces as those of independent combinations of them.
+
+        ::
+
+            G^T lam = C^T nu      G = A C,  A = G C^T (C C^T)^-1, shape(m, rank G)      lam = A (A^T A)^-1 nu
+        """
+        G, C = self.functions.jacobian(q), self._of_independent.jacobian(q)
+        A = G * C.T * mp.inverse(C * C.T)
+        return list(A * mp.lu_solve(A.T * A, mp.matrix(nu)))
 
     def conserved(self, x: Vector) -> dict[str, Vector]:
         """Return g, G H_p, energy and first integrals."""
@@ -80,7 +118,12 @@ class Constrained:
 
     def smallest_singular_value(self, x: Vector) -> float:
         """Return that of G H_pp G^T."""
-        return self.functions.smallest_singular_value(*self._split(x))
+        return self._of_independent.smallest_singular_value(*self._split(x))
 
     def _split(self, x: Vector) -> tuple[Vector, Vector]:
         return x[: self.d], x[self.d :]
+
+
+def _written_out(chart: Chart) -> int:
+    """Return the number of operations of a chart's positions and momenta."""
+    return sum(extent(sp.sympify(expression))[0] for expression in (*chart.p, *chart.q))

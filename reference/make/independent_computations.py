@@ -3,17 +3,22 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import mpmath as mp
 import numpy as np
 
 from daebench.reference.keep.definition import Definition
+from daebench.reference.make.along import Along
 from daebench.reference.make.coordinates import Coordinates
 from daebench.reference.make.mathematics import Mathematics, mathematics
 from daebench.reference.make.stages import Rows
 from daebench.reference.make.taylor import integrated
 from daebench.runs.ivp import Array
+
+PIECES = 8
+"""How often from output to output velocities along the manifold are chosen anew: a crank may turn by more than 90 degrees meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,10 @@ class Computations:
         return self._states(self.keep("other", make))
 
     def _series(self, coordinates: Coordinates, start: list[Any], **options: Any) -> Rows:
-        return coordinates.left(integrated(coordinates.equations, coordinates.entered(start), self.times, **options))
+        pieces, n = (coordinates, PIECES) if isinstance(coordinates, Along) else (None, 1)
+        times = [last + k * (t - last) / n for last, t in pairwise(self.times) for k in range(n)]
+        rows = integrated(coordinates.equations, coordinates.entered(start), [*times, self.times[-1]], pieces=pieces, **options)
+        return coordinates.left(rows[::n])
 
     def _start(self) -> list[Any]:
         return [x for part in self.definition.start_numbers() for x in part]

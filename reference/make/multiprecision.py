@@ -50,6 +50,10 @@ class Functions:
         """Return g(q), shape(m,)."""
         return list(self._g(*q))
 
+    def jacobian(self, q: Vector) -> Any:
+        """Return G(q), shape(m, d)."""
+        return self._G(*q)
+
     def velocity(self, q: Vector, p: Vector) -> Vector:
         """Return H_p(p, q), shape(d,)."""
         if self.own.explicit:

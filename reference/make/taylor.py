@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import mpmath as mp
 
@@ -15,6 +15,16 @@ MOST_STEPS = 100_000
 """Most steps from output to output."""
 
 
+class Piecewise(Protocol):
+    """Coordinates that are chosen anew at each output."""
+
+    def begun(self, x: Sequence[Any]) -> tuple[Sequence[Any], Sequence[Any]]:
+        """Return the unknowns at an output, and the parameters of the equations up to the next one."""
+
+    def ended(self, x: Sequence[Any], parameters: Sequence[Any]) -> list[Any]:
+        """Return what is stored of unknowns at the next output."""
+
+
 def integrated(
     equations: Equations,
     start: Sequence[Any],
@@ -22,6 +32,7 @@ def integrated(
     *,
     tolerance: str = "1e-34",
     parts: int = 1,
+    pieces: Piecewise | None = None,
 ) -> list[list[Any]]:
     """Return the unknowns at ascending times as mpmath numbers, shape(n, unknowns).
 
@@ -41,6 +52,8 @@ def integrated(
         Relative tolerance of the step control as a decimal number.
     parts : int
         No step is longer than the distance of outputs divided by this.
+    pieces : Piecewise, optional
+        Coordinates that are chosen anew at each output, between which rows are passed.
 
     Raises
     ------
@@ -48,14 +61,26 @@ def integrated(
         If the integration stops early or a value is no longer finite.
     """
     hy = library()
-    initial = [quad(x) for x in start]
-    solver = hy.taylor_adaptive(equations, initial, fp_type=hy.real128, tol=hy.real128(tolerance), compact_mode=True)
+    begun, parameters = (start, []) if pieces is None else pieces.begun(start)
+    initial, settings = [quad(x) for x in begun], {"pars": [quad(x) for x in parameters]} if parameters else {}
+    solver = hy.taylor_adaptive(equations, initial, fp_type=hy.real128, tol=hy.real128(tolerance), compact_mode=True, **settings)
     solver.time = quad(times[0])
     rows = [list(start)]
     for last, t in pairwise(times):
+        if pieces is not None:
+            begun, parameters = pieces.begun(rows[-1])
+            _put(solver.state, begun)
+            _put(solver.pars, parameters)
         outcome = solver.propagate_until(quad(t), max_delta_t=quad((t - last) / parts), max_steps=MOST_STEPS)[0]
         if outcome != hy.taylor_outcome.time_limit or not all(math.isfinite(float(x)) for x in solver.state):
             where = f"between t = {mp.nstr(last, 9)} and {mp.nstr(t, 9)}"
             raise RunFailed(f"the Taylor series stopped {where}: {outcome}; choose a shorter end time.")
-        rows.append([multiple(x) for x in solver.state])
+        row = [multiple(x) for x in solver.state]
+        rows.append(row if pieces is None else pieces.ended(row, parameters))
     return rows
+
+
+def _put(array: Any, values: Sequence[Any]) -> None:
+    """Write numbers into an array of heyoka."""
+    for k, x in enumerate(values):
+        array[k] = quad(x)

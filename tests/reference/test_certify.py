@@ -13,6 +13,7 @@ from daebench.methods.solvers import taylor_equations
 from daebench.methods.solvers.quadruple import Translation, library, orthogonally
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.make import constrained, local, taylor
+from daebench.reference.make.along import Along
 from daebench.reference.make.amplification import amplification, double_horizon
 from daebench.reference.make.amplification import growth as growth_of
 from daebench.reference.make.certify import NotCertified, certify, largest_so_far, smallest_singular_values
@@ -81,6 +82,32 @@ def test_taylor_series_in_both_coordinates_agree_with_a_motion_written_by_hand()
     expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
     for way in (found.own(), found.other()):
         assert max(abs(x - y) for x, y in zip(way.parts["q"][-1], expected, strict=True)) < 1e-31
+
+
+def test_velocities_along_the_manifold_give_the_motion_written_by_hand_through_more_than_a_right_angle():
+    found = computations("double_pendulum", "horizontal", t_end=1)
+    along = Along(found.definition)
+    start = along.entered([x for part in found.definition.start_numbers() for x in part])
+    rows = along.left(taylor.integrated(along.equations, start, found.times, pieces=along))
+    expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
+    assert expected[0] < 0  # the upper rod, horizontal at the start, has passed the vertical
+    assert max(abs(x - y) for x, y in zip(rows[-1][:4], expected, strict=True)) < 1e-31
+
+
+def test_a_problem_with_a_redundant_constraint_is_certified_with_multipliers_of_least_norm():
+    """Links in parallel: the motion is that of one pendulum, theta'' = -gravity sin theta, whatever is redundant."""
+    where = make_ivp(source_of(definitions.parallelogram(), "parallelogram"), "thrown")
+    found = certify(Computations(Definition(where, {}), times(1), lambda stage, make: make()))
+    assert found.states.mathematics.redundant
+    assert "velocities along the manifold" in found.checks[-1]["against"]
+    gravity = mp.mpf(981) / 100
+    theta, _ = extrapolated(lambda y: np.array([y[1], -gravity * mp.sin(y[0])]), np.array([mp.mpf(0), mp.mpf(2)]), mp.mpf(1), 16)
+    expected = [mp.sin(theta), -mp.cos(theta), 2 + mp.sin(theta), -mp.cos(theta)]
+    assert max(abs(x - y) for x, y in zip(found.states.parts["q"][-1], expected, strict=True)) < 1e-31
+    for q, p, lam in zip(*found.states.parts.values(), strict=True):
+        q, p = (np.array(list(map(float, part))) for part in (q, p))
+        G, rest = where.value("G", q), where.value("lam", p, q)
+        np.testing.assert_allclose(np.array(list(map(float, lam))), np.linalg.lstsq(G.T, G.T @ rest, rcond=1e-9)[0], rtol=0, atol=1e-12)
 
 
 def test_certified_digits_of_a_motion_without_a_closed_form_lie_within_their_bounds():
@@ -215,8 +242,16 @@ def test_a_closed_form_that_is_wrong_is_refused(monkeypatch):
 
 
 def test_what_has_neither_closed_form_nor_chart_is_refused():
-    where = make_ivp(source_of(definitions.double_pendulum(), "tied"), "bent")
+    where = make_ivp(source_of(definitions.relativistic(), "tied"), "tied")
     with pytest.raises(NotCertified, match="neither a closed form nor a chart"):
+        certify(Computations(Definition(where, {}), times(1), lambda stage, make: make()))
+
+
+def test_velocities_along_the_manifold_that_are_wrong_are_refused(monkeypatch):
+    right = Along.equations.func
+    monkeypatch.setattr(Along, "equations", property(lambda self: spoiled(right(self), 4, "1e-25")))
+    where = make_ivp(source_of(definitions.double_pendulum(), "tied"), "bent")
+    with pytest.raises(NotCertified, match="Taylor series in velocities along the manifold differs"):
         certify(Computations(Definition(where, {}), times(1), lambda stage, make: make()))
 
 

@@ -38,6 +38,7 @@ EXPECTED = {
     "slider_crank-turning": 32.0,
     "four_bar-iftomm": 10.0,
     "rssr_four_bar-turning": 8.0,
+    "double_wishbone-released": 2.0,
     "andrews_squeezer-bari": 0.0625,
     "car_axis-bari": 5.0,
     "fekete-spiral": 20.0,
@@ -54,8 +55,8 @@ EXPECTED = {
 """Names, and a time that each reaches, s."""
 
 
-TOO_LARGE = ("double_wishbone", "watt_six_bar")
-"""Mechanisms whose equations in minimal coordinates are long, for which no certificate has been made: one has no chart besides."""
+TOO_LARGE = ("watt_six_bar",)
+"""A mechanism whose chart is long: velocities along the manifold take its place, and no reference has been built yet."""
 
 
 def test_every_problem_has_one_and_none_is_missing():

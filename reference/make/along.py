@@ -1,0 +1,120 @@
+"""The same motion by velocities along the manifold, in quadruple precision: for problems that declare no chart."""
+
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import sympy as sp
+
+from daebench.methods.solvers.quadruple import Translation, dotted, library, solved
+from daebench.methods.solvers.taylor_equations import Equations
+from daebench.reference.keep.definition import Definition
+from daebench.reference.make.stages import Rows, Vector
+
+
+class Along:
+    """Maggi's equations of a problem with a constant mass matrix, in positions q and n = d - rank G velocities u along the manifold.
+
+    ::
+
+        v = N u      N = X - M^-1 G^T Z      Z = W^-1 G X      W = G M^-1 G^T      so that G N = 0
+        q' = v       N^T M N u' = N^T (-U_q + G'^T Z u)      G' = dG(q(t))/dt
+
+    X, shape(d, n), is constant for a while and spans the null space of G at its beginning: the motion may turn as far as it will. The
+    velocity satisfies G v = 0 at all q, and neither lam nor g'' = 0 enters, so that an error in the formula of the multipliers shows
+    against (1.18). Derivatives of g and U are taken here from the definition. Garcia de Jalon and Bayo, *Kinematic and Dynamic Simulation
+    of Multibody Systems*, Springer 1994, chapter 5, have the method, with other N.
+
+    Parameters
+    ----------
+    definition : Definition
+        A problem with independent constraints and a constant mass matrix, see :meth:`suits`.
+    """
+
+    name = "velocities along the manifold"
+
+    def __init__(self, definition: Definition) -> None:
+        problem = definition.problem
+        self.q, self.g = list(problem.q), sp.Matrix(definition.settled(problem.g))
+        self.U, self.M = definition.settled([problem.U])[0], sp.Matrix(problem.M).subs(definition.parameters)
+        self.d, self.n = len(self.q), len(self.q) - len(self.g)
+        self.G = self.g.jacobian(self.q)
+        self._G = sp.lambdify(self.q, self.G, modules="mpmath")
+
+    @staticmethod
+    def suits(definition: Definition) -> bool:
+        """Return whether a problem is given by M and U, M is constant, and neither time nor forces without potential enter."""
+        problem = definition.problem
+        if definition.ivp.facts.EXTENDED or problem.M is None:
+            return False
+        return not sp.Matrix(problem.M).subs(definition.parameters).free_symbols
+
+    @cached_property
+    def equations(self) -> Equations:
+        """Variables q and u and their rates, with X and X^T M X as parameters of heyoka."""
+        hy, d, n = library(), self.d, self.n
+        q, u = ([hy.make_vars(f"{part}{k + 1}") for k in range(size)] for part, size in (("q", d), ("u", n)))
+        X = [[hy.par[i * n + k] for k in range(n)] for i in range(d)]
+        XMX = [[hy.par[d * n + j * n + k] for k in range(n)] for j in range(n)]
+        v_symbols = sp.symbols(f"v1:{d + 1}", cls=sp.Dummy, real=True)
+        say = Translation(dict(zip(self.q, q, strict=True)))
+        G, G_by_mass = (_spelled(say, matrix) for matrix in (self.G, self.G * self.M.inv()))
+        W = [[dotted(row, by_mass) for by_mass in G_by_mass] for row in G]
+        GX = [[dotted(row, column) for row in G] for column in zip(*X, strict=True)]
+        Z = [solved(W, column) for column in GX]
+        y = [dotted(row, u) for row in zip(*Z, strict=True)]
+        v = [dotted(row, u) - dotted(column, y) for row, column in zip(X, zip(*G_by_mass, strict=True), strict=True)]
+        say.known |= dict(zip(v_symbols, v, strict=True))
+        turning = _spelled(say, sum((self.G.diff(x) * w for x, w in zip(self.q, v_symbols, strict=True)), sp.zeros(*self.G.shape)))
+        push = [dotted(column, y) - say(self.U.diff(x)) for column, x in zip(zip(*turning, strict=True), self.q, strict=True)]
+        by_mass = [dotted(row, push) for row in G_by_mass]
+        drive = [dotted(column, push) - dotted(z, by_mass) for column, z in zip(zip(*X, strict=True), Z, strict=True)]
+        A = [[XMX[j][k] - dotted(GX[j], Z[k]) for k in range(n)] for j in range(n)]
+        return list(zip([*q, *u], [*v, *solved(A, drive)], strict=True))
+
+    def entered(self, x: Vector) -> Vector:
+        """Return q and v of a state: the coordinates u are chosen anew at each output, see :meth:`begun`."""
+        return [*x[: self.d], *mp.lu_solve(_numbers(self.M), mp.matrix(x[self.d :]))]
+
+    def left(self, rows: Rows) -> Rows:
+        """Return (q, p) of rows of q and v."""
+        M = _numbers(self.M)
+        return [[*row[: self.d], *(M * mp.matrix(row[self.d :]))] for row in rows]
+
+    def begun(self, x: Vector) -> tuple[Vector, Vector]:
+        """Return q and u at an output, and the parameters of the equations up to the next one."""
+        q, v, M = x[: self.d], mp.matrix(x[self.d :]), _numbers(self.M)
+        G = np.array(self._G(*q).tolist(), dtype=float)
+        root = np.linalg.cholesky(np.array(M.tolist(), dtype=float))
+        free = np.linalg.svd(np.linalg.solve(root, G.T).T)[2][len(G) :]
+        X = mp.matrix(np.linalg.solve(root.T, free.T).tolist())
+        N = self._along(q, X)
+        return [*q, *mp.lu_solve(N.T * M * N, N.T * M * v)], [*_entries(X), *_entries(X.T * M * X)]
+
+    def ended(self, x: Vector, parameters: Vector) -> Vector:
+        """Return q and v of q and u, with the parameters that :meth:`begun` gave."""
+        d, n = self.d, self.n
+        X = mp.matrix([parameters[i * n : (i + 1) * n] for i in range(d)])
+        return [*x[:d], *(self._along(x[:d], X) * mp.matrix(x[d:]))]
+
+    def _along(self, q: Vector, X: Any) -> Any:
+        """Return N, shape(d, n)."""
+        G = self._G(*q)
+        by_mass = mp.inverse(_numbers(self.M)) * G.T
+        return X - by_mass * (mp.inverse(G * by_mass) * (G * X))
+
+
+def _numbers(matrix: sp.Matrix) -> Any:
+    """Return a matrix of exact numbers at mpmath's working precision."""
+    return mp.matrix([[sp.N(x, mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for x in row] for row in matrix.tolist()])
+
+
+def _spelled(say: Translation, matrix: sp.Matrix) -> list[list[Any]]:
+    return [[say(x) for x in row] for row in matrix.tolist()]
+
+
+def _entries(matrix: Iterable[Any]) -> list[Any]:
+    """Return the entries of a matrix, row by row."""
+    return list(matrix)
