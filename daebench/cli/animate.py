@@ -11,6 +11,7 @@ from daebench.cli.arguments import (
     Anyway,
     Case,
     Free,
+    Json,
     OnSingular,
     Overwrite,
     Param,
@@ -20,7 +21,7 @@ from daebench.cli.arguments import (
     TEnd,
     Tolerance,
 )
-from daebench.cli.console import bar, method_names, pairs, print_written
+from daebench.cli.console import bar, method_names, pairs, print_json, print_written
 from daebench.errors import BadInput
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
@@ -46,6 +47,7 @@ def animate(
     title: Annotated[str, typer.Option("--title", help="Title above the animation.")] = "",
     size: Annotated[str | None, typer.Option("--size", help="Pixels of a .gif or .mp4: 1920x1080, say.")] = None,
     overwrite: Overwrite = False,
+    as_json: Json = False,
 ) -> None:
     """Animate methods on one problem: the motion of each above its energy error and conserved quantities; exit 1 if one stops early."""
     wanted = method_names(methods)
@@ -58,9 +60,12 @@ def animate(
         shown: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
         shown |= {"title": title, "size": _pixels(size)}
         animated = animation(problem, **runs, **shown, progress=progress)
-    for failure in animated.failures:
-        print(failure)
-    print_written(animated.paths)
+    if as_json:
+        print_json({"failures": animated.failures, "written": list(map(str, animated.paths))})
+    else:
+        for failure in animated.failures:
+            print(failure)
+        print_written(animated.paths)
     raise typer.Exit(1 if animated.failures else 0)
 
 

@@ -5,7 +5,9 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.console import bar, print_table
+from daebench.cli.arguments import Json
+from daebench.cli.console import bar, print_json, print_table
+from daebench.errors import BadInput
 
 
 def lesson(
@@ -13,6 +15,7 @@ def lesson(
     port: Annotated[int | None, typer.Option("--port", help="Port of 127.0.0.1; any free port if left out.")] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether the browser is opened.")] = True,
     export: Annotated[Path | None, typer.Option("--export", help="Write a static page below this folder instead.")] = None,
+    as_json: Json = False,
 ) -> None:
     """Open a lesson in the browser: sliders, pictures that respond to them, questions with answers.
 
@@ -21,9 +24,14 @@ def lesson(
     if name is None:
         from daebench.methods.catalogue import lessons
 
-        print_table(["name", "about"], [list(entry) for entry in lessons().items()], "lessons")
+        if as_json:
+            print_json({"lessons": [{"name": name, "about": about} for name, about in lessons().items()]})
+        else:
+            print_table(["name", "about"], [list(entry) for entry in lessons().items()], "lessons")
         return
     if export is None:
+        if as_json:
+            raise BadInput(f"--json prints which files were written; add --export FOLDER, or leave {name} out for a list.")
         from daebench.pages.lesson.serve import serve
 
         serve(name, port, browser=browser)
@@ -34,4 +42,7 @@ def lesson(
     page = lesson_page(name)
     with bar(f"lesson {name}") as progress:
         written = put(page, export, progress)
-    print(f"written: {written}")
+    if as_json:
+        print_json({"written": [str(written)]})
+    else:
+        print(f"written: {written}")

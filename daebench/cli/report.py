@@ -2,11 +2,12 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.console import bar
+from daebench.cli.arguments import Json
+from daebench.cli.console import bar, print_json
 from daebench.errors import BadInput, Interrupted
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def report(
     anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only stale ones.")] = False,
     archive: Annotated[Path | None, typer.Option("--archive", help="With all: also put the pages into this ZIP file.")] = None,
     trust: Annotated[bool, typer.Option("--trust", help="With court: execute the code of the certificates; read it first.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Write a report: one HTML page, its figures as SVG and PNG, and every figure's data as CSV; or all pages and an index.
 
@@ -31,7 +33,7 @@ def report(
     a folder is verified, which requires --trust, and a table of the verified ones is written.
     """
     if name == COURT:
-        _court(certificates, out, trust)
+        _told(_court(certificates, out, trust), as_json=as_json)
         return
     if certificates or trust:
         raise BadInput(f"{certificates or '--trust'} belongs to court; leave it out.")
@@ -40,7 +42,7 @@ def report(
     from daebench.runs.files import make_folder
 
     if name == ALL:
-        _all(out, anew, archive)
+        _all(out, anew, archive, as_json=as_json)
         return
     from daebench.pages.report.gallery import build
     from daebench.pages.report.reports import find
@@ -49,46 +51,82 @@ def report(
     make_folder(out)
     with bar(f"report {name}") as progress:
         page = build(name, out, progress)
-    print(f"written: {page}")
+    _told(page, as_json=as_json)
 
 
-def _court(certificates: Path | None, out: Path, trust: bool) -> None:
-    """Verify certificates, and write the page of those that hold."""
+def _told(page: Path, *, as_json: bool) -> None:
+    """Print which page was written."""
+    if as_json:
+        print_json({"written": [str(page)]})
+    else:
+        print(f"written: {page}")
+
+
+def _court(certificates: Path | None, out: Path, trust: bool) -> Path:
+    """Verify certificates, write the page of those that hold, and return its path."""
     if certificates is None:
         raise BadInput("report court needs a folder of certificates, as daebench report court certificates --trust.")
     from daebench.pages.certificate.court import court
 
     with bar(f"report {COURT}") as progress:
-        page = court(certificates, out, trust=trust, progress=progress)
-    print(f"written: {page}")
+        return court(certificates, out, trust=trust, progress=progress)
 
 
-def _all(out: Path, anew: bool, archive: Path | None) -> None:
-    from daebench.pages.gallery import pages
+def _all(out: Path, anew: bool, archive: Path | None, *, as_json: bool) -> None:
+    """Make all pages, and print what became of them; as JSON also where some failed."""
     from daebench.pages.lesson.installed import missing
     from daebench.pages.report.archive import write_archive
-    from daebench.pages.report.gallery import build_all
+    from daebench.pages.report.gallery import PagesFailed
     from daebench.runs.files import check_zip, make_folder
 
     if archive:
         check_zip(archive, "--archive")
     make_folder(out)
-    with bar("gallery") as progress:
-        try:
-            build_all(out, pages(), progress, _tell, anew=anew)
-        except (KeyboardInterrupt, Interrupted) as stop:
-            raise Interrupted(f"interrupted; the finished pages are in {out}: run again to continue.") from stop
-    if absent := missing():
+    made: list[Made] = []
+    summary: dict[str, Any] = {"left_out": missing(), "written": [str(out / "index.html")]}
+    try:
+        _make(out, made, anew=anew, as_json=as_json)
+    except PagesFailed:
+        if as_json:
+            print_json({"pages": list(map(_plain, made)), **summary})
+        raise
+    if archive:
+        summary["written"].append(str(write_archive(out, archive)))
+    if as_json:
+        print_json({"pages": list(map(_plain, made)), **summary})
+        return
+    if absent := summary["left_out"]:
         print(
             f"daebench: the lessons are left out, because they need {' and '.join(absent)}: pip install 'daebench[lessons]'.",
             file=sys.stderr,
         )
-    print(f"written: {out / 'index.html'}")
-    if archive:
-        print(f"written: {write_archive(out, archive)}")
+    for path in summary["written"]:
+        print(f"written: {path}")
 
 
-def _tell(made: "Made") -> None:
-    """Print the outcome of a page."""
-    outcome = f"failed: {made.failure}" if made.failure else f"made in {made.seconds:.0f} s" if made.seconds else "up to date"
-    print(f"{made.name}: {outcome}", flush=True)
+def _make(out: Path, made: "list[Made]", *, anew: bool, as_json: bool) -> None:
+    """Make the pages that are stale; note the outcome of each, and print it unless JSON is asked for."""
+    from daebench.pages.gallery import pages
+    from daebench.pages.report.gallery import build_all
+
+    def tell(page: "Made") -> None:
+        made.append(page)
+        if not as_json:
+            print(f"{page.name}: {_outcome(page)}", flush=True)
+
+    with bar("gallery") as progress:
+        try:
+            build_all(out, pages(), progress, tell, anew=anew)
+        except (KeyboardInterrupt, Interrupted) as stop:
+            raise Interrupted(f"interrupted; the finished pages are in {out}: run again to continue.") from stop
+
+
+def _outcome(page: "Made") -> str:
+    return f"failed: {page.failure}" if page.failure else f"made in {page.seconds:.0f} s" if page.seconds else "up to date"
+
+
+def _plain(page: "Made") -> dict[str, Any]:
+    """Return the outcome of a page, for JSON."""
+    status = "failed" if page.failure else "made" if page.seconds else "fresh"
+    path = None if page.page is None else str(page.page)
+    return {"name": page.name, "status": status, "page": path, "seconds": page.seconds, "failure": page.failure or None}

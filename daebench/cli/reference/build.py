@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.console import bar
+from daebench.cli.arguments import Json
+from daebench.cli.console import bar, print_json
 from daebench.cli.reference.arguments import Name
 from daebench.errors import BadInput
 
@@ -22,6 +23,7 @@ def build(
     spacing: Annotated[int, typer.Option("--spacing", help="Outputs per second, a power of two.")] = 8,
     folder: Out = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing reference.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Make, certify and store a reference; needs the extra certify. After an interruption, the same command continues."""
     from daebench.reference.make.build import build as made
@@ -29,7 +31,10 @@ def build(
     overwrite = overwrite or _agreed(name, folder)
     with bar(f"reference {name}") as progress:
         stored = made(name, folder=folder, t_end=t_end, spacing=spacing, overwrite=overwrite, progress=progress)
-    print(f"written: {stored}")
+    if as_json:
+        print_json({"reference": name, "written": [str(stored)]})
+    else:
+        print(f"written: {stored}")
 
 
 def _agreed(name: str, folder: Path | None) -> bool:

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Overwrite
-from daebench.cli.console import number, numbers
+from daebench.cli.arguments import Json, Overwrite
+from daebench.cli.console import number, numbers, print_json
 from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput
 
@@ -26,6 +26,7 @@ def export(
     ] = None,
     overwrite: Overwrite = False,
     folder: Folder = None,
+    as_json: Json = False,
 ) -> None:
     """Write a reference to a file: stored digits at stored times, integrated ones between them; error bounds beside the numbers."""
     from daebench.errors import unknown
@@ -50,7 +51,10 @@ def export(
         "Times": times or "all stored",
     }
     provenance.write_beside(path, {"Reference": f"{name}, certified, with an error bound for every number", **made})
-    print(f"written: {path}")
+    if as_json:
+        print_json({"reference": name, "written": [str(path)]})
+    else:
+        print(f"written: {path}")
 
 
 def _times(text: str | None) -> list[float] | None:

@@ -1,0 +1,195 @@
+"""What commands print with ``--json`` has the keys, and types of values, that the page on JSON documents."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import contestants
+import pytest
+import typer
+from daebench_site.commands import commands
+from daebench_site.json_keys import documented
+from documented_keys import disagreements
+
+from daebench.cli.app import app
+from daebench.errors import BadInput
+from daebench.pages import gallery as pages
+from daebench.pages.report import gallery
+from daebench.pages.report import reports as reports_named
+from daebench.pages.report.page import write_page
+from daebench.pages.report.reports import Report
+
+DOCUMENTED = documented()
+CODES = Path(__file__).parents[1] / "studies" / "planted" / "double_pendulum_codes.py"
+
+RUN = "run planar_pendulum --method rattle --h 0.02 --steps 20"
+ORDER = "order planar_pendulum --methods rattle --t-end 1 --h 0.1"
+ADVISE = "advise planar_pendulum --case rotating --t-end 2 --ensemble 4 --store kept.db"
+WORK = "work-precision planar_pendulum --case rotating --t-end 2 --workers 1 --out out"
+STORED = f"{WORK} --methods scipy:RK45 --tol 1e-4,1e-6 --repeat 0"
+BENCH = "bench --steps 200 --repeat 1"
+
+FAST = [
+    ("list", "list"),
+    ("list", "list forms"),
+    ("show", "show planar_pendulum"),
+    ("run", RUN),
+    ("run", "run lotka_volterra --method strang --h 0.02 --steps 20"),
+    ("check", "check lotka_volterra"),
+    ("compare", "compare planar_pendulum --methods rattle,ida:index2 --t-end 1 --h 0.02"),
+    ("order", f"{ORDER} --halvings 3"),
+    ("shadow", "shadow planar_pendulum --method rattle --h 0.1 --t-end 2 --orders 2,4"),
+    ("lesson", "lesson"),
+    ("reference list", "reference list"),
+    ("reference show", "reference show planar_pendulum-rotating"),
+    ("reference at", "reference at planar_pendulum --case rotating --t 1.5"),
+    ("reference export", "reference export planar_pendulum-rotating --times 0:1:0.5"),
+    ("reference compare", "reference export planar_pendulum-rotating --out r.csv; reference compare r.csv --with planar_pendulum-rotating"),
+]
+"""What is printed, and a command that prints it soon; commands before it are separated by semicolons."""
+
+SLOW = [
+    ("show", "show bricard"),
+    ("show", "show lotka_volterra"),
+    ("run", "run planar_pendulum --method ida:index2 --tol 1e-6 --t-end 1 --watch none --sensitivities gravity"),
+    ("run", f"{RUN} --param length=2 --project"),
+    ("run", "run slider_crank --method rattle --h 0.001 --steps 20 --compensated"),
+    ("run", "run car_axis --method rattle --h 0.001 --steps 5"),
+    ("check", "check spherical_pendulum"),
+    ("check --method", "check planar_pendulum --method rattle --steps 20"),
+    ("order", f"{ORDER} --halvings 9"),
+    ("compare", "compare lotka_volterra --methods strang,rk4 --t-end 1 --h 0.02 --out out"),
+    ("advise", f"{ADVISE} --accuracy 1e-3 --methods rattle,rk4"),
+    ("advise", f"{ADVISE} --accuracy 1e-30 --methods rattle"),
+    ("work-precision", STORED),
+    ("work-precision", f"{WORK} --methods rattle,rk4 --h 0.125,0.0625 --repeat 1"),
+    ("work-precision --ensemble", f"{WORK} --methods rattle,rattle/suzuki4 --h 0.125,0.03125 --ensemble 4 --repeat 1"),
+    ("export", f"{STORED}; export out/studies.db table.csv"),
+    ("archive", f"{STORED}; archive out/studies.db"),
+    ("reproduce", f"{STORED}; archive out/studies.db; reproduce out/studies.zip"),
+    ("precision", "precision planar_pendulum --case rotating --t-end 2 --methods rattle --repeat 0 --h 0.125,0.0625 --workers 1 --out out"),
+    (
+        "stability",
+        "stability planar_pendulum --case rotating --methods rattle --t-end 1 --h 0.5,0.25 --only outcome-map --workers 1 --out out",
+    ),
+    ("long", "long planar_pendulum --methods rattle --h 0.02 --steps 400 --stride 4 --ensemble 16 --workers 1 --out out"),
+    ("long", "long planar_pendulum --methods rattle --h 0.02 --steps 400 --workers 1 --out out"),
+    ("ensemble", "ensemble planar_pendulum --method rattle --h 0.1 --t-end 1 --members 4"),
+    (
+        "chaos",
+        "chaos double_pendulum --case horizontal --method rattle --h 0.01 --t-end 5 --plane q1=-1.5:1.5,p1=-1:1 --energy case --cells 4",
+    ),
+    ("step-for", "step-for planar_pendulum --statistic energy --margin 0.1 --method rattle --h 0.1 --t-end 1 --members 32"),
+    ("tolerance-for", "tolerance-for rigid_water --case tumbling --drift 1e-3 --h 0.01 --t-end 1"),
+    ("modes", "modes planar_pendulum --methods rattle"),
+    ("baumgarte", "baumgarte planar_pendulum --t-end 1 --methods rk4,rattle --tol 1e-6"),
+    ("animate", "animate planar_pendulum --methods rattle --h 0.02 --t-end 1 --seconds 0.2 --out film.svg"),
+    ("bench", f"{BENCH} --problem planar_pendulum --methods rattle"),
+    ("reference at", "reference at lotka_volterra --case 4,2 --t 0.55"),
+    ("reference verify", "reference verify planar_pendulum-rotating"),
+    ("reference build", "reference build planar_pendulum-rotating --t-end 1 --out references"),
+]
+"""The same of those that take seconds."""
+
+EXHAUSTIVE = [(f"bench --{what}", f"{BENCH} --{what}") for what in ("solvers", "gradients", "ensemble", "rows")]
+"""The same of those that compile for minutes."""
+
+
+def calls():
+    marks = {"fast": (), "slow": pytest.mark.slow, "exhaustive": pytest.mark.exhaustive}
+    for marker, some in (("fast", FAST), ("slow", SLOW), ("exhaustive", EXHAUSTIVE)):
+        yield from (pytest.param(*call, marks=marks[marker], id=call[1]) for call in some)
+
+
+def assert_documented(name, words, daebench):
+    _, out, err = daebench(*words, "--json")
+    assert out, err
+    assert disagreements(json.loads(out), DOCUMENTED[name].keys) == []
+
+
+@pytest.mark.parametrize(("name", "words"), list(calls()))
+def test_a_command_prints_the_documented_keys(name, words, daebench, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    *before, last = words.split("; ")
+    for command in before:
+        status, _, err = daebench(*command.split())
+        assert status == 0, err
+    assert_documented(name, last.split(), daebench)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("plain_functions")
+def test_a_diagnosis_has_the_documented_keys(daebench):
+    assert_documented("diagnose", ("diagnose", f"{CODES}:full_kick_1", "--problem", "double_pendulum"), daebench)
+
+
+@pytest.mark.slow
+def test_a_certificate_and_its_verification_have_the_documented_keys(daebench, tmp_path, monkeypatch):
+    contestants.write_codes(tmp_path)
+    contestants.measure_briefly(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    assert_documented("certify", ("certify", "./ball.py:step", "--problem", contestants.PROBLEM, "--out", "made"), daebench)
+    assert_documented("certificate verify", ("certificate", "verify", "made"), daebench)
+
+
+def test_reports_and_lessons_have_the_documented_keys(daebench, tmp_path, monkeypatch):
+    def make(out, progress):
+        return write_page("{% extends 'page.html' %}", out / "index.html", "make it")
+
+    def fail(out, progress):
+        raise BadInput("it cannot be made.")
+
+    reports = [Report(name, "About it", "make it", how, lambda: [tmp_path / "a.txt"]) for name, how in (("good", make), ("bad", fail))]
+    (tmp_path / "a.txt").write_text("1")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(reports_named, "find", lambda name: reports[0])
+    monkeypatch.setattr(gallery, "find", lambda name: reports[0])
+    monkeypatch.setattr(pages, "lesson_page", lambda name: reports[0])
+    monkeypatch.setattr(pages, "pages", lambda: reports)
+    assert_documented("report", ("report", "good"), daebench)
+    assert_documented("lesson --export", ("lesson", "good", "--export", "lessons"), daebench)
+    status, out, err = daebench("report", "all", "--json")
+    assert (status, err.count("\n")) == (1, 1)
+    assert [page["status"] for page in json.loads(out)["pages"]] == ["fresh", "failed"]
+    assert_documented("report all", ("report", "all"), daebench)
+
+
+def test_every_documented_command_is_run_here():
+    elsewhere = {"diagnose", "certify", "certificate verify", "report", "report all", "lesson --export"}
+    assert {name for name, _ in (*FAST, *SLOW, *EXHAUSTIVE)} | elsewhere == set(DOCUMENTED)
+
+
+def test_every_command_takes_json_and_is_documented():
+    named = {command.name: command for command in commands(typer.main.get_command(app))}
+    assert [name for name, command in named.items() if not any("--json" in option.names for option in command.options)] == []
+    assert [name for name in named if not any(f"{title} ".startswith(f"{name} ") for title in DOCUMENTED)] == []
+    assert [title for title in DOCUMENTED if not any(f"{title} ".startswith(f"{name} ") for name in named)] == []
+
+
+def test_a_lesson_in_the_browser_prints_no_json(daebench):
+    status, out, err = daebench("lesson", "why-symplectic", "--json")
+    assert (status, out) == (2, "")
+    assert "--export" in err
+
+
+def test_a_key_that_is_missing_or_new_or_of_another_type_is_found():
+    keys = DOCUMENTED["check"].keys
+    right = {"problem": "a", "checks": [{"case": "b", "what": "c", "fault": "", "note": ""}], "ok": True}
+    assert disagreements(right, keys) == []
+    assert disagreements({name: value for name, value in right.items() if name != "ok"}, keys) == [".ok is not printed"]
+    assert disagreements(right | {"more": 1}, keys) == [".more is not documented"]
+    assert disagreements(right | {"ok": 1}, keys) == [".ok: '1' is no boolean"]
+    assert disagreements(right | {"problem": None}, keys) == [".problem: 'None' is no string"]
+    assert disagreements(right | {"checks": [{"case": "b", "what": 1, "fault": ""}]}, keys) == [
+        ".checks[].note is not printed",
+        ".checks[].what: '1' is no string",
+    ]
+    assert disagreements(right | {"checks": ["b"]}, keys) == [".checks: \"['b']\" is no list of objects"]
+
+
+def test_a_number_may_be_whole_and_a_truth_value_is_none():
+    (key,) = (key for key in DOCUMENTED["run"].keys if key.path == "t")
+    assert disagreements({"t": 1}, [key]) == []
+    assert disagreements({"t": True}, [key]) == [".t: 'True' is no number"]
+    assert disagreements({"t": 1.0}, [replace(key, types=("integer",))]) == [".t: '1.0' is no integer"]
+    assert disagreements({}, [replace(key, optional=True)]) == []
