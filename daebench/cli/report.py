@@ -33,7 +33,7 @@ def report(
     a folder is verified, which requires --trust, and a table of the verified ones is written.
     """
     if name == COURT:
-        _told(_court(certificates, out, trust), as_json=as_json)
+        _print_page(_court(certificates, out, trust), as_json=as_json)
         return
     if certificates or trust:
         raise BadInput(f"{certificates or '--trust'} belongs to court; leave it out.")
@@ -51,10 +51,10 @@ def report(
     make_folder(out)
     with bar(f"report {name}") as progress:
         page = build(name, out, progress)
-    _told(page, as_json=as_json)
+    _print_page(page, as_json=as_json)
 
 
-def _told(page: Path, *, as_json: bool) -> None:
+def _print_page(page: Path, *, as_json: bool) -> None:
     """Print which page was written."""
     if as_json:
         print_json({"written": [str(page)]})
@@ -83,7 +83,7 @@ def _all(out: Path, anew: bool, archive: Path | None, *, as_json: bool) -> None:
         check_zip(archive, "--archive")
     make_folder(out)
     made: list[Made] = []
-    summary: dict[str, Any] = {"left_out": missing(), "written": [str(out / "index.html")]}
+    summary: dict[str, Any] = {"missing": missing(), "written": [str(out / "index.html")]}
     try:
         _make(out, made, anew=anew, as_json=as_json)
     except PagesFailed:
@@ -95,7 +95,7 @@ def _all(out: Path, anew: bool, archive: Path | None, *, as_json: bool) -> None:
     if as_json:
         print_json({"pages": list(map(_plain, made)), **summary})
         return
-    if absent := summary["left_out"]:
+    if absent := summary["missing"]:
         print(
             f"daebench: the lessons are left out, because they need {' and '.join(absent)}: pip install 'daebench[lessons]'.",
             file=sys.stderr,
