@@ -17,14 +17,15 @@ class Mathematics(Protocol):
     zero: tuple[str, ...]
     """Conserved quantities that vanish; of the others the start has the value."""
 
-    regular: str
-    """What must not lose rank along the motion; "" if nothing can."""
-
     crosses: bool
     """Whether it may do so all the same, for nothing but what is derived from the state goes through it."""
 
     perturbations: str
     """What ``directions`` are, in words."""
+
+    @property
+    def regular(self) -> str:
+        """What must not lose rank along the motion; "" if nothing can."""
 
     @property
     def series(self) -> str:

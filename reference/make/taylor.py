@@ -18,10 +18,10 @@ MOST_STEPS = 100_000
 class Piecewise(Protocol):
     """Coordinates that are chosen anew at each output."""
 
-    def begun(self, x: Sequence[Any]) -> tuple[Sequence[Any], Sequence[Any]]:
+    def begun(self, x: list[Any]) -> tuple[list[Any], list[Any]]:
         """Return the unknowns at an output, and the parameters of the equations up to the next one."""
 
-    def ended(self, x: Sequence[Any], parameters: Sequence[Any]) -> list[Any]:
+    def ended(self, x: list[Any], parameters: list[Any]) -> list[Any]:
         """Return what is stored of unknowns at the next output."""
 
 
@@ -61,7 +61,7 @@ def integrated(
         If the integration stops early or a value is no longer finite.
     """
     hy = library()
-    begun, parameters = (start, []) if pieces is None else pieces.begun(start)
+    begun, parameters = (list(start), []) if pieces is None else pieces.begun(list(start))
     initial, settings = [quad(x) for x in begun], {"pars": [quad(x) for x in parameters]} if parameters else {}
     solver = hy.taylor_adaptive(equations, initial, fp_type=hy.real128, tol=hy.real128(tolerance), compact_mode=True, **settings)
     solver.time = quad(times[0])
