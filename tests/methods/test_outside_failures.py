@@ -29,7 +29,7 @@ from daebench.runs.request import Request
         ("./mine.py:", "'' is not a name"),
         ("./other.py:step", "there is no such file"),
         ("./mine.so:step", "there is no such file"),
-        ("exec:./nothing", "there is no such program"),
+        ("exec:./nothing", "there is no such executable program"),
         ("exec:'", "No closing quotation"),
     ],
 )
@@ -85,7 +85,7 @@ def test_a_run_that_stops_has_its_states_so_far_and_the_reason(mine, name, steps
 def test_a_status_of_a_library_stops_the_run(library):
     assert run(f"{library}:gives_up").failure is None
     low = package.run("spherical_pendulum", case="fig1.1", q0=[0, 0, -1.0], p0=[0.1, 0, 0], method=f"{library}:gives_up", h=0.01, t_end=1)
-    assert (low.steps, "returned 7, and not 0" in low.failure) == (0, True)
+    assert (low.steps, "returned 7 instead of 0" in low.failure) == (0, True)
 
 
 @pytest.mark.parametrize(
@@ -313,7 +313,7 @@ def test_a_map_of_code_that_fails_says_so_of_real_states_and_raises_it_of_comple
     ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
     p, q = np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
     for name, sentence in (
-        (f"{library}:gives_up", f"{library}:gives_up: the function of the library returned 7, and not 0."),
+        (f"{library}:gives_up", f"{library}:gives_up: the function of the library returned 7 instead of 0."),
         ("./mine.py:raises", f"./mine.py:raises, line {_line('# raises')}: ValueError: no root; correct the file."),
     ):
         with pytest.raises(RunFailed) as error:

@@ -460,7 +460,7 @@ def test_a_function_of_a_file_is_its_address(codes, monkeypatch):
     ("method", "settings", "sentence"),
     [
         ("./nothing.py:step", {}, "there is no such file"),
-        ("exec:./nothing", {}, "there is no such program"),
+        ("exec:./nothing", {}, "there is no such executable program"),
         ("exec:'", {}, "No closing quotation"),
         ("exec:", {}, "names no program"),
         ("exec:sh", {}, "is on the PATH, and a certificate needs a separate file"),
