@@ -225,7 +225,11 @@ def wrong_gravity(p, q, h):
 WRONG = {
     "another parameter": (wrong_gravity, {}, "q and p cannot be determined: the errors stop decreasing far above rounding"),
     "p and q exchanged": (lambda p, q, h: rattle(q, p, h)[::-1], {"h": 2**-6}, "the errors stop decreasing far above rounding"),
-    "not finite": (lambda p, q, h: (p * math.nan, q * math.nan), {}, "q and p cannot be determined: most results are not finite; give a smaller h"),
+    "not finite": (
+        lambda p, q, h: (p * math.nan, q * math.nan),
+        {},
+        "q and p cannot be determined: most results are not finite; give a smaller h",
+    ),
     "too coarse": (rattle, {"h": 0.25, "halvings": 2}, "the slopes have not converged; give a smaller h, or a shorter t_end"),
 }
 
@@ -242,7 +246,9 @@ def test_a_code_that_is_at_rounding_throughout_is_told_to_take_larger_steps(refe
         rows = np.searchsorted(reference.t, t)
         return reference.p[rows] * (1 + 2**-52), reference.q[rows] * (1 + 2**-52)
 
-    with pytest.raises(AssertionError, match="q and p cannot be determined: the errors are at rounding; give a larger h, or a longer t_end"):
+    with pytest.raises(
+        AssertionError, match="q and p cannot be determined: the errors are at rounding; give a larger h, or a longer t_end"
+    ):
         assert_solver_converges(exact, reference, 2)
 
 

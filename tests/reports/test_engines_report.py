@@ -317,7 +317,7 @@ def test_without_engines_the_page_says_so_and_does_not_fail(tmp_path, monkeypatc
     text = standalone(page).text
     assert "No engine is installed here" in text
     assert text.count("not installed here") == len(ADAPTED)
-    assert "conda alone" in text
+    assert "conda only" in text
 
 
 @pytest.mark.slow

@@ -139,7 +139,11 @@ def dear(numbers):
 
 @pytest.mark.parametrize(
     ("fault", "words"),
-    [(drifting, "symplectic methods have more starts without drift"), (flat, "more starts with a drift"), (dear, "costs less than one")],
+    [
+        (drifting, "symplectic methods have more starts without drift"),
+        (flat, "more starts with a drift"),
+        (dear, "costs less than a single start"),
+    ],
 )
 def test_a_number_that_refutes_a_claim_stops_the_page(fault, words, tmp_path, monkeypatch):
     require_refused(ensembles, "ensembles", fault(made()), words, tmp_path, monkeypatch)
