@@ -74,7 +74,7 @@ def test_a_saved_run_comes_back_with_all_it_had(run, request, tmp_path):
 def test_a_copy_in_another_process_has_its_numbers_and_no_functions(swing):
     copy = pickle.loads(pickle.dumps(swing))
     assert copy.to_frame().equals(swing.to_frame())
-    with pytest.raises(BadInput, match="no functions of planar_pendulum"):
+    with pytest.raises(BadInput, match="without the functions of planar_pendulum"):
         copy.plot()
 
 
