@@ -173,7 +173,7 @@ def test_what_cannot_be_had_is_said_with_the_best_there_is(asked):
     [
         ({"accuracy": 0.0}, "accuracy"),
         ({"accuracy": 1e-3, "keep": ("phase",)}, "thing to keep"),
-        ({"accuracy": 1e-3, "keep": ("casimirs",)}, "no casimirs to keep"),
+        ({"accuracy": 1e-3, "keep": ("casimirs",)}, "no casimirs to conserve"),
         ({"accuracy": 1e-3, "starts": 0}, "at least 1"),
         ({"accuracy": 1e-3, "methods": ["rk4"], "keep": ("constraints",)}, "no method is left"),
     ],

@@ -137,7 +137,7 @@ REFUSED = [
     ({"cells": 1}, "from 2 to"),
     ({"t_end": 0.1}, "at least 32 steps"),
     ({"section": {"q3": 0.0}}, "one energy"),
-    ({"method": "ida:index2"}, "no fixed steps"),
+    ({"method": "ida:index2"}, "is not a fixed-step method of daebench"),
     ({"seed": -1}, "at least 0"),
 ]
 

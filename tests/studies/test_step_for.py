@@ -102,7 +102,7 @@ REFUSED = [
     ({"halvings": 2000}, "1 to 32 halvings"),
     ({"members": 10**9}, "GB are free; choose fewer"),
     ({"level": 0.9}, "between 0 and 0.5"),
-    ({"method": "ida:index2"}, "no fixed steps"),
+    ({"method": "ida:index2"}, "is not a fixed-step method of daebench"),
 ]
 
 

@@ -263,7 +263,7 @@ def baumgarte(
     others = [name for name in methods if name not in mapped]
     for name in others:
         if method_of(ivp, name).knob != "h":
-            raise BadInput(f"{name} chooses its steps itself; give fixed-step methods, for example rattle.")
+            raise BadInput(f"{name} chooses its own steps; give fixed-step methods, for example rattle.")
     tell = _Counted(progress, (len(mapped) + 1) * len(values) ** 2 + len(values) + len(tolerances) * len(rates) ** 2)
     maps = {f"baumgarte:{scheme}": over_step(ivp, "baumgarte", scheme, h, t_end, values, tell) for scheme in mapped}
     maps[f"soft:{mapped[0]}"] = over_step(ivp, "soft", mapped[0], h, t_end, values, tell)
