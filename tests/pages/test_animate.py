@@ -259,7 +259,7 @@ def test_the_page_is_well_formed_and_asks_for_nothing(written):
 
 def test_the_page_says_how_times_go_together_and_what_the_curves_are(written):
     assert "t = 0 to 2 in 0.8 s: 2.5 units of time a second" in written
-    assert "largest error of all steps since the state that is shown before" in written
+    assert "largest error of all steps since the previous state shown" in written
 
 
 def test_a_page_of_many_points_stays_below_two_megabytes(animated, tmp_path):

@@ -360,8 +360,8 @@ PENDULUM = ("planar_pendulum", "--case", "rotating")
         ((*PENDULUM, "--methods", "rattle", "--tol", "1e-3"), "tol"),
         ((*PENDULUM, "--workers", "0"), "--workers 0 must be at least 1"),
         ((*PENDULUM, "--workers", "2", "--scheduler", "tcp://a:1"), "leave out one of them"),
-        ((*PENDULUM, "--workers", "2", "--repeat", "1"), "runs that are timed are made one at a time"),
-        ((*PENDULUM, "--scheduler", "tcp://a:1", "--repeat", "1"), "runs that are timed are made one at a time"),
+        ((*PENDULUM, "--workers", "2", "--repeat", "1"), "timed runs are made one at a time"),
+        ((*PENDULUM, "--scheduler", "tcp://a:1", "--repeat", "1"), "timed runs are made one at a time"),
     ],
     ids=["size", "no-reference", "column", "too-long", "useless", "no-workers", "two-places", "timed-beside", "timed-elsewhere"],
 )
