@@ -148,7 +148,7 @@ def test_a_picture_that_makes_no_sense_is_refused(ivp):
         (Picture(masses=[(x, y, 0)], fixed=[(0, 0)]), "all of the plane or all of space"),
         (Picture(), "needs points"),
         (Picture(masses=[(x, y)], axes=("x",)), "names 1 axes for points with 2 coordinates"),
-        (Picture(masses=[(x, definition.p[0])]), "contains p1, which is no coordinate or parameter"),
+        (Picture(masses=[(x, definition.p[0])]), "contains p1, which is not a coordinate or parameter"),
     ):
         with pytest.raises(InvalidProblem, match=sentence):
             layout_of(initial_value_problem(replace(definition, picture=picture)))
