@@ -53,7 +53,7 @@ def test_rattle_on_the_pendulum_ends_where_its_equations_have_no_solution():
         (
             GridRun(problem="planar_pendulum", case="rotating", method="scipy:RK45", value=1e-3, t_end=4.0, metrics=("energy",)),
             1.0,
-            "chooses its steps",
+            "chooses its own steps",
         ),
         (CELL, 2.0, "at most t_end/3"),
         (CELL, 0.0, "must be positive"),
