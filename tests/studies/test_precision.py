@@ -22,7 +22,7 @@ def test_ways_that_a_method_does_not_have_are_left_out_and_said():
         specifications_of(Asked(problem="lotka_volterra", methods=("midpoint",)), ("sweeps=1",))
     with pytest.raises(BadInput, match=r"ends at t = 100, before t_end = 10000; take"):
         specifications_of(Asked(problem="planar_pendulum", case="rotating", t_end=1e4))
-    with pytest.raises(BadInput, match="fixed steps"):
+    with pytest.raises(BadInput, match="fixed-step methods"):
         specifications_of(Asked(problem="planar_pendulum", methods=("scipy:RK45",)))
 
 

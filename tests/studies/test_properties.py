@@ -66,7 +66,7 @@ def test_a_code_that_is_right_passes():
 
 
 def test_a_map_that_is_not_symplectic_is_said_to_be_none():
-    with pytest.raises(AssertionError, match=r"reduced is not symplectic .* 10 steps of 0\.01 have a defect of 2\.78e-07, where rounding"):
+    with pytest.raises(AssertionError, match=r"reduced is not symplectic .* 10 steps of 0\.01 have a defect of 2\.78e-07, and rounding"):
         assert_symplectic(reduced, **BALL)
 
 
