@@ -465,7 +465,7 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     with sqlite3.connect(base) as other:
         other.execute("CREATE TABLE books (name TEXT)")
     other.close()
-    for path, sentence in ((text, "is no store"), (base, "database of something else")):
+    for path, sentence in ((text, "is not a store"), (base, "database of something else")):
         with pytest.raises(BadInput, match=sentence):
             Store(path)
     assert text.read_text().startswith("no database")
