@@ -129,9 +129,9 @@ def test_hosts_origins_and_tokens_are_compared_as_a_whole(port):
     strange = set(STRANGE_HOSTS) - {HOST, "localhost"}  # they are right at port 80
     assert all("only for this machine" in of(host=each) for each in filled(strange, address))
     assert all("only for this machine" in of(host=each) for each in ([], [f"{HOST}:{port}"] * 2))
-    assert all("elsewhere" in of(origin=each) for each in filled(STRANGE_ORIGINS, address))
+    assert all("other sites" in of(origin=each) for each in filled(STRANGE_ORIGINS, address))
     assert all("whole address" in of(path) for path in filled(STRANGE_PATHS, address))
-    assert "elsewhere" in of(f"{address.root}ws", kind="websocket")
+    assert "other sites" in of(f"{address.root}ws", kind="websocket")
     assert "no such" in of(f"{address.root}terminal/ws", origin=f"http://{HOST}:{port}", kind="websocket")
     assert "no such" in of(origin=f"http://{HOST}:{port}", kind="websocket")
 
