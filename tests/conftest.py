@@ -16,7 +16,7 @@ from browser import chromium, looks_right, seen  # noqa: F401  defined once: a p
 from ivps import LARGE, LARGEST, ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
-from repeats import PLACES, REPEATS
+from repeats import LONG, PLACES, REPEATS
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -55,7 +55,7 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.exhaustive)
         if item.nodeid in REPEATS:
             item.add_marker(pytest.mark.exhaustive)
-        if item.get_closest_marker("exhaustive"):
+        if item.nodeid in LONG or item.get_closest_marker("exhaustive"):
             item.add_marker(pytest.mark.slow)  # an exhaustive test is a slow one: the README's command leaves it out
 
 
