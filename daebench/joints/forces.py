@@ -77,9 +77,7 @@ def damping_force(
             continue
         damped = True
         if number(c, values) < 0:
-            text = (
-                f"the damper between {damper.first} and {damper.second} has negative damping {c}, so it adds energy; give a positive one."
-            )
+            text = f"the damper between {damper.first} and {damper.second} has negative damping {c}, so it adds energy."
             warnings.warn(text, NegativeDamping, stacklevel=3)
         gap = columns[damper.second].now - columns[damper.first].now
         slope = gap.T * gap.jacobian(q)

@@ -56,6 +56,9 @@ def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
         exceptions = table[(table["family"] == "ode") & (table[key] != LOST)]
         require(exceptions.empty, f"methods for (1.18) lose {key}", list(exceptions["method"]))
     uneven = [name for name in keeping(table, "symplectic") if name not in keeping(table, "symmetric")]
+    tilted = list(table.loc[table["family"].isin(["symplectic", "composed"]) & (table["Gv"] == LOST), "method"])
+    off = list(table.loc[table["family"].isin(["symplectic", "composed"]) & (table["g"] == LOST), "method"])
+    require(not off, "symplectic methods for (1.9) keep the constraint", off)
     everything = keeping(table, "symmetric", "symplectic", "g", "Gv")
     refused = list(table.loc[table["refused"] == TORUS.problem, "method"])
     hidden = {key: list(table.loc[table[key] == HIDDEN, "method"]) for key in ("symmetric", "symplectic", "g", "Gv", "H")}
@@ -65,6 +68,7 @@ def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
         everything=everything,
         schemes=list(dict.fromkeys(method(name).scheme for name in everything)),
         uneven=uneven,
+        tilted=tilted,
         symplectic=keeping(table, "symplectic"),
         energy=keeping(table, "H"),
         hidden={key: names for key, names in hidden.items() if names},
@@ -155,11 +159,11 @@ def long(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
 
 
 def drifting(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
-    """Return how many methods of the table bound the energy in these runs, let it drift, or do not come to the end."""
+    """Return how many methods of the table there are in these runs, in how many the energy drifts, and how many end early."""
     others = drift[drift["method"].isin(table["method"])]
     ended = int((others["failure"] != "").sum())
     said = others.loc[others["failure"] == "", "H_long"]
-    return SimpleNamespace(others=len(others), drifts=int((said == DRIFTS).sum()), bounded=int((said == BOUNDED).sum()), ended=ended)
+    return SimpleNamespace(others=len(others), drifts=int((said == DRIFTS).sum()), ended=ended)
 
 
 def work(frame: pd.DataFrame) -> SimpleNamespace:
