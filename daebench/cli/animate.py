@@ -21,7 +21,7 @@ from daebench.cli.arguments import (
     TEnd,
     Tolerance,
 )
-from daebench.cli.console import bar, method_names, pairs, print_json, print_written
+from daebench.cli.console import bar, method_names, pairs, print_written
 from daebench.errors import BadInput
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
@@ -60,12 +60,10 @@ def animate(
         shown: dict[str, Any] = {"out": out, "overwrite": overwrite, "fps": fps, "seconds": seconds, "speed": speed}
         shown |= {"title": title, "size": _pixels(size)}
         animated = animation(problem, **runs, **shown, progress=progress)
-    if as_json:
-        print_json({"failures": animated.failures, "written": list(map(str, animated.paths))})
-    else:
+    if not as_json:
         for failure in animated.failures:
             print(failure)
-        print_written(animated.paths)
+    print_written(animated.paths, as_json=as_json, failures=animated.failures)
     raise typer.Exit(1 if animated.failures else 0)
 
 

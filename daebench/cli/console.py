@@ -69,9 +69,11 @@ def print_json(value: Any) -> None:
     print(json.dumps(plain(value), allow_nan=False, ensure_ascii=not encoding.startswith("utf")))
 
 
-def print_written(paths: Iterable[object]) -> None:
-    """Print the names of the written files, if any."""
-    if names := ", ".join(map(str, paths)):
+def print_written(paths: Iterable[object], *, as_json: bool = False, **more: Any) -> None:
+    """Print the names of the written files, if any; as JSON in one object with ``more``."""
+    if as_json:
+        print_json({**more, "written": list(map(str, paths))})
+    elif names := ", ".join(map(str, paths)):
         print(f"written: {names}")
 
 

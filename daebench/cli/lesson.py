@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from daebench.cli.arguments import Json
-from daebench.cli.console import bar, print_json, print_table
+from daebench.cli.console import bar, print_json, print_table, print_written
 from daebench.errors import BadInput
 
 
@@ -42,7 +42,4 @@ def lesson(
     page = lesson_page(name)
     with bar(f"lesson {name}") as progress:
         written = put(page, export, progress)
-    if as_json:
-        print_json({"written": [str(written)]})
-    else:
-        print(f"written: {written}")
+    print_written([written], as_json=as_json)

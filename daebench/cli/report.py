@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Json
-from daebench.cli.console import bar, print_json
+from daebench.cli.console import bar, print_json, print_written
 from daebench.errors import BadInput, Interrupted
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def report(
     a folder is verified, which requires --trust, and a table of the verified ones is written.
     """
     if name == COURT:
-        _print_page(_court(certificates, out, trust), as_json=as_json)
+        print_written([_court(certificates, out, trust)], as_json=as_json)
         return
     if certificates or trust:
         raise BadInput(f"{certificates or '--trust'} belongs to court; leave it out.")
@@ -51,15 +51,7 @@ def report(
     make_folder(out)
     with bar(f"report {name}") as progress:
         page = build(name, out, progress)
-    _print_page(page, as_json=as_json)
-
-
-def _print_page(page: Path, *, as_json: bool) -> None:
-    """Print which page was written."""
-    if as_json:
-        print_json({"written": [str(page)]})
-    else:
-        print(f"written: {page}")
+    print_written([page], as_json=as_json)
 
 
 def _court(certificates: Path | None, out: Path, trust: bool) -> Path:

@@ -1,4 +1,4 @@
-"""Tests that repeat for one more case what others show, and take long: for the day of a release, as those marked in their files."""
+"""Tests that take long, by name: those that repeat what others show, left to the day of a release, and others."""
 
 REPEATS = (
     "tests/cli/test_certify_command.py::test_a_library_is_certified_with_the_claims_that_are_stated_of_it",

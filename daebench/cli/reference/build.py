@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from daebench.cli.arguments import Json
-from daebench.cli.console import bar, print_json
+from daebench.cli.console import bar, print_written
 from daebench.cli.reference.arguments import Name
 from daebench.errors import BadInput
 
@@ -31,10 +31,7 @@ def build(
     overwrite = overwrite or _agreed(name, folder)
     with bar(f"reference {name}") as progress:
         stored = made(name, folder=folder, t_end=t_end, spacing=spacing, overwrite=overwrite, progress=progress)
-    if as_json:
-        print_json({"reference": name, "written": [str(stored)]})
-    else:
-        print(f"written: {stored}")
+    print_written([stored], as_json=as_json, reference=name)
 
 
 def _agreed(name: str, folder: Path | None) -> bool:

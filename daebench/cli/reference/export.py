@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from daebench.cli.arguments import Json, Overwrite
-from daebench.cli.console import number, numbers, print_json
+from daebench.cli.console import number, numbers, print_written
 from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput
 
@@ -51,10 +51,7 @@ def export(
         "Times": times or "all stored",
     }
     provenance.write_beside(path, {"Reference": f"{name}, certified, with an error bound for every number", **made})
-    if as_json:
-        print_json({"reference": name, "written": [str(path)]})
-    else:
-        print(f"written: {path}")
+    print_written([path], as_json=as_json, reference=name)
 
 
 def _times(text: str | None) -> list[float] | None:
