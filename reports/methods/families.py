@@ -1,4 +1,4 @@
-"""The methods of the report on methods, by family: every scheme of the catalogue, and some compositions, projections and forms."""
+"""The methods of the report on methods, by family: the schemes of the catalogue, and some compositions, projections and forms."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
