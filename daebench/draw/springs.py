@@ -7,35 +7,35 @@ from daebench.draw.scene import AMPLITUDE, zigzag
 from daebench.runs.ivp import Array
 
 
-class Pulls(Protocol):
-    """What has springs and dampers between numbered points."""
+class Springs(Protocol):
+    """Something with springs and dampers between numbered points."""
 
     @property
     def springs(self) -> Sequence[Sequence[int]]:
-        """Which two points each spring is between."""
+        """The two points that each spring connects."""
 
     @property
     def dampers(self) -> Sequence[Sequence[int]]:
-        """Which two points each damper is between."""
+        """The two points that each damper connects."""
 
 
-def draw_pulls(axis: Any, pulls: Pulls, points: Array, extent: float, **style: Any) -> None:
+def draw_springs(axis: Any, springs: Springs, points: Array, extent: float, **style: Any) -> None:
     """Draw springs and dampers at one time.
 
     Parameters
     ----------
     axis : Axes
         Where they are drawn.
-    pulls : Pulls
-        Which points they are between.
+    springs : Springs
+        The springs and dampers, by the numbers of their points.
     points : ndarray, shape(k, 2)
         The points.
     extent : float
-        Extent of all that is drawn, which the width of springs is a part of.
+        Extent of the whole drawing; the width of a spring is a part of it.
     **style
         Colour, width and opacity of the lines.
     """
-    for spring in pulls.springs:
+    for spring in springs.springs:
         axis.plot(*zigzag(points[list(spring)], AMPLITUDE * extent).T, **style)
-    for damper in pulls.dampers:
+    for damper in springs.dampers:
         axis.plot(*points[list(damper)].T, **style | {"linestyle": "--"})

@@ -7,8 +7,8 @@ import numpy as np
 from daebench.diagnostics.along import LABELS, MOST_POINTS, errors_along, thinned
 from daebench.draw.figures import BLACK, QUIET, STROKES, VERMILION, drawing, grid_of_axes
 from daebench.draw.orthographic import projected
-from daebench.draw.pulls import draw_pulls
 from daebench.draw.scene import Layout, layout_of, moving
+from daebench.draw.springs import draw_springs
 from daebench.runs.ivp import Array
 from daebench.runs.trajectory import Outcome
 
@@ -62,7 +62,7 @@ def _motion(axis: Any, layout: Layout, states: Array) -> None:
     for stroke, k in zip(STROKES, moving(points, layout.masses or ends), strict=False):
         axis.plot(*flat[:, k].T, color=stroke.color, linewidth=0.8)
     extent = float(np.max(np.ptp(flat.reshape(-1, 2), axis=0)))
-    draw_pulls(axis, layout, flat[-1], extent, color=BLACK, linewidth=0.8)
+    draw_springs(axis, layout, flat[-1], extent, color=BLACK, linewidth=0.8)
     for rod in layout.rods:
         axis.plot(*flat[-1, rod].T, color=BLACK, linewidth=1.2)
     axis.plot(*flat[-1, layout.masses].T, "o", color=VERMILION, markersize=6)

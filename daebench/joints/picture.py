@@ -28,8 +28,8 @@ def drawn(
     springs = [force for force in forces if isinstance(force, Spring) and exact(force.stiffness) != 0]
     dampers = [force for force in forces if exact(force.damping) != 0]
 
-    def ends(pulls: Sequence[Force]) -> list[tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]]]:
-        return [(tuple(columns[pull.first].now), tuple(columns[pull.second].now)) for pull in pulls]
+    def ends(forces: Sequence[Force]) -> list[tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]]]:
+        return [(tuple(columns[force.first].now), tuple(columns[force.second].now)) for force in forces]
 
     still = [tuple(columns[name].now) for name in fixed]
     return Picture(rods=rods, masses=masses, fixed=still, springs=ends(springs), dampers=ends(dampers), points=points)

@@ -11,7 +11,7 @@ import pandas as pd
 from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, VERMILION, drawing, grid_of_axes, legend_below, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.orthographic import projected
-from daebench.draw.pulls import draw_pulls
+from daebench.draw.springs import draw_springs
 from daebench.reports.problems import rank
 from daebench.reports.problems.heat_map import draw_heat_map
 from daebench.reports.problems.ivps import horizon
@@ -81,7 +81,7 @@ def mechanism(ax: Any, scene: Drawing, *, large: bool) -> None:
 
 def position(ax: Any, scene: Drawing, points: Array, *, alpha: float, large: bool) -> None:
     """Draw rods, springs, dampers and masses at one time; points has shape(k, 2)."""
-    draw_pulls(ax, scene, points, scene.extent, color="black", linewidth=1.0 if large else 0.6, alpha=alpha, zorder=3)
+    draw_springs(ax, scene, points, scene.extent, color="black", linewidth=1.0 if large else 0.6, alpha=alpha, zorder=3)
     for rod in scene.rods:
         ax.plot(*points[rod].T, color="black", linewidth=1.8 if large else 1.1, alpha=alpha, zorder=3, solid_capstyle="round")
     dots = {"linestyle": "none", "marker": "o", "markersize": 6.0 if large else 3.5, "markeredgewidth": 0}

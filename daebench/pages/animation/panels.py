@@ -20,7 +20,7 @@ SCENE = (300.0, 300.0)
 GRAPH = (380.0, 215.0)
 """Width and height of a panel of curves, pixels."""
 
-ROD, TRAIL, PULL = 2.2, 1.4, 1.2
+ROD, TRAIL, SPRING = 2.2, 1.4, 1.2
 """Widths of rods, of trails, and of springs and dampers, pixels."""
 
 DASHES = (0, (4, 3))
@@ -73,13 +73,13 @@ def lines_at(animated: AnimatedRuns, run: int, state: int) -> dict[str, list[Arr
     """Return the lines of the parts of a run that move, by kind, at one of its states."""
     points, layout = animated.flat[run], animated.layout
     back = max(0, state - animated.trail)
-    pulls = {
+    springs = {
         "springs": [zigzag(points[state, spring], animated.amplitude) for spring in layout.springs],
         "dampers": [points[state, damper] for damper in layout.dampers],
     }
     return {
         "trail": [points[back : state + 1, k] for k in animated.trails],
-        **{kind: lines for kind, lines in pulls.items() if lines},
+        **{kind: lines for kind, lines in springs.items() if lines},
         "rods": [points[state, rod] for rod in layout.rods],
         "masses": [points[state, [k]] for k in layout.masses],
     }
@@ -93,7 +93,7 @@ def scene_panel(animated: AnimatedRuns, run: int, inside: dict[str, Markup] | No
         marks += triad(animated)
     solid, dashed = (Stroke("currentColor", dashes, "o") for dashes in ("-", DASHES))
     colors = {"trail": stroke, "springs": solid, "dampers": dashed, "rods": solid, "masses": stroke}
-    widths = {"trail": TRAIL, "springs": PULL, "dampers": PULL, "rods": ROD, "masses": animated.disc}
+    widths = {"trail": TRAIL, "springs": SPRING, "dampers": SPRING, "rods": ROD, "masses": animated.disc}
     for kind, lines in lines_at(animated, run, 0).items():
         marks.append(Part(kind, colors[kind], lines, widths[kind], (inside or {}).get(kind, Markup(""))))
     x, y = animated.flat[run][0, animated.layout.fixed].T

@@ -124,11 +124,11 @@ def _scene(animated: AnimatedRuns, k: int, ax: Any) -> dict[str, Any]:
         ax.set(xlabel=x.label, ylabel=y.label)
     ax.set_title(animated.scene_title(k), color=stroke.color)
     quiet: dict[str, Any] = {"animated": True, "solid_capstyle": "round"}
-    pulls = {"springs": "-"} if animated.layout.springs else {}
-    pulls |= {"dampers": "--"} if animated.layout.dampers else {}
+    lines = {"springs": "-"} if animated.layout.springs else {}
+    lines |= {"dampers": "--"} if animated.layout.dampers else {}
     return {
         "trail": ax.plot([], [], color=stroke.color, linewidth=1.2, **quiet)[0],
-        **{kind: ax.plot([], [], color="black", linewidth=1.0, linestyle=dashes, **quiet)[0] for kind, dashes in pulls.items()},
+        **{kind: ax.plot([], [], color="black", linewidth=1.0, linestyle=dashes, **quiet)[0] for kind, dashes in lines.items()},
         "rods": ax.plot([], [], color="black", linewidth=1.8, **quiet)[0],
         "masses": ax.plot(
             [], [], color=stroke.color, linestyle="none", marker="o", markersize=0.8 * animated.disc, markeredgewidth=0, animated=True

@@ -7,8 +7,8 @@ import numpy as np
 
 from daebench.draw.figures import QUIET, VERMILION, curve, drawing, grid_of_axes, save
 from daebench.draw.orthographic import projected
-from daebench.draw.pulls import draw_pulls
 from daebench.draw.scene import layout_of
+from daebench.draw.springs import draw_springs
 from daebench.studies.modes.run import Modes
 from daebench.studies.modes.spectrum import ZERO, zeros
 
@@ -87,7 +87,7 @@ def _shapes(axes: list[Any], found: Modes, layout: Any) -> None:
             continue
         for side, style in ((0.0, {"color": QUIET, "linewidth": 2.0}), (1.0, curve(0)), (-1.0, curve(0))):
             moved = projected(layout.at((found.rest.q + side * SWING * extent * found.shapes[k])[None])[0])
-            draw_pulls(axis, layout, moved, extent, color=style["color"], linewidth=0.8, alpha=LIGHTER[side])
+            draw_springs(axis, layout, moved, extent, color=style["color"], linewidth=0.8, alpha=LIGHTER[side])
             for rod in layout.rods:
                 axis.plot(*moved[rod].T, color=style["color"], linewidth=1.6 if side else 2.4, alpha=LIGHTER[side])
             axis.plot(*moved[layout.masses].T, "o", color=style["color"], markersize=4, alpha=LIGHTER[side])
