@@ -8,7 +8,6 @@ from functools import cache
 from typing import Any
 
 from docutils import nodes
-from docutils.statemachine import StringList
 from sphinx import addnodes
 from sphinx.pycode import ModuleAnalyzer
 from sphinx.util import logging
@@ -110,10 +109,7 @@ class Api(SphinxDirective):
         for name in names:
             if kind(name) != "autodata":
                 self.env.note_dependency(inspect.getsourcefile(inspect.unwrap(resolve(name))))
-        node = nodes.section()
-        node.document = self.state.document
-        self.state.nested_parse(StringList(lines, source=f"<api {key}>"), 0, node, match_titles=True)
-        return node.children
+        return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 
     def _table(self, names: list[str]) -> list[str]:
         rows = [name for name in names if kind(name) != "autodata"]

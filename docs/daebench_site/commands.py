@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from docutils import nodes
-from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
 
@@ -112,10 +111,7 @@ class Commands(SphinxDirective):
         from daebench.cli.app import app
 
         lines = [line for command in commands(typer.main.get_command(app)) for line in written(command)]
-        node = nodes.section()
-        node.document = self.state.document
-        self.state.nested_parse(StringList(lines, source="<commands>"), 0, node, match_titles=True)
-        return node.children
+        return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 
 
 def setup(app: Any) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
-from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
 from daebench_site.tables import written
@@ -102,10 +101,7 @@ class JsonKeys(SphinxDirective):
         """Return a section for each command."""
         self.env.note_dependency(str(FILE))
         text = [line for printed in documented().values() for line in lines(printed)]
-        node = nodes.section()
-        node.document = self.state.document
-        self.state.nested_parse(StringList(text, source="<json-keys>"), 0, node, match_titles=True)
-        return node.children
+        return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
 
 
 def setup(app: Any) -> None:

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any
 
 from docutils import nodes
-from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
 from daebench.methods.catalogue import schemes
@@ -147,10 +146,7 @@ class Registry(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the table."""
-        node = nodes.container()
-        node.document = self.state.document
-        self.state.nested_parse(StringList(written(TABLES[self.arguments[0]]()), source="<registry>"), 0, node)
-        return node.children
+        return self.parse_text_to_nodes("\n".join(written(TABLES[self.arguments[0]]())))
 
 
 def setup(app: Any) -> None:

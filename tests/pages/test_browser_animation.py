@@ -1,14 +1,17 @@
 """Animations in a real browser: they play, stop, and go to any time."""
 
+import re
+
 import numpy as np
 import pytest
 from browser import blank
 
-from daebench.draw.scene import layout_of
+from daebench.draw.scene import layout_of, zigzag
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.animation import page, smil
 from daebench.pages.animation.animated_runs import AnimatedRuns
+from daebench.pages.animation.panels import scene_panel
 from daebench.pages.animation.recorded_run import recorded_run
 
 pytestmark = pytest.mark.slow
@@ -102,4 +105,24 @@ def test_the_drawing_moves_by_itself(seen, animated, tmp_path):
     second = shown.screenshot(tmp_path / "second.png")
     assert not blank(first)
     assert np.abs(first - second).max() > 0.3
+    shown.clean()
+
+
+def test_springs_and_dampers_are_where_their_points_are(seen, tmp_path):
+    ivp = initial_value_problem("driven_slider_crank")
+    times = np.linspace(0, 0.4, 21)
+    run = recorded_run(ivp, FixedStep("rattle", compiled=False), 0.01, times, lambda fraction: None)
+    moving = AnimatedRuns(ivp.problem, ivp.case, ivp.parameters, layout_of(ivp), [run], times, 1.0)
+    page.write(tmp_path / "crank.html", moving)
+    shown = seen((tmp_path / "crank.html").as_uri())
+    shown.page.get_by_role("slider", name="Time").fill("13")
+    frame = scene_panel(moving, 0).frame(0, 0, *page.SCENE)
+    points = moving.flat[0][run.shown(times)[13]]
+    lines = {"springs": [zigzag(points[pair], moving.amplitude) for pair in moving.layout.springs]}
+    lines["dampers"] = [points[pair] for pair in moving.layout.dampers]
+    for kind, expected in lines.items():
+        drawn = shown.page.locator(f"path.{kind}").get_attribute("d")
+        pixels = np.array([[float(x) for x in re.findall(r"-?[\d.]+", place)] for place in re.split("[ML]", drawn) if place.strip()])
+        assert len(expected) > 0
+        assert pixels == pytest.approx(np.concatenate([np.stack(frame(*line.T), axis=-1) for line in expected]), abs=0.15)
     shown.clean()
