@@ -99,7 +99,7 @@ def _print(advice: "Advice") -> None:
     """Print the answer."""
     asked, choice = advice.question, advice.choice
     print(f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error of {asked.part} at most {asked.accuracy:g}")
-    print(f"errors are against: {advice.reference}, with an error of at most {advice.bound:.1e}")
+    print(f"errors are against: {advice.reference}, which may be wrong by {advice.bound:.1e}")
     if choice is None:
         print(advice.why)
         return

@@ -65,4 +65,4 @@ def notes(table: "pd.DataFrame") -> list[str]:
 
 
 def _against(words: str, bound: float) -> str:
-    return words if words.startswith("unknown") else f"against {words}, with an error of at most {bound:.1e}"
+    return words if words.startswith("unknown") else f"against {words}, which may be wrong by {bound:.1e}"

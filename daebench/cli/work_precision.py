@@ -146,7 +146,7 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
         return
     print_frame(best, f"cheapest for {error}")
     for reference, bound in references.items():
-        print(f"errors are against: {reference}{f', with an error of at most {bound:.1e}' if bound == bound else ''}")
+        print(f"errors are against: {reference}{f', which may be wrong by {bound:.1e}' if bound == bound else ''}")
     for why in left_out.values():
         print(f"left out: {why}")
     if again:

@@ -126,7 +126,7 @@ def _tell(ranks: "pd.DataFrame", summary: Mapping[str, Any], error: str) -> None
     errors = summary["reference_error"]
     worst = f"{errors['median']:.1e} in the median, {errors['most']:.1e} at most" if "median" in errors else "unknown"
     without = f"; {errors['members_without']} starts have none" if errors["members_without"] else ""
-    print(f"errors are against: {summary['reference']}, with an error of {worst}{without}")
+    print(f"errors are against: {summary['reference']}, which may be wrong by {worst}{without}")
     print(f"{PRICES}.")
     if summary["failed"]:
         named = ", ".join(f"{count} of {method}" for method, count in summary["failures"].items())

@@ -86,7 +86,7 @@ def reference_of(question: Question, method: str) -> tuple[str, float]:
         words, bound = own.words, float(np.max(own.bound[question.part]))
     if not bound <= GOOD * question.accuracy:
         raise BadInput(
-            f"the reference, {words}, has an error of up to {bound:.1e}, and an accuracy of {question.accuracy:g} needs at most "
+            f"the reference, {words}, may be wrong by {bound:.1e}, and an accuracy of {question.accuracy:g} needs at most "
             f"{GOOD * question.accuracy:.1e}; ask for less accuracy, or an earlier end."
         )
     return words, bound

@@ -109,7 +109,7 @@ def _held(states: Array, known: Array, bound: float, words: str) -> PositionErro
     """Return the error of states against known ones; it is not known where these are lost themselves and no farther from them."""
     off, size = float(np.max(np.abs(states - known))), float(np.max(np.abs(known))) or 1.0
     if not np.isfinite(off) or bound > max(LOST * size, off):
-        return PositionError(NAN, bound, f"unknown: {words} itself has an error of up to {bound:.1e}")
+        return PositionError(NAN, bound, f"unknown: {words} may itself be wrong by {bound:.1e}")
     return PositionError(max(off, bound), bound, words)
 
 
