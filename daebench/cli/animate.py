@@ -21,7 +21,7 @@ from daebench.cli.arguments import (
     TEnd,
     Tolerance,
 )
-from daebench.cli.console import bar, method_names, pairs, print_written
+from daebench.cli.console import bar, method_names, pairs, print_written, sides
 from daebench.errors import BadInput
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
@@ -45,7 +45,7 @@ def animate(
     algebra: Algebra = "",
     anyway: Anyway = False,
     title: Annotated[str, typer.Option("--title", help="Title above the animation.")] = "",
-    size: Annotated[str | None, typer.Option("--size", help="Pixels of a .gif or .mp4: 1920x1080, say.")] = None,
+    size: Annotated[str | None, typer.Option("--size", help="Pixels of a .gif or .mp4, for example 1920x1080.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
@@ -71,7 +71,7 @@ def _pixels(text: str | None) -> tuple[int, int] | None:
     """Return width and height of a text such as 1920x1080."""
     if text is None:
         return None
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.isdecimal() for part in parts):
-        raise BadInput(f"--size {text!r} must be width x height in pixels: 1920x1080, say.")
-    return int(parts[0]), int(parts[1])
+    size = sides(text, int)
+    if size is None:
+        raise BadInput(f"--size {text!r} must be width x height in pixels, for example 1920x1080.")
+    return size

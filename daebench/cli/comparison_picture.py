@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.cli.console import words
+from daebench.cli.console import sides, words
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -90,10 +90,7 @@ def _size(text: str | None) -> tuple[float, float] | None:
     """Return width and height of a text such as 16x9."""
     if text is None:
         return None
-    try:
-        width, height = map(float, text.lower().split("x"))
-    except ValueError:
-        width = height = 0.0
+    width, height = sides(text, float) or (0.0, 0.0)
     if not (LEAST <= width <= MOST and LEAST <= height <= MOST):
         raise BadInput(f"--size {text!r} must be width x height in inches, each from {LEAST:g} to {MOST:g}, for example 16x9.")
     return width, height

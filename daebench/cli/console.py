@@ -77,6 +77,15 @@ def print_written(paths: Iterable[object], *, as_json: bool = False, **more: Any
         print(f"written: {names}")
 
 
+def sides(text: str, number: type[int] | type[float]) -> tuple[Any, Any] | None:
+    """Return width and height of a text such as 16x9 as numbers of a type, None if it is not of this form."""
+    try:
+        width, height = map(number, text.lower().split("x"))
+    except ValueError:
+        return None
+    return width, height
+
+
 def printable(text: str) -> str:
     """Return a text with escaped control characters, because it may come from an untrusted file."""
     return "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)

@@ -11,7 +11,7 @@ from daebench.draw.figures import BLUE, QUIET, drawing, grid_of_axes, legend_bel
 from daebench.draw.methods import curve_of
 from daebench.reports.methods.families import TITLES, by_family, family
 from daebench.reports.methods.guide import EVALUATIONS
-from daebench.reports.methods.matrix_figure import ROW, draw_main, draw_matrix
+from daebench.reports.methods.matrix_figure import ROW, draw_main, draw_matrix, rows_of
 from daebench.reports.methods.numbers import Numbers
 from daebench.reports.methods.series import KEEPING
 from daebench.reports.methods.sweep import PENDULUM, TORUS
@@ -35,10 +35,11 @@ SAME |= {"rk4+symproj", "radau2_index2"}
 
 def draw(numbers: Numbers, table: pd.DataFrame, folder: Path) -> dict[str, Path]:
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
+    rows = rows_of(table, numbers)
     with drawing():
         paths = [
-            draw_main(table, numbers, folder),
-            draw_matrix(table, numbers, folder),
+            draw_main(rows, folder),
+            draw_matrix(rows, folder),
             draw_orders(numbers.points, folder),
             draw_defects(numbers.defects, folder),
             draw_long(numbers, folder),

@@ -65,16 +65,14 @@ def lines(rows: Sequence[str]) -> list[tuple[str, str]]:
     return entries
 
 
-def draw_main(table: pd.DataFrame, numbers: Numbers, folder: Path) -> Path:
+def draw_main(rows: Mapping[str, Mapping[Any, Any]], folder: Path) -> Path:
     """Draw the signs of the main methods, by the names that they have in words."""
-    rows = rows_of(table, numbers)
     shown = [("method", name) for name in MAIN if name in rows]
     return draw_signs(shown, rows, folder, "main", name_of)
 
 
-def draw_matrix(table: pd.DataFrame, numbers: Numbers, folder: Path) -> Path:
+def draw_matrix(rows: Mapping[str, Mapping[Any, Any]], folder: Path) -> Path:
     """Draw the signs of all methods by family, IDA's residuals among them."""
-    rows = rows_of(table, numbers)
     return draw_signs(lines(list(rows)), rows, folder, "matrix", str)
 
 

@@ -421,7 +421,7 @@ BAD = {
     "none": ({"--methods": ","}, "--methods names no method"),
     "kind": ({"--methods": "verlet"}, "verlet is for Poisson systems"),
     "case": ({"--case": "no"}, "unknown case of planar_pendulum 'no'"),
-    "no size": ({"--size": "wide"}, "--size 'wide' must be width x height in pixels: 1920x1080, say."),
+    "no size": ({"--size": "wide"}, "--size 'wide' must be width x height in pixels, for example 1920x1080."),
     "odd size": ({"--size": "1921x1080", "--out": "a.gif"}, "size = 1921x1080 must be two even numbers of pixels from 200 to 4096"),
     "huge": ({"--size": "9000x1080", "--out": "a.gif"}, "size = 9000x1080 must be two even numbers of pixels from 200 to 4096"),
     "size of a page": ({"--size": "1920x1080"}, "--out a.html: only a .gif or .mp4 has a size in pixels; leave it out."),

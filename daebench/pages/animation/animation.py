@@ -218,7 +218,7 @@ def _check_size(path: Path, size: tuple[int, int], form: Format) -> None:
         raise BadInput(f"--out {path}: only a .gif or .mp4 has a size in pixels; leave it out.")
     least, most = PIXELS
     if any(number % 2 or not least <= number <= most for number in size):
-        raise BadInput(f"size = {size[0]}x{size[1]} must be two even numbers of pixels from {least} to {most}: 1920x1080, say.")
+        raise BadInput(f"size = {size[0]}x{size[1]} must be two even numbers of pixels from {least} to {most}, for example 1920x1080.")
 
 
 def _seconds(t_end: float, seconds: float | None, speed: float | None) -> float:
