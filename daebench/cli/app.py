@@ -2,6 +2,8 @@
 
 import sys
 import warnings
+from collections.abc import Callable
+from functools import cache
 from typing import Annotated
 
 import typer
@@ -105,9 +107,15 @@ def main() -> None:
     sys.exit(status or 0)
 
 
+@cache
+def _commands() -> Callable[..., int | None]:
+    """Return what calls a command; it is built from the commands' signatures once a process, which takes 0.1 s."""
+    return typer.main.get_command(app)
+
+
 def _called() -> int | None:
     try:
-        status: int | None = app(standalone_mode=False)
+        status = _commands()(standalone_mode=False)
     except typer.Exit as stop:
         status = stop.exit_code
     if status == INTERRUPTED:
