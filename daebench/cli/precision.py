@@ -11,7 +11,7 @@ from daebench.cli.executors import Executors
 from daebench.cli.grids import asked_of, study_runs
 from daebench.studies.grid.tls import Tls
 
-SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "drifts", "g", "casimirs", "defect", "failure")
+SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "energy_verdict", "g", "casimirs", "defect", "failure")
 """Columns of the printed table."""
 
 
@@ -63,6 +63,6 @@ def precision(
         rest = {"left_out": refused, "made_again": again, "file": str(path)}
         print_json({"says": says(table), "smallest_steps": last.to_dict("records")} | rest)
         return
-    print_frame(last[[name for name in SHOWN if name in last]], "with the smallest steps")
+    print_frame(last[[name for name in SHOWN if name in last and not last[name].isna().all()]], "with the smallest steps")
     left_out = (f"left out: {what}: {why}" for what, why in refused.items())
     print("\n".join([*says(table), *left_out, *filter(None, [again]), f"written: {path}"]))

@@ -1,17 +1,22 @@
 """The verdict on the energy of a run, and the size of its error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.energy import DRIFTS, NAN, UNDETERMINED, Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
+from daebench.diagnostics.oscillations import oscillations
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 LOST = 1.0
 """Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
+
+
+SWINGS = 2
+"""Swings of the motion from which on a change of the energy error is told from a part of its oscillation."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +75,17 @@ def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory)
     return EnergyScales(float(scales.kinetic), float(scales.most))
 
 
+def swings(run: Trajectory | PoissonTrajectory) -> int:
+    """Return how often that coordinate swings about its mean which does so most often, see :mod:`daebench.diagnostics.oscillations`."""
+    states = np.asarray(run.y if isinstance(run, PoissonTrajectory) else run.q, dtype=float)
+    return int(np.max(oscillations(np.ascontiguousarray(states.T)), initial=0))
+
+
 def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> Drift:
     """Return the verdict on the energy error of a run, see :func:`daebench.diagnostics.energy.energy_drift`.
+
+    The energy error of a method that bounds it oscillates with the motion, and a part of one oscillation looks like a drift. So an error
+    that drifts while the motion swings fewer than twice is "undetermined", unless it exceeds the mean kinetic energy.
 
     Parameters
     ----------
@@ -85,7 +99,11 @@ def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory
     scales = energy_scales(ivp, run)
     resolution = float(scales.resolution(float(ivp.value("H", *ivp.start)), eps))
     error, failure = energy_error(ivp, run), run.failure or ""
-    return energy_drift(run.t, error, resolution=resolution, scale=scales.most, steps=run.steps, eps=eps, failure=failure)
+    drift = energy_drift(run.t, error, resolution=resolution, scale=scales.most, steps=run.steps, eps=eps, failure=failure)
+    if drift.verdict != DRIFTS or size(np.max(np.abs(error)), scales) >= LOST or (seen := swings(run)) >= SWINGS:
+        return drift
+    reason = f"too short: the motion swings {'once' if seen else 'not once'}, and a part of an oscillation looks like a drift"
+    return replace(drift, verdict=UNDETERMINED, reason=reason, law="", exponent=NAN, exponent_error=NAN)
 
 
 def size(error: Any, scales: EnergyScales) -> Any:

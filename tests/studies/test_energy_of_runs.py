@@ -50,6 +50,26 @@ def test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long(moti
         assert abs(change) <= found.change_bound
 
 
+def told_over(t_end, steps, motion, name):
+    """Return the verdict on a run of so many steps."""
+    ivp = initial_value_problem(*MOTIONS[motion][:2])
+    return energy_verdict(ivp, FixedStep(name).solve(ivp, Request(value=t_end / steps, t_end=t_end)))
+
+
+@pytest.mark.parametrize(("motion", "swing"), [("fast swing", 0.87), ("rotating", 3.16)])
+def test_a_part_of_an_oscillation_is_no_drift(motion, swing):
+    """RATTLE bounds the energy, whatever part of a swing a run shows."""
+    told = [told_over(part * swing, 60, motion, "rattle") for part in (0.15, 0.3, 0.5, 0.7, 1.0)]
+    assert {found.verdict for found in told} == {"undetermined"}
+    assert told[0].reason == told[1].reason == "too short: the motion swings once, and a part of an oscillation looks like a drift"
+
+
+def test_a_motion_that_is_lost_within_a_swing_drifts():
+    """Implicit Euler loses 0.4 and 1.3 times the mean kinetic energy; rotations that last as long do not swing twice."""
+    assert told_over(2.0, 40, "rotating", "implicit_euler").verdict == "undetermined"
+    assert told_over(4.0, 40, "rotating", "implicit_euler").verdict == "drifts"
+
+
 def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
     problem, case, h, t_end = MOTIONS["fast swing"]
     ivp = initial_value_problem(problem, case)

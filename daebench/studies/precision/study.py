@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from daebench.diagnostics.energy import DRIFTS
 from daebench.errors import BadInput
 from daebench.methods.outside.read import is_outside
 from daebench.studies.grid.feasibility import feasible
@@ -108,7 +107,7 @@ def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
     for _, runs in by_method(table):
         last = rows_of(runs[runs["value"] == runs["value"].min()])
         base = next((float(row["seconds"]) for row in last if row["way"] == BASE), float("nan"))
-        rows += [{**row, "time_ratio": row["seconds"] / base, "drifts": row["energy_verdict"] == DRIFTS} for row in last]
+        rows += [{**row, "time_ratio": row["seconds"] / base} for row in last]
     return pd.DataFrame(rows)
 
 
