@@ -80,7 +80,7 @@ def reader(tmp_path):
 @pytest.mark.parametrize("command", [marked(command) for command in HERE])
 def test_a_command_does_what_it_is_there_for(reader, command):
     for each in (*makers(command), command):
-        done = said.call(each, reader)
+        done = said.call_here(each, reader) if each.startswith("daebench") else said.call(each, reader)
         assert done.returncode == (1 if each.startswith(STOPS) else 0), done.stderr
         assert "Traceback" not in done.stderr
         assert (printed := said.printed_by(each)) is None or printed in done.stdout
@@ -90,7 +90,7 @@ def test_a_command_does_what_it_is_there_for(reader, command):
 @pytest.mark.slow
 @pytest.mark.parametrize("command", [c for c in HERE if c.startswith(LONG[:4])], ids=str)
 def test_a_study_says_what_it_would_run(reader, command):
-    done = said.call(f"{command} --dry-run", reader)
+    done = said.call_here(f"{command} --dry-run", reader)
     assert done.returncode == 0, done.stderr
     assert done.stdout
 

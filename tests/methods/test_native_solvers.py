@@ -101,9 +101,9 @@ def test_what_is_followed_through_a_loss_of_rank_is_the_same():
 
 
 def test_limits_end_a_native_run_and_keep_what_there_is():
-    run = daebench.run("double_pendulum", method="ida:index2", tol=1e-12, t_end=1e5, points=10_001, seconds_limit=0.3)
+    run = daebench.run("double_pendulum", method="ida:index2", tol=1e-12, t_end=1e4, points=100_001, seconds_limit=0.3)
     assert "limit of 0.3 s" in run.failure
-    assert len(run.t) > 5
+    assert 1 < len(run.t) < 100_001
 
 
 def test_progress_is_told_as_a_native_run_goes_on():
