@@ -16,13 +16,14 @@ from browser import chromium, looks_right, seen  # noqa: F401  defined once: a p
 from ivps import LARGE, LARGEST, ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
-from repeats import LONG, PLACES, REPEATS
+from repeats import LONG, PLACES, REPEATS, SAMPLED
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 
 MANY_STAGES = ("lobatto5", "lobatto6", "gauss4", "radau3_ggl", "radau3_index2")
-"""Schemes whose systems are so large that a few steps of them on a large problem, run as Python, take longest of all."""
+MANY_TERMS = (*LARGE, "relativistic", "stretched-M")
+"""Schemes with large systems, and problems with long expressions, of which a few steps, run as Python, take longest of all."""
 
 
 UNCOLLECTED = 50_000
@@ -49,11 +50,12 @@ def pytest_collection_modifyitems(items):
     for item in items:
         given = item.callspec.params if hasattr(item, "callspec") else {}
         place, method = given.get("each_ivp"), given.get("method")
-        if (method in MANY_STAGES and place in LARGE) or (method not in (None, *OF_EACH_KIND) and place in (*LARGEST, *PLACES)):
+        if (method in MANY_STAGES and place in MANY_TERMS) or (method not in (None, *OF_EACH_KIND) and place in (*LARGEST, *PLACES)):
             item.add_marker(pytest.mark.exhaustive)
         if method in NEWER and place not in (None, *NEWER_ON):
             item.add_marker(pytest.mark.exhaustive)
-        if item.nodeid in REPEATS:
+        test, _, case = item.nodeid.rstrip("]").partition("[")
+        if item.nodeid in REPEATS or not SAMPLED.get(test, bool)(case or test):
             item.add_marker(pytest.mark.exhaustive)
         if item.nodeid in LONG or item.get_closest_marker("exhaustive"):
             item.add_marker(pytest.mark.slow)  # an exhaustive test is a slow one: the README's command leaves it out

@@ -31,6 +31,8 @@ LONG = (
     "daebench precision",
     "daebench stability",
     "daebench long",
+    "daebench advise",
+    "daebench modes",
     "daebench export",
     "daebench archive",
     "daebench reproduce",

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from daebench.studies import ensemble_timing, gradient_timing, solver_timing
 
-EXAMPLES = 500
+EXAMPLES = 300
 """In the gate, command lines and problem files together; ten times as many where it is exhaustive."""
 
-FILES = 200
+FILES = 120
 QUIET = {"deadline": None, "derandomize": True, "database": None, "suppress_health_check": list(HealthCheck)}
 QUIET["phases"] = (Phase.explicit, Phase.generate, Phase.shrink)
 NAMES = sorted(commands())

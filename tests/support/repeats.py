@@ -1,6 +1,10 @@
 """Tests that take long, by name: those that repeat what others show, left to the day of a release, and others."""
 
+from ivps import ALIKE
+
 REPEATS = (
+    "tests/cli/test_json_keys.py::test_a_command_prints_the_documented_keys[precision planar_pendulum --case rotating --t-end 2 "
+    "--methods rattle --repeat 0 --h 0.125,0.0625 --workers 1 --out out]",
     "tests/cli/test_certify_command.py::test_a_library_is_certified_with_the_claims_that_are_stated_of_it",
     "tests/cli/test_endings.py::test_a_disk_with_no_room_is_one_sentence_with_the_file[page]",
     "tests/compiler/test_kernels.py::test_machine_code_does_what_the_scheme_file_says[radau2_ggl on double-pendulum]",
@@ -77,7 +81,7 @@ REPEATS = (
     "tests/systems/test_in_time.py::test_a_driven_pendulum_is_that_of_its_angle[lobatto4---driven_and_forced]",
     "tests/systems/test_in_time.py::test_the_multiplier_of_positions_does_not_act_on_the_time[radau3_ggl-5]",
     "tests/systems/test_in_time.py::test_what_is_symplectic_stays_symplectic_in_time[rattle/suzuki4]",
-    "tests/systems/test_in_time.py::test_what_is_symplectic_stays_symplectic_in_time[rattle]",
+    "tests/systems/test_in_time.py::test_what_is_symplectic_stays_symplectic_in_time[lobatto3]",
     "tests/systems/test_lattice.py::test_a_step_is_the_same_by_loops_and_by_straight_lines[darboux:verlet]",
     "tests/systems/test_lattice.py::test_kernels_of_splittings_hold_no_matrix_and_take_any_number_of_sites",
 )
@@ -107,6 +111,37 @@ LONG = (
     "tests/studies/test_ensemble.py::test_starts_of_one_energy_have_it_and_parameters_vary_within_their_bounds",
 )
 """Tests that no other one repeats, and that take long: the gate runs them among the slow ones."""
+
+_OF_EACH_KIND = ("rattle", "shake", "lobatto3", "gauss2", "radau2_ggl", "energy_momentum", "se", "rk4")
+_MESHED = {f"{stages}-{place}" for stages in ("lobatto4", "lobatto5", "lobatto6") for place in ("spherical-fast", "coupled-rods")}
+
+SAMPLED = {
+    "tests/cli/test_practice.py::test_machine_code_gives_the_same_and_keeps_float32": lambda case: case.startswith("energy_momentum"),
+    "tests/cli/test_endings.py::test_lists_are_printed_in_whatever_encoding_there_is": lambda case: "ASCII" in case or case == "list-DOS",
+    "tests/compiler/test_kernels.py::test_machine_code_does_what_the_scheme_file_says": lambda case: (
+        not case.startswith(("ggl_vi", "implicit", "lie", "livens", "rattle_g", "rattle_i", "rk4", "seproj", "symplectic_euler_"))
+        and not case.startswith("radau2_index2")
+    ),
+    "tests/compiler/test_printed.py::test_c_compiles_without_a_warning_and_gives_the_same": lambda case: case not in ALIKE,
+    "tests/compiler/test_printed.py::test_python_gives_the_numbers_of_daebench_itself": lambda case: case not in ALIKE,
+    "tests/methods/test_chain_ida.py::test_residual_and_start_are_those_of_the_system_written_out": lambda case: (
+        case.startswith("one node") or case.endswith(("index3", "ggl"))
+    ),
+    "tests/methods/test_rescaling.py::test_a_motion_has_the_same_digits_in_other_units": lambda case: (
+        case.endswith("-fast") or case.startswith(_OF_EACH_KIND)
+    ),
+    "tests/reports/test_engines_report.py::test_an_adapter_poses_the_motion_of_the_problem": lambda case: (
+        "Mici" not in case or case.endswith(("pendulum", "slider"))
+    ),
+    "tests/reports/test_engines_report.py::test_the_energy_of_the_engine_is_that_of_daebench_up_to_a_constant": lambda case: (
+        "Mici" not in case or case.endswith(("pendulum", "slider"))
+    ),
+    "tests/schemes/test_lobatto.py::test_lobatto_is_symplectic_reversible_and_on_the_manifold_at_large_steps": lambda case: (
+        case.startswith(("lobatto2", "lobatto3")) or case in _MESHED
+    ),
+    "tests/studies/test_diagnose.py::test_a_scheme_of_daebench_is_never_accused": lambda case: case in _OF_EACH_KIND,
+}
+"""Tests with many cases, and which of them the gate runs: one of each kind."""
 
 PLACES = ("planar", "slider_crank", "stretched-H", "torus", "two_bodies_on_sphere")
 """Initial value problems that the gate sweeps over a scheme of each kind only."""
