@@ -33,6 +33,7 @@ LONG = (
     "daebench long",
     "daebench advise",
     "daebench modes",
+    "daebench run pendulum_chain --case hanging --param links=10000 ",
     "daebench export",
     "daebench archive",
     "daebench reproduce",
