@@ -27,7 +27,7 @@ class RecordedRun:
     Parameters
     ----------
     method, knob : str
-        Name of the method, and what it is steered by.
+        Name of the method, and its control parameter.
     value : float
         Value of the knob.
     t : ndarray, shape(n,)

@@ -142,7 +142,7 @@ class Curves:
     Parameters
     ----------
     method, knob : str
-        The method, and what it is steered by: "h" or "tol".
+        The method, and its control parameter: "h" or "tol".
     values : ndarray, shape(m,)
         Step sizes or tolerances.
     errors : ndarray, shape(m, n)
