@@ -16,7 +16,7 @@ Start = Mapping[str, Sequence[float] | None]
 def constrained(ivp: InitialValueProblem) -> ConstrainedIvp:
     """Return an initial value problem as one of a constrained problem; raise :class:`BadInput` for a Poisson system."""
     if not isinstance(ivp, ConstrainedIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, but a constrained problem is needed; daebench list problems lists them.")
+        raise BadInput(f"{ivp.problem} is a Poisson system, but this analysis is for constrained problems; see daebench list problems.")
     return ivp
 
 

@@ -193,7 +193,9 @@ def test_a_folder_of_other_things_keeps_its_rights_and_is_trusted_where_others_c
     if trusted:
         assert asked("shared") is True
     else:
-        with pytest.warns(CacheWarning, match=r"can be written to by other users, who could change the code that is run; compiling in memory"):
+        with pytest.warns(
+            CacheWarning, match=r"can be written to by other users, who could change the code that is run; compiling in memory"
+        ):
             assert asked("shared") is False
     assert mode(kept) == rights
 
