@@ -193,5 +193,5 @@ def _passed(reference: Reference) -> str:
         return ""
     first = f"{reference.rank_losses[0]:g}"
     return (
-        f" IDA is held against the motion up to its first rank loss at t = {first} alone, and our own method is run in the problem's chart."
+        f" IDA is compared with the motion only up to its first rank loss at t = {first}, and our own method is run in the problem's chart."
     )

@@ -154,7 +154,7 @@ class Curves:
     failed : ndarray of int, shape(m,)
         Runs that stopped early.
     scatter : float
-        By which part times differ between the starts that are timed, where all starts have one price: the median over step sizes of the
+        By which part times differ between the starts that are timed, where all starts have one cost: the median over step sizes of the
         longest over the shortest, less 1; 0 where each run is timed.
     """
 
