@@ -31,7 +31,7 @@ def problem(
         cos(phi) = (|r_4 - r_1|^2 - bond^2 (1 - 2 cos angle)^2) / (2 bond^2 sin(angle)^2) - 1
 
     The molecule is the one of Ryckaert, Ciccotti & Berendsen, *J. Comput. Phys.* 23 (1977) 327-341, the paper that introduced SHAKE; the
-    potential is by Ryckaert & Bellemans, *Chem. Phys. Lett.* 30 (1975) 123-125. The angles are kept as distances, so that each triangle of
+    potential is by Ryckaert & Bellemans, *Chem. Phys. Lett.* 30 (1975) 123-125. The angles are fixed as distances, so that each triangle of
     neighbours is rigid and all five multipliers are coupled. The torsion phi is 0 in trans; with rigid bonds and angles its cosine is
     linear in the squared distance of the outer atoms. Off the manifold this function differs from the cosine of the angle between two
     planes, so the multipliers are not the same, but the motion is.

@@ -65,12 +65,12 @@ def problem(
         g=[distance(r, i, i + 1) - sides[0] for i in range(ATOMS)] + [distance(r, i, i + 2) - sides[1] for i in range(ATOMS)],
         parameters=dict(zip([mass, b, degrees, *C], [methylene, bond, angle, C0, C1, C2, C3, C4, C5], strict=True)),
         cases={
-            "boat": flexible(sides, b, "9/10", "released at rest beside the boat: pseudorotation, with a redundant constraint"),
-            "twist": flexible(sides, b, "3/4", "released at rest beside the twisted boat: swings about it, with a redundant constraint"),
+            "boat": flexible(sides, b, "9/10", "released at rest near the boat: pseudorotation, with a redundant constraint"),
+            "twist": flexible(sides, b, "3/4", "released at rest near the twisted boat: swings about it, with a redundant constraint"),
             "chair": Case(
                 q=[a for x in chair(*sides) for a in x],
                 p=[mass * a for x in chair(*sides) for a in sp.Matrix([sp.Rational(3, 10), 0, sp.Rational(1, 5)]).cross(x)],
-                about="the rigid form, turning",
+                about="the rigid chair, rotating",
             ),
         },
         integrals={**{f"P{k + 1}": sum(p[k::3]) for k in range(3)}, **angular_momentum(q, p)},

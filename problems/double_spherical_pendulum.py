@@ -23,9 +23,9 @@ def problem(
         g1 = |q_1|^2 - length1^2      g2 = |q_2 - q_1|^2 - length2^2
 
     The system of Marsden & Scheurle, Lagrangian reduction and the double spherical pendulum, ZAMP 44 (1993) 17-43. It has four degrees
-    of freedom and two integrals, H and the angular momentum L3 about the vertical. L3 is quadratic, and RATTLE keeps it to round-off
+    of freedom and two integrals, H and the angular momentum L3 about the vertical. L3 is quadratic, and RATTLE conserves it to round-off
     although the motion itself is lost: this is the smallest problem in space that shows which quantities of a chaotic motion a method
-    keeps. Its multipliers are coupled, because the rods meet in the first mass.
+    conserves. Its multipliers are coupled, because the rods meet in the first mass.
 
     Parameters
     ----------

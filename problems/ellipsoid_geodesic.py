@@ -19,8 +19,8 @@ def problem(*, mass: float = 1.0, a1: float = 1.8, a2: float = 1.5, a3: float = 
 
     C. G. J. Jacobi, *Vorlesungen ueber Dynamik*, 28th lecture; the integral is also called Joachimsthal's. There is no potential: every
     force is a constraint force, and the errors of a method come from its treatment of the surface. The integral is of fourth degree, and no
-    method is designed to keep it; with |p| it determines the kind of the geodesic. Geodesics that cross the ellipse q2 = 0 between
-    neighbouring umbilics are kept off the ends of either the shortest or the longest axis, round which they wind. Those through an umbilic
+    method is designed to conserve it; with |p| it determines the kind of the geodesic. Geodesics that cross the ellipse q2 = 0 between
+    neighbouring umbilics stay off the ends of either the shortest or the longest axis, round which they wind. Those through an umbilic
     all meet again in the opposite one, half the length of that ellipse away, and are unstable. The umbilics are at
 
     ::

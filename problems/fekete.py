@@ -7,7 +7,7 @@ from daebench.problems._space import points as points_of
 from daebench.systems.constrained import Case, Chart, ConstrainedHamiltonian, Picture, coordinates
 
 RINGS = [(3, (3, 8), 13, 1), (7, (1, 8), 29, 1), (6, (-2, 15), 7, 1), (4, (-3, 10), 17, 0)]
-"""Of each ring: its points, its latitude in parts of pi, pi over the first longitude's shift, and the number that it begins with."""
+"""For each ring: number of points, latitude as a fraction of pi, pi over the shift of the first longitude, and index of its first point."""
 
 CHARTED = 8
 """Largest number of points with a chart: the chart of twenty points takes too long to derive."""

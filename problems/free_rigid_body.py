@@ -43,7 +43,7 @@ def problem(*, I1: float = 0.6, I2: float = 0.8, I3: float = 1.0) -> PoissonSyst
             "middle": PoissonCase(y=(sp.sin(small), sp.cos(small), 0), about="1e-3 rad from the unstable middle axis: it turns over"),
             "separatrix": PoissonCase(
                 y=(sp.sqrt((e2 - e3) / (e1 - e3)), 0, sp.sqrt((e1 - e2) / (e1 - e3))),
-                about="between both motions: to the middle axis, and never away again; for I1 < I2 < I3",
+                about="the separatrix: tends to the middle axis and never leaves it; for I1 < I2 < I3",
             ),
             "symmetric": PoissonCase(
                 y=(sp.cos(tilt), 0, sp.sin(tilt)),

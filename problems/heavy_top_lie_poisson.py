@@ -83,7 +83,7 @@ def cases(moments: State) -> dict[str, PoissonCase]:
         "kovalevskaya": PoissonCase(
             y=(half, 0, 1, *upright),
             parameters={"I1": 1.0, "I2": 1.0, "I3": 0.5, "r1": 1.0} | unit,
-            about="Kovalevskaya's top, I1 = I2 = 2 I3 with its centre of mass on axis 1: her fourth integral",
+            about="Kovalevskaya's top, I1 = I2 = 2 I3 with its centre of mass on axis 1: it has a fourth integral",
         ),
     }
 

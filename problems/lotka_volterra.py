@@ -1,4 +1,4 @@
-"""Predator and prey, HLW (2.13): a Poisson system in the plane, whose orbits are closed curves, but not with many methods."""
+"""Predator and prey, HLW (2.13): a Poisson system in the plane, whose orbits are closed curves; with many methods they are not."""
 
 import sympy as sp
 

@@ -30,7 +30,7 @@ def problem() -> PoissonSystem:
         domain=y,
         cases={
             "blow_up": PoissonCase(y=_tenths(1, 5, 2), about="y1 and y3 go to infinity at t = 1.7479"),
-            "late": PoissonCase(y=tuple(x / 10 for x in _tenths(1, 5, 2)), about="a tenth of it: a longer life, to t = 4.4415"),
+            "late": PoissonCase(y=tuple(x / 10 for x in _tenths(1, 5, 2)), about="a tenth of blow_up: to infinity at t = 4.4415"),
         },
         parts={
             "H1": Part(H=first, t=t, y=(y1, y2 * sp.exp(t * y1), y3 * sp.exp(t * y1))),

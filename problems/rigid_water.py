@@ -67,7 +67,7 @@ def problem(
             "tumbling": started(
                 M, across, height, "0.7", "-0.4", "1.1", ("1", "0.8", "-0.6"), "turning as a whole and swinging in the well"
             ),
-            "libration": started(M, across, height, "0.5", "0.2", "0.6", ("0", "0", "0"), "released at rest, askew to the field"),
+            "libration": started(M, across, height, "0.5", "0.2", "0.6", ("0", "0", "0"), "released at rest, at an angle to the field"),
         },
         integrals={"L3": angular_momentum(q, p)["L3"]},
         chart=place_and_attitude(q, p, M, across, height),

@@ -29,7 +29,7 @@ def problem(
 
     A spring and a damper are between the midpoints of crank and rod, at the distance l from each other. The damper's force has no
     potential; the load along the slider's line has one. The examples are ``idaSlCrank_dns``, which prints five digits of the motion, and
-    ``idasSlCrank_FSA``, which prints the integral over time of T up to t = 10 and its derivatives by k and c.
+    ``idasSlCrank_FSA``, which prints the integral over time of T up to t = 10 and its derivatives with respect to k and c.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def problem(*, mass: float = 1.0, radius: float = 2.0, tube: float = 1.0, gravit
                 q=(big - small * sp.cos(near), 0, small * sp.sin(near)),
                 p=(0, m * (big - small * sp.cos(near)), 0),
                 parameters={"gravity": 0.0},
-                about="no gravity, along the innermost circle and 1e-3 rad beside it: an unstable geodesic is left and met again",
+                about="no gravity, along the innermost circle and 1e-3 rad beside it: leaves an unstable geodesic and returns to it",
             ),
         },
         integrals={"L3": q[0] * p[1] - q[1] * p[0]},

@@ -22,7 +22,7 @@ def problem(*, mass1: float = 1.0, mass2: float = 1.0, strength: float = 1.0) ->
     acos(q_1 . q_2) is the distance on the sphere. The problem is one of the GniCodes of E. & M. Hairer (2003), in *Frontiers in Numerical
     Analysis*. In the plane a centre of mass moves uniformly and can be split off; on the sphere it cannot. There are four degrees of
     freedom, and the only known integrals are the three components of the angular momentum L = q_1 x p_1 + q_2 x p_2 and the energy. The
-    problem tests whether a method keeps three quadratic integrals at once. The kinetic energies are not coupled and their flow is two
+    problem tests whether a method conserves three quadratic integrals at once. The kinetic energies are not coupled and their flow is two
     rotations, so that splitting applies; G M^-1 G^T is diagonal.
 
     Parameters
@@ -58,7 +58,7 @@ def problem(*, mass1: float = 1.0, mass2: float = 1.0, strength: float = 1.0) ->
                 (sp.pi / 2, sp.pi / 2),
                 ("0.3", "0.3"),
                 (1, -1),
-                "almost a circle about one another, carried along: regular",
+                "an almost circular motion about each other, while both move on: regular",
             ),
         },
         integrals=angular_momentum(q, p),

@@ -1,1 +1,1 @@
-"""Trusted trajectories: the tolerance-driven solvers that make them."""
+"""Trusted trajectories: how they are made, stored, checked and used."""

@@ -1,4 +1,4 @@
-"""The motion that errors are taken against: a certified reference where one fits, else a finer run of daebench's own, with a bound."""
+"""The motion that errors are measured against: a certified reference if one fits, otherwise a finer run of daebench, with a bound."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ from daebench.reference.solution import TIGHT, reference_solution
 from daebench.runs.ivp import Array, Ivp
 
 CALLS = 400_000
-"""Most calls of the right side in each of the two runs of DOP853: some seconds."""
+"""Largest number of calls of the right side in each of the two runs of DOP853: some seconds."""
 
 CONSERVED = 1e-6
-"""Energy error of a finer run, in parts of its largest energy, from which on it has passed something that it did not see."""
+"""Energy error of a finer run, as a fraction of its largest energy, above which it has missed an event such as a collision."""
 
 
 @dataclass(frozen=True)
 class OwnRun:
-    """A run that is finer than those held against it, and is not certified.
+    """A run that is finer than the runs compared with it, and is not certified.
 
     Parameters
     ----------
     words : str
-        What it is.
+        Description of the run.
     t : ndarray, shape(n,)
         Times, s.
     states : mapping of str to ndarray, shape(n, components)
@@ -43,14 +43,14 @@ class OwnRun:
 
 
 def certified_for(ivp: Ivp, end: float) -> Reference | None:
-    """Return the certified reference of a problem: of this definition, case, start and parameters, up to this time; None if there is none.
+    """Return the certified reference with this definition, case, start and parameters, up to this time; None if there is none.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The problem with the numbers of a case.
     end : float
-        Time, s, that it has to reach.
+        Time, s, that it must reach.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def _same(ivp: Ivp, other: Ivp) -> bool:
 
 
 def own_run(ivp: Ivp, times: ArrayLike, calls: float = CALLS) -> OwnRun:
-    """Return the motion at these times, and how far it may be off, see :func:`daebench.reference.solution.reference_solution`.
+    """Return the motion at these times, with its error bound, see :func:`daebench.reference.solution.reference_solution`.
 
     Parameters
     ----------
@@ -81,12 +81,12 @@ def own_run(ivp: Ivp, times: ArrayLike, calls: float = CALLS) -> OwnRun:
     times : array_like, shape(n,)
         Ascending, at least 0.
     calls : float
-        Most calls of the right side in each run.
+        Largest number of calls of the right side in each run.
 
     Raises
     ------
     RunFailed
-        If a run stops early, takes more calls, or does not keep the energy: it has then passed a collision or a rank loss unseen.
+        If a run stops early, takes more calls, or does not conserve the energy: then it has missed a collision or a rank loss.
     """
     t = np.asarray(times, dtype=float)
     exact = reference_solution(ivp, t, calls)
@@ -94,13 +94,13 @@ def own_run(ivp: Ivp, times: ArrayLike, calls: float = CALLS) -> OwnRun:
     energy = ivp.along("H", *(states[name] for name in ("p", "q", "y") if name in states))
     start = float(ivp.value("H", *ivp.start))
     if not np.max(np.abs(energy - start)) <= CONSERVED * _energy_size(ivp, states, start):
-        raise RunFailed(f"a finer run of {ivp.problem}, case {ivp.case}, does not keep the energy; choose a shorter end time.")
+        raise RunFailed(f"a finer run of {ivp.problem}, case {ivp.case}, does not conserve the energy; choose a shorter end time.")
     words = kind if kind == "closed form" else f"own finer run ({kind}, tol {TIGHT:g})"
     return OwnRun(words, t, states, {part: np.full(rows.shape, bound[part]) for part, rows in states.items()})
 
 
 def _energy_size(ivp: Ivp, states: Mapping[str, Array], start: float) -> float:
-    """Return what an energy is large or small against: |H| at the start, or the largest |p^T H_p| if that is more."""
+    """Return the size that energy errors are compared with: |H| at the start, or the largest |p^T H_p| if that is more."""
     if "y" in states:
         return max(abs(start), float(np.finfo(float).tiny))
     p, q = states["p"], states["q"]

@@ -1,4 +1,4 @@
-"""The reference solution that errors are taken against, of a problem of either kind: the closed form, else two runs of DOP853."""
+"""The reference solution that errors are measured against, for either kind of problem: the closed form, otherwise two runs of DOP853."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,18 +17,18 @@ DIGITS = 20
 """Decimal digits of the closed form; double precision needs 16."""
 
 TIGHT, LOOSE = 2.5e-14, 1e-13
-"""Relative tolerance, and absolute one in units of the motion, of the run that is used, hardly more than SciPy's least, and of the run
-whose difference from it tells how good it is."""
+"""Tolerances, relative and absolute in units of the motion, of the run that is used, slightly above SciPy's smallest, and of a second run
+for the error estimate."""
 
 SAFETY = 10.0
-"""The bound is so many times the difference between the two runs."""
+"""Ratio of the bound to the difference between the two runs."""
 
 EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """States of the exact motion, and by how much they may be wrong.
+    """States of the exact motion, with error bounds.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class ReferenceSolution:
     states : mapping of str to ndarray, shape(n, components)
         "q", "p" and the multipliers "lam"(p, q) of HLW (1.12), or "y" of a Poisson system.
     bound : mapping of str to float
-        Euclidean norm of the error of each of them, at most, at any of the times.
+        Bound of the Euclidean norm of the error of each of them at any of the times.
     """
 
     kind: str
@@ -49,11 +49,11 @@ class ReferenceSolution:
 
 
 def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
-    """Return the motion from the problem's own initial values, as rounded as any method is handed them.
+    """Return the motion from the problem's own initial values, rounded as every method gets them.
 
-    A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Else the
-    index-reduced ODE, HLW (1.18), or a Poisson system as it stands, is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without
-    interpolation, and the bound is 10 times the difference from a run at 1e-13, or that rounding where it is more.
+    A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Otherwise the
+    index-reduced ODE, HLW (1.18), or a Poisson system itself, is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without
+    interpolation. The bound is then 10 times the difference from a run at 1e-13, or that rounding if it is larger.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float 
     times : array_like, shape(n,)
         Ascending, at least 0.
     calls : float
-        Most calls of the right side in each of the two runs.
+        Largest number of calls of the right side in each of the two runs.
 
     Raises
     ------
@@ -84,12 +84,12 @@ def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float 
 def evaluated(
     closed_form: Callable[..., Any], times: ArrayLike, q0: Array | Sequence[Any], p0: Array | Sequence[Any], parameters: Mapping[str, Any]
 ) -> tuple[Array, Array]:
-    """Return q and p of a closed form at these times, shape(n, d), worked out with 20 digits and rounded once at the very end.
+    """Return q and p of a closed form at these times, shape(n, d), evaluated with 20 digits and rounded once at the end.
 
     Parameters
     ----------
     closed_form : callable
-        As a problem declares it, see :class:`daebench.systems.constrained.ConstrainedHamiltonian`.
+        In the form that a problem declares, see :class:`daebench.systems.constrained.ConstrainedHamiltonian`.
     times : array_like, shape(n,)
         Times, s.
     q0, p0 : sequence of number, shape(d,)
@@ -105,7 +105,7 @@ def evaluated(
 def exactly(
     closed_form: Callable[..., Any], times: ArrayLike, start: Sequence[Array | Sequence[Any]], parameters: Mapping[str, Any]
 ) -> list[Any]:
-    """Return what a closed form gives at these times in mpmath numbers of 20 digits, from vectors ``start`` taken as exact."""
+    """Return the values of a closed form at these times in mpmath numbers of 20 digits, from vectors ``start`` taken as exact."""
     import mpmath
 
     with mpmath.workdps(DIGITS):
@@ -124,7 +124,7 @@ def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf
     times : array_like, shape(n,)
         In the order in which they are reached: ascending, or descending from 0.
     calls : float
-        Most calls of the right side in each of the two runs.
+        Largest number of calls of the right side in each of the two runs.
 
     Raises
     ------
@@ -141,30 +141,30 @@ def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf
 
 
 def _ode(ivp: Any) -> Posed:
-    """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system as it stands; a long chain has none."""
+    """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system itself; a long chain has none."""
     if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
         raise RunFailed(
-            f"the index-reduced equation of {ivp.problem} is not written for so many nodes; take fewer, or finer runs of a method."
+            f"the index-reduced equation of {ivp.problem} is not available for so many nodes; take fewer nodes, or finer runs of a method."
         )
     return pose(ivp, "ode") if isinstance(ivp, ConstrainedIvp) else pose_poisson(ivp, "ode")
 
 
 def bound_of(tight: Array, loose: Array) -> float:
-    """Return what states may be wrong by, from two runs, each shape(n, k)."""
+    """Return an error bound of states, from two runs, each shape(n, k)."""
     return max(SAFETY * float(np.max(np.linalg.norm(tight - loose, axis=1))), rounding(tight))
 
 
 def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: ArrayLike) -> tuple[Array, float]:
-    """Return lam(p, q) at the start, at known times and between them, shape(n, m), and the bound of its error.
+    """Return lam(p, q) at the start, at known times and between them, shape(n, m), with a bound of its error.
 
-    What is between is reached by DOP853 from the last known state before it.
+    Times in between are reached by DOP853 from the last known state before them.
 
     Parameters
     ----------
     ivp : ConstrainedIvp
-        What ``known`` belongs to.
+        The problem of ``known``.
     known : ReferenceSolution
-        The states from which to go on.
+        The states from which the integration continues.
     times : array_like, shape(n,)
         Times, s, at least 0, in any order.
     """
@@ -183,7 +183,7 @@ def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: Ar
 
 
 def reach(ivp: InitialValueProblem, steps: int) -> float:
-    """Return the time that DOP853 at 1e-13 reaches in so many steps, or where it can go no further: what the motion itself calls long."""
+    """Return the time that DOP853 at 1e-13 reaches in this many steps, or at which it stops: a scale for the length of a run."""
     solver = _solver(_ode(ivp), 0.0, np.inf, LOOSE)
     with np.errstate(all="ignore"):
         for _ in range(steps):
@@ -202,12 +202,12 @@ def _states(posed: Posed, rows: Array) -> dict[str, Array]:
 
 
 def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:
-    """Return the unknowns of an ODE by DOP853 at times in the order in which they are reached, shape(len(times), n), each a step's end.
+    """Return the unknowns of an ODE by DOP853, shape(len(times), n), at times in the order they are reached, each the end of a step.
 
     Raises
     ------
     RunFailed
-        If the integration stops early, or takes more calls of the right side than these.
+        If the integration stops early, or takes more than the allowed calls of the right side.
     """
     Y, t = [posed.y0], 0.0
     for t_next in np.asarray(times, dtype=float):
@@ -218,7 +218,7 @@ def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) 
 
 
 def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float, calls: float) -> tuple[Array, int]:
-    """Return the unknowns at the end, and the calls of the right side that were made."""
+    """Return the unknowns at the end, and the number of calls of the right side."""
     if t_end == t:
         return y, 0
     solver = _solver(dae, t, t_end, tol, y)
@@ -248,9 +248,9 @@ def _solver(dae: Posed, t: float, t_end: float, tol: float, y: Array | None = No
 
 
 def _sizes(dae: Posed) -> Array:
-    """Return what absolute tolerances of the unknowns are relative to, shape(n,).
+    """Return the sizes that absolute tolerances of the unknowns are relative to, shape(n,).
 
-    These are the length of the problem and its speed, or its momentum |H_q| T where momenta are the unknowns; or the largest y.
+    These are the length of the problem and its speed, or its momentum |H_q| T if momenta are the unknowns; or the largest y.
     """
     ivp = dae.ivp
     sizes = np.ones(dae.n)

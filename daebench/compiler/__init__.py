@@ -1,1 +1,1 @@
-"""From a system's symbols and a scheme's file to one compiled module."""
+"""Compilation of a system's symbols and a scheme's file into one module."""

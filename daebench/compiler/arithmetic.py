@@ -1,4 +1,4 @@
-"""Arithmetic of numbers in scheme files, written so that every operation has the type of the run and nothing is rounded twice."""
+"""Arithmetic of numbers in scheme files, written so that every operation has the type of the run and no value is rounded twice."""
 
 import ast
 import math
@@ -7,7 +7,7 @@ from daebench.compiler.shapes import DATA, NUMBER, Kind
 
 
 def typed(node: ast.expr, kind: Kind) -> ast.expr:
-    """Return an integer as a float where a number of the run is wanted: 2 is 2.0."""
+    """Return an integer as a float where a number of the run's type is wanted: 2 becomes 2.0."""
     if kind in (NUMBER, DATA) and isinstance(node, ast.Constant) and type(node.value) is int:
         return ast.Constant(float(node.value))
     return node
@@ -19,7 +19,7 @@ def times(a: ast.expr | None, b: ast.expr | None) -> ast.expr | None:
 
 
 def minus(a: ast.expr | None) -> ast.expr:
-    """Return -a, the sign at the first factor; None is 1."""
+    """Return -a, with the sign at the first factor; None is 1."""
     if a is None:
         return ast.UnaryOp(ast.USub(), ast.Constant(1.0))
     if isinstance(a, ast.UnaryOp) and isinstance(a.op, ast.USub):
@@ -30,7 +30,7 @@ def minus(a: ast.expr | None) -> ast.expr:
 
 
 def over(a: ast.expr, b: ast.expr) -> ast.expr:
-    """Return a / b; by a power of two as the product with its inverse, which is exact and faster."""
+    """Return a / b. Division by a power of two becomes multiplication by its inverse, which is exact and faster."""
     if not (isinstance(b, ast.Constant) and isinstance(b.value, float) and math.frexp(b.value)[0] == 0.5):
         return ast.BinOp(a, ast.Div(), b)
     inverse = ast.Constant(1.0 / b.value)
@@ -42,7 +42,7 @@ def over(a: ast.expr, b: ast.expr) -> ast.expr:
 
 
 def power(a: ast.expr, n: ast.expr) -> ast.expr:
-    """Return a^n; a square as a product."""
+    """Return a^n; a square becomes a product."""
     if isinstance(a, ast.Name) and isinstance(n, ast.Constant) and n.value == 2:
         return ast.BinOp(a, ast.Mult(), a)
     return ast.BinOp(a, ast.Pow(), n)

@@ -1,4 +1,4 @@
-"""Generated modules: written once into the user's cache directory under the hash of what made them, then imported."""
+"""Generated modules: written once into the user's cache directory, under the hash of everything that determines them, then imported."""
 
 import ast
 import hashlib
@@ -18,20 +18,20 @@ from daebench.systems.files.package import digest_of_packages
 __all__ = ["GENERATORS", "CacheWarning", "cache_directory", "generated", "toolchain"]
 
 GENERATORS = ("compiler", "joints", "methods", "runs", "schemes", "systems")
-"""Packages that may decide what generated source says: whole ones, so that no file of them can be forgotten."""
+"""Packages that may determine the generated source. They are hashed whole, so that no file of them can be forgotten."""
 
 LONGEST = 80
-"""Most characters of a module's name that are for people: numba's files beside it have its name and a kernel's, in 255 together."""
+"""Maximum length of the readable part of a module's name: numba appends a kernel's name for its files, and 255 characters is the limit."""
 
 END = "# end of module, SHA-256 "
-"""Beginning of the last line of a generated file: the digest of its name and of all lines before."""
+"""Beginning of the last line of a generated file. The digest of the file's name and of all lines before follows."""
 
 NAME = "daebench_generated_"
 """Beginning of the names of generated modules, and so of all files in the cache directory."""
 
 
 def cache_directory() -> Path:
-    """Return the directory of generated modules: DAEBENCH_CACHE, or the platform's cache directory for this user."""
+    """Return the directory of generated modules: DAEBENCH_CACHE, or the platform's cache directory of this user."""
     chosen = os.environ.get("DAEBENCH_CACHE")
     if chosen:
         return Path(chosen)
@@ -42,7 +42,7 @@ def cache_directory() -> Path:
 
 @cache
 def toolchain() -> str:
-    """Return the text that stands for everything that turns definitions into source: this package's own code and SymPy's version."""
+    """Return a text that identifies the code that generates source: a digest of our packages, and the versions of SymPy and Python."""
     return f"{digest_of_packages(*GENERATORS)} sympy {version('sympy')} python {sys.version_info[:2]}"
 
 
@@ -52,11 +52,11 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     Parameters
     ----------
     stem : str
-        First part of the module's name, for people: of a path, and of what is longer than a file may be called, the end is taken.
+        Readable first part of the module's name. Of a path, or of a text that is too long, the end is used.
     key : str
-        Text that decides the content, together with :func:`toolchain`; hashed before anything is derived.
+        Text that determines the content, together with :func:`toolchain`. It is hashed before anything is derived.
     build : callable
-        ``build(cached)`` returns the source; ``cached`` says whether numba may keep its machine code beside the file.
+        ``build(cached)`` returns the source; ``cached`` says whether numba may store its machine code beside the file.
     """
     name = _name(stem, f"{key}\n{toolchain()}")
     if name in sys.modules:
@@ -74,13 +74,13 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
 
 @lru_cache(1000)
 def _name(stem: str, text: str) -> str:
-    """Return the name of a module, given what decides its content."""
+    """Return the name of a module, given the text that determines its content."""
     shown = re.split(r"[/\\]", stem)[-1][-LONGEST:]
     return NAME + "".join(c if c.isalnum() else "_" for c in shown) + f"_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
 def _with_names_used(source: str) -> str:
-    """Return a source that imports what it uses of NumPy in place of all there is, which takes NumPy longer than to start."""
+    """Return a source that imports from NumPy only the names that it uses, because numba processes all others too slowly."""
     import numpy
 
     names = {node.id for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name)}
@@ -89,19 +89,19 @@ def _with_names_used(source: str) -> str:
 
 
 def _refusal(folder: Path) -> str:
-    """Return why nothing is kept in a folder; "" where it is this user's and can be kept from others."""
+    """Return why no files can be stored in a folder; "" if the folder belongs to this user and is protected from others."""
     try:
         why = sealed.refusal(folder, NAME)
     except OSError:
         return f"cannot write to the cache directory {folder}; {ELSEWHERE}."
-    return f"the cache directory {folder} {why}, who could change what is run; {ELSEWHERE}." if why else ""
+    return f"the cache directory {folder} {why}, who could change the code that is run; {ELSEWHERE}." if why else ""
 
 
 ELSEWHERE = "compiling in memory, set DAEBENCH_CACHE to a writable folder"
 
 
 def _read(path: Path) -> str:
-    """Return the source of a generated module; "" where there is none, and where it is damaged or another's, and so removed."""
+    """Return the source of a generated module; "" if there is none. A file that is damaged or belongs to another user is removed."""
     whole = sealed.own(path)
     if whole is not None:
         content, _, last = whole.rpartition(END.encode())
@@ -112,7 +112,7 @@ def _read(path: Path) -> str:
 
 
 def _write(path: Path, source: str) -> str:
-    """Write the source of a generated module; return why that cannot be done, "" where it is done."""
+    """Write the source of a generated module; return the reason if that fails, "" otherwise."""
     content = source.encode()
     try:
         sealed.put(path, content + END.encode() + sealed.digest(path.stem, content) + b"\n")
@@ -122,7 +122,7 @@ def _write(path: Path, source: str) -> str:
 
 
 def _execute(name: str, source: str, file: str) -> types.ModuleType:
-    """Return the module of a source; no byte code of it is kept, which nobody would check."""
+    """Return the module of a source. Its byte code is not stored, because nothing would check it."""
     module = types.ModuleType(name)
     vars(module).update(__file__=file, __digest__=hashlib.sha256(source.encode()).hexdigest())
     sys.modules[name] = module

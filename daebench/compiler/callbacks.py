@@ -1,8 +1,8 @@
-"""What SUNDIALS calls back: C functions made of generated ones, and the memory that they share with the loop over steps.
+"""Callbacks of SUNDIALS: C functions made of generated ones, and the memory that they share with the loop over steps.
 
-SUNDIALS hands every function that it calls the address of one array of doubles. Its first entries are addresses, read as words; then come
-counts and limits, what the monitor of steps keeps, and from ``HEAD`` on the numbers of the problem. Each function returns 0, or -1 where
-the run cannot go on, with the reason in ``WHY``.
+SUNDIALS passes the address of one array of doubles to every function that it calls. The first entries are addresses, read as words.
+Counts, limits and the data of the monitor of steps follow. The numbers of the problem begin at ``HEAD``. Each function returns 0, or -1 if
+the run cannot go on; ``WHY`` then holds the reason.
 """
 
 import inspect
@@ -14,28 +14,28 @@ from daebench.compiler.foreign import real_pointer
 from daebench.compiler.linear.elimination import SINGULAR
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
-"""Words: addresses of the functions for the numbers of a vector and of a matrix, of the order of unknowns, and of the state before."""
+"""Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""
 
 UNKNOWNS, PARAMETERS, WIDTH, ABOVE = range(4, 8)
-"""How many unknowns and numbers of the problem there are; of a banded matrix how far apart columns are, and where the diagonal is."""
+"""Numbers of unknowns and of parameters; of a banded matrix, the distance between columns and the place of the diagonal."""
 
 RESIDUALS, JACOBIANS, PROJECTIONS, MOST, SLOW, SPAN, MARK, WHY, HEALTH, WHEN = range(8, 18)
-"""Counts of calls, limits of work as in :class:`daebench.runs.request.WorkLimit`, and why, how and when the run cannot go on."""
+"""Counts of calls; limits of work as in :class:`daebench.runs.request.WorkLimit`; and why, with what and when the run cannot go on."""
 
 TOLERANCE, POSITIONS, STEADY, LAST, SIGMA, LARGEST, EXPLAINED, MODE, CONSERVED, JUMPS, RESULT = *range(18, 27), 29, 32
-"""What is known of steps, and asked, see :mod:`daebench.methods.solvers.look`; the last three begin rows of 3, 3 and 4 numbers."""
+"""Data and options of the monitor, see :mod:`daebench.methods.solvers.look`; the last three begin rows of 3, 3 and 4 numbers."""
 
 STEP, OUTPUT, VALUES, CHANGES = range(4)
-"""Modes of the look: whether nothing is amiss with a step, or with an output; values, or the changes that the tolerance explains."""
+"""Modes of the monitor: check a step, check an output, return values, return the changes that the tolerance explains."""
 
 LENGTH = 36
-"""The length of the initial value problem, see :mod:`daebench.runs.scales`."""
+"""Place of the length of the initial value problem, see :mod:`daebench.runs.scales`."""
 
 HEAD = 37
-"""Where the numbers of the problem begin."""
+"""Place where the numbers of the problem begin."""
 
 ILL, SPENT, CRAWLING = 1.0, 2.0, 3.0
-"""Reasons: a value that is not finite or a singular matrix, too many calls, calls that cover too little."""
+"""Reasons: a value that is not finite or a singular matrix; too many calls; too little progress in time for the number of calls."""
 
 RESIDUAL = "int32(float64, uintp, uintp, uintp, uintp)"
 JACOBIAN = f"int32(float64, float64, {', '.join(['uintp'] * 8)})"
@@ -51,7 +51,7 @@ SIGNATURES = {
     "look_callback": LOOK,
     "projection_callback": PROJECTION,
 }
-"""C types of what is called, by the name of the function that is generated."""
+"""C types of the callbacks, by the name of the generated function."""
 
 IMPORTS = """from numba import carray, farray
 from daebench.compiler.callbacks import *
@@ -93,14 +93,14 @@ def rhs_jacobian_callback(t, y, out, JJ, user, a, b, c):
 
 
 def called_back(n: int, parameters: int, *texts: str) -> str:
-    """Return the source of the C functions of a formulation with n unknowns and so many numbers, of some of the texts above."""
+    """Return the source of the C functions of a formulation with n unknowns and this many parameters, from some of the texts above."""
     par = f"carray(real_pointer(user), HEAD + {parameters})[HEAD:]"
     parts = {"n": n, "par": par, "vector": "carray(numbers_of_vector"}
     return "\n\n".join([inspect.getsource(noted), *(text.format(**parts) for text in texts)])
 
 
 def noted(user: Any, which: int, t: float, health: float) -> int:
-    """Count one evaluation at time t; return 0, or -1 where its health is bad or a limit of work is reached."""
+    """Count one evaluation at time t; return 0, or -1 if its health is bad or a limit of work is reached."""
     own = carray(real_pointer(user), HEAD)
     own[which] += 1.0
     if not health > SINGULAR:

@@ -1,4 +1,4 @@
-"""SymPy expressions as source text: straight-line functions on tuples, common subexpressions shared."""
+"""SymPy expressions as source text: straight-line functions on tuples, with common subexpressions shared."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -11,11 +11,11 @@ from sympy.printing.numpy import NumPyPrinter
 from daebench.errors import InvalidProblem
 
 ARCTAN2 = "from daebench.runs.local_flow import arctan2\n\n\n"
-"""Put before the way into coordinates that may have an angle, for NumPy's own does not take complex numbers."""
+"""Inserted before the map into coordinates if it may contain an angle, because NumPy's own function does not take complex numbers."""
 
 
 class _Printer(NumPyPrinter):  # type: ignore[misc]
-    """Print scalars for float and complex types alike; whole powers become products, integers become floats."""
+    """Printer for float and complex scalars alike: integer powers become products, integers become floats."""
 
     def __init__(self) -> None:
         super().__init__({"fully_qualified_modules": False, "allow_unknown_functions": False})
@@ -42,16 +42,16 @@ class _Printer(NumPyPrinter):  # type: ignore[misc]
 
 
 def _private(argument: str, i: int, symbol: sp.Symbol) -> sp.Symbol:
-    """Return the name of an argument's entry in the source, which no name that a user chose can be mistaken for."""
+    """Return the name of an argument's entry in the source; no name chosen by a user can equal it."""
     return sp.Symbol(f"{argument}_{i}", **symbol.assumptions0)
 
 
 ROUNDED = sp.Rational(1, 2**53)
-"""What differs from 1 by less is 1 in double precision."""
+"""Tolerance of the test for 1: numbers closer to 1 than this are 1 in double precision."""
 
 
 def _near_one(expression: sp.Expr) -> sp.Expr:
-    """Return an expression with log(1 + x) and exp(x) - 1 as functions of their own, which lose no digits where x is small."""
+    """Return an expression with log(1 + x) and exp(x) - 1 as separate functions, which are accurate for small x."""
 
     def near(part: sp.Expr) -> sp.Expr:
         if part.func is sp.log:
@@ -68,22 +68,22 @@ def _near_one(expression: sp.Expr) -> sp.Expr:
 
 UNPRINTED: tuple[type[Exception], ...] = (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError, KeyError)
 UNPRINTED += (AttributeError, OverflowError, RecursionError)
-"""What SymPy raises where it cannot write an expression."""
+"""Exceptions that SymPy raises if it cannot print an expression."""
 
 
 @contextmanager
 def printable(name: str, printer: _Printer) -> Iterator[None]:
-    """Turn whatever keeps an expression from being printed into an InvalidProblem that names the function it is of."""
+    """Turn any failure to print an expression into an InvalidProblem that names the function."""
     try:
         yield
     except UNPRINTED as error:
         raise InvalidProblem(f"{name} cannot be written as a numerical function: {_first_line(error)}.") from error
     if strangers := sorted(part for module, parts in printer.module_imports.items() if module != "numpy" for part in parts):
-        raise InvalidProblem(f"{name} contains {', '.join(strangers)}, which NumPy does not have; write {name} with functions that it has.")
+        raise InvalidProblem(f"{name} contains {', '.join(strangers)}, which NumPy does not have; write {name} with functions of NumPy.")
 
 
 def _first_line(error: BaseException) -> str:
-    """Return what an error says, without the class of our printer."""
+    """Return the first line of an error, without the class of our printer."""
     text = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
     return text.replace(f"Unsupported by {_Printer}: ", "it contains the function ")
 
@@ -100,7 +100,7 @@ def function(signature: str, *lines: str) -> str:
 
 
 def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:
-    """Return the source of a scalar, a tuple, or a tuple of rows, as the shape says."""
+    """Return the source of a scalar, a tuple, or a tuple of rows, according to the shape."""
     if shape == ():
         return items[0]
     if len(shape) == 1:
@@ -111,7 +111,7 @@ def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:
 def _straight_line(
     name: str, values: Sequence[sp.Expr], private: Mapping[sp.Symbol, sp.Symbol], sources: Mapping[sp.Symbol, str]
 ) -> tuple[list[str], list[str]]:
-    """Return lines that compute what values have in common, given the private name and the source of each symbol; and their sources."""
+    """Return lines for the common subexpressions of values, given each symbol's private name and source; and the sources of the values."""
     whole = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
     shared, reduced = sp.cse(whole, symbols=sp.numbered_symbols("t_"), list=True)
     used = set().union(*(value.free_symbols for value in [*reduced, *(value for _, value in shared)]))
@@ -123,14 +123,14 @@ def _straight_line(
 
 
 def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
-    """Return lines that set each target to a value, common subexpressions shared.
+    """Return lines that set each target to a value, with common subexpressions shared.
 
     Parameters
     ----------
     targets : sequence of str
-        Sources of what is set.
+        Sources of the targets.
     values : sequence of Expr
-        What it is set to.
+        Values of the targets.
     names : mapping of Symbol to str
         Source of each symbol.
     """
@@ -140,35 +140,35 @@ def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mappin
 
 
 def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
-    """Accept expressions of finite real numbers without cases, for a function of this name; raise InvalidProblem otherwise."""
+    """Check that the expressions are finite, real and without cases; raise InvalidProblem otherwise."""
     if any(value.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for value in values):
         raise InvalidProblem(
             f"{name} is not a finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
         )
     if any(value.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for value in values):
-        raise InvalidProblem(f"{name} has cases, a minimum, a maximum or a floor in it; H and g must be twice differentiable.")
+        raise InvalidProblem(f"{name} contains cases, a minimum, a maximum or a floor; H and g must be twice differentiable.")
 
 
 def computed(
     name: str, arguments: Mapping[str, Sequence[sp.Symbol]], values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]
 ) -> tuple[list[str], list[str]]:
-    """Return lines that compute what values have in common, and the source of each value.
+    """Return lines for the common subexpressions of values, and the source of each value.
 
     Parameters
     ----------
     name : str
-        Name of the function that they are for.
+        Name of the function that contains them.
     arguments : mapping of str to sequence of Symbol
-        What is indexed there, and the symbols that the entries stand for.
+        Names of the indexed arguments, and the symbols that their entries stand for.
     values : sequence of Expr
-        What is computed.
+        Values to compute.
     parameters : sequence of Symbol
         The problem's parameters, in the order in which ``par`` holds them.
 
     Raises
     ------
     InvalidProblem
-        If an expression has a function that has no numerical counterpart, or none that is smooth.
+        If an expression contains a function without a numerical counterpart, or one that is not smooth.
     """
     whole = [sp.sympify(value) for value in values]
     require_smooth(name, whole)
@@ -193,7 +193,7 @@ def expressions(
     arguments : mapping of str to sequence of Symbol
         Arguments in order, each a tuple of scalars.
     values : sequence of Expr
-        What it returns, row by row.
+        Values that it returns, row by row.
     shape : tuple of int
         Shape of the result.
     parameters : sequence of Symbol

@@ -1,4 +1,4 @@
-"""What the names around a function of a scheme file are declared to be: kinds of constants, of functions, and of annotations."""
+"""Declared kinds of the names that a function of a scheme file uses: kinds of constants, functions, and annotations."""
 
 import ast
 from collections.abc import Callable
@@ -14,7 +14,7 @@ class Declarations:
         self.file, self.read = file, read
 
     def _home(self, name: str) -> tuple["Declarations", str]:
-        """Return where a name is defined, and its name there."""
+        """Return the file where a name is defined, and its name there."""
         module, defined_name = self.file.homes.get(name, (self.file.name, name))
         return (self, defined_name) if module == self.file.name else (Declarations(self.read(module), self.read), defined_name)
 
@@ -32,7 +32,7 @@ class Declarations:
         return Function(tuple(self.annotated(argument.annotation) for argument in node.args.args), self.annotated(node.returns))
 
     def annotated(self, annotation: ast.expr | None) -> Kind:
-        """Return the kind that an annotation names; None for one that names none."""
+        """Return the kind that an annotation names; None if it names none."""
         match annotation:
             case ast.Name(id=name):
                 return NAMED[name] if name in NAMED else self._alias(name)
@@ -48,7 +48,7 @@ class Declarations:
         return None
 
     def _alias(self, name: str) -> Kind:
-        """Return the kind that a file gives a name of its own, or a variable that calls settle."""
+        """Return the kind of an alias defined in a file, or a type variable that calls determine."""
         home, defined_name = self._home(name)
         meaning = home.file.aliases.get(defined_name)
         return Variable(defined_name) if isinstance(meaning, ast.Call) else home.annotated(meaning)

@@ -1,4 +1,4 @@
-"""Where a definition comes from, and what follows from it, derived only when something asks for it."""
+"""Where a definition comes from, and the quantities derived from it, each when first asked for."""
 
 import hashlib
 import types
@@ -31,11 +31,11 @@ class Wrapper:
     text : str
         Their source.
     roots : tuple of str
-        Names of those that are called from Python.
+        Names of the functions that are called from Python.
     called_back : bool
         Whether some are called from C, see :data:`daebench.compiler.callbacks.SIGNATURES`.
     derived : callable, optional
-        Returns the source of more of them, given the derivation of the problem, which alone decides it.
+        Returns the source of further functions, given the derivation of the problem, which alone determines it.
     """
 
     text: str
@@ -44,7 +44,7 @@ class Wrapper:
     derived: Callable[[Any], str] | None = field(default=None, repr=False)
 
     def source(self, derivation: Any, *, compiled: bool, cached: bool) -> str:
-        """Return their source, handed to numba where they are to be compiled."""
+        """Return their source, decorated for numba if they are to be compiled."""
         from daebench.compiler.syntax import NONE, decorated
 
         text = f"{self.text}\n\n{self.derived(derivation)}" if self.derived else self.text
@@ -59,14 +59,14 @@ class Wrapper:
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Where a definition comes from: it is made, and SymPy imported, only when something is derived.
+    """Where a definition comes from. The definition is made, and SymPy imported, only when something is derived.
 
     Parameters
     ----------
     problem : str
         Name of the problem.
     key : str
-        Text that decides the definition, hashed before anything is imported.
+        Text that determines the definition. It is hashed before anything is imported.
     define : callable
         Returns the definition.
     defaults : mapping of str to float, optional
@@ -74,7 +74,7 @@ class Source:
     algebra : str
         How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests.
     content : str
-        What ``key`` says of a file outside of the package, without the name and the place of the file; "" where ``key`` has neither.
+        The part of ``key`` that describes the content of a file outside of the package, without name and place of the file; otherwise "".
 
     Raises
     ------
@@ -95,21 +95,21 @@ class Source:
 
     @cached_property
     def derivation(self) -> Any:
-        """Everything that follows from the definition, shared by all that ask: a Derivation or a PoissonDerivation."""
+        """The derivation: all quantities derived from the definition, shared by all users."""
         return _derivation(self.define(), self.algebra)
 
     def form(self, name: str) -> Any:
-        """Return everything that follows from the definition in a form of the system: most are in its own coordinates."""
+        """Return the derivation in a form of the system; most forms use the system's own coordinates."""
         if name == "local":
             return self._local
         return self._darboux if name == "darboux" else self.derivation
 
     def split(self, splitting: str) -> Any:
-        """Return everything that follows from the definition of a Poisson system with this splitting; "" for the first."""
+        """Return the derivation of a Poisson system with this splitting; "" for its first."""
         return self.derivation.split(splitting) if splitting else self.derivation
 
     def combined(self, shares: Mapping[int, Mapping[int, "sp.Rational"]]) -> "Source":
-        """Return the source of the same definition with other constraints: g_i + sum_j shares[i][j] g_j, for each i that is given."""
+        """Return the source of the same definition with other constraints: g_i + sum_j shares[i][j] g_j, for each given i."""
 
         def define() -> Any:
             problem = self.derivation.definition
@@ -159,7 +159,7 @@ class Source:
         Parameters
         ----------
         stem : str
-            What follows the problem's name in that of the module.
+            Part of the module's name after the problem's name.
         title : str
             The module's docstring.
         roots : sequence of str or of (str, str)
@@ -167,7 +167,7 @@ class Source:
         form : str
             Form of the system.
         wrapper : Wrapper, optional
-            More functions, which call these.
+            Further functions, which call these.
         **options
             As for :class:`daebench.compiler.link.Options`.
         """
@@ -197,7 +197,7 @@ def _derivation(problem: "Definition", algebra: str) -> Any:
 
         return derived(problem, algebra)
     if algebra == "arrays":
-        raise BadInput("the problem is not written as a chain of nodes, so that its vectors cannot be arrays; leave out the algebra.")
+        raise BadInput("the problem is not written as a chain of nodes, so its vectors cannot be arrays; leave out the algebra.")
     if isinstance(problem, ConstrainedHamiltonian):
         from daebench.compiler.constrained.extended import derived as derived_in_time
 
@@ -220,7 +220,7 @@ def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -
     if isinstance(problem, ConstrainedChain):
         from daebench.compiler.chain.derivation import held
 
-        problem = held(problem, algebra)  # so that its fingerprint tells of all that is in the kernels
+        problem = held(problem, algebra)  # so that its fingerprint covers everything in the kernels
     defaults = {str(symbol): float(value) for symbol, value in problem.parameters.items()}
     return Source(name, f"{problem.fingerprint} {algebra}".rstrip(), lambda: problem, defaults, algebra)
 

@@ -1,4 +1,4 @@
-"""Derivatives of long sums: each term by the symbols in it alone, and of terms of one form but once."""
+"""Derivatives of long sums: each term is differentiated only by its own symbols, and terms of equal form only once."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
@@ -10,8 +10,8 @@ import sympy as sp
 def jacobian(values: Sequence[sp.Expr] | sp.Matrix, symbols: Sequence[sp.Symbol] | sp.Matrix) -> sp.Matrix:
     """Return the derivatives of values, shape(rows,), with respect to symbols, shape(columns,), as a matrix, shape(rows, columns).
 
-    It is what ``Matrix.jacobian`` returns, which takes every derivative of every term. Here a hundred pairs of bodies with the same force
-    between them cost little more than one pair: the derivative is taken once, and holds for the others with their symbols in it.
+    The result equals that of ``Matrix.jacobian``, which takes every derivative of every term. Here a hundred pairs of bodies with the same
+    force cost little more than one pair: the derivative is taken once, and the symbols of the other pairs are put into it.
     """
     places = {symbol: column for column, symbol in enumerate(symbols)}
     known: dict[tuple[sp.Expr, sp.Symbol], sp.Expr] = {}
@@ -28,7 +28,7 @@ def jacobian(values: Sequence[sp.Expr] | sp.Matrix, symbols: Sequence[sp.Symbol]
 def _of_term(
     term: sp.Expr, places: Mapping[sp.Symbol, int], known: dict[tuple[sp.Expr, sp.Symbol], sp.Expr]
 ) -> Iterator[tuple[int, sp.Expr]]:
-    """Yield the columns of the symbols that a term has, with its derivatives by them."""
+    """Yield the columns of the symbols of a term, with its derivatives with respect to them."""
     inside = sorted(term.free_symbols & places.keys(), key=places.__getitem__)
     if not inside:
         return
@@ -41,12 +41,12 @@ def _of_term(
 
 
 def in_form(expression: Any, symbols: Sequence[sp.Symbol]) -> tuple[Any, list[sp.Symbol]]:
-    """Return an expression with stand-ins in the place of symbols, and the stand-ins: those of equal form are equal then."""
+    """Return an expression with its symbols replaced by stand-ins, and the stand-ins; expressions of equal form become equal."""
     stand_ins = [stand_in(rank, tuple(sorted(symbol.assumptions0.items()))) for rank, symbol in enumerate(symbols)]
     return expression.xreplace(dict(zip(symbols, stand_ins, strict=True))), stand_ins
 
 
 @cache
 def stand_in(rank: int, assumptions: tuple[tuple[str, bool], ...]) -> sp.Symbol:
-    """Return the symbol that stands for the one of this rank among those of an expression; names sort as ranks do."""
+    """Return the stand-in for the symbol of this rank in an expression; the names sort like the ranks."""
     return sp.Dummy(f"x{rank:04}", **dict(assumptions))

@@ -1,4 +1,4 @@
-"""The domain of H: whether a state may have left it where the forces do not tell."""
+"""The domain of H: whether a state can leave it without making the forces undefined."""
 
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -7,23 +7,23 @@ import sympy as sp
 
 TELLING: tuple[type, ...] = (sp.exp, sp.sin, sp.cos, sp.tan, sp.cot, sp.sec, sp.csc, sp.sinh, sp.cosh, sp.tanh, sp.asinh)
 TELLING += (sp.atan, sp.atan2, sp.acot, sp.asin, sp.acos)
-"""Functions whose derivatives have no value where they have none themselves; powers and quotients are so too.
+"""Functions whose derivatives are undefined wherever the functions are. Powers and quotients are of this kind too.
 
-The logarithm is not: log(q) ends at 0, and 1/q has a value on both sides.
+The logarithm is not: log(q) ends at 0, but its derivative 1/q is defined on both sides.
 """
 
 
 def may_be_left_unseen(expressions: Iterable[Any], state: Collection[sp.Symbol], positive: Collection[Any] = ()) -> bool:
-    """Return whether one of the expressions may have no value at a state where its derivatives have one.
+    """Return whether one of the expressions may be undefined at a state where its derivatives are defined.
 
     Parameters
     ----------
     expressions : iterable of Expr
-        H, or what it is made of.
+        H, or its parts.
     state : collection of Symbol
-        What it is a function of, the parameters apart.
+        Variables of the state, without the parameters.
     positive : collection of Expr
-        Expressions that a run keeps greater than 0 anyway: the domain that a Poisson system declares.
+        Expressions that a run keeps positive anyway: the domain that a Poisson system declares.
     """
     functions = {function for expression in expressions if expression is not None for function in sp.sympify(expression).atoms(sp.Function)}
     return any(
@@ -32,5 +32,5 @@ def may_be_left_unseen(expressions: Iterable[Any], state: Collection[sp.Symbol],
 
 
 def _safe(function: sp.Function, positive: Collection[Any]) -> bool:
-    """Return whether it is the logarithm of what is positive."""
+    """Return whether a function is the logarithm of a positive expression."""
     return isinstance(function, sp.log) and (bool(function.args[0].is_positive) or function.args[0] in positive)

@@ -1,7 +1,7 @@
-"""Sums with many terms of one form as loops over tables of their places, for functions that would be too long written out.
+"""Sums with many terms of equal form as loops over index tables, for functions that would be too long as straight-line code.
 
-The terms of all values that have the same symbols in them are a *cluster*: the forces between two bodies, say. Clusters that differ in
-their symbols alone, and in the values that they belong to, become one loop, whose body is that of one cluster::
+The terms of all values that contain the same symbols are a *cluster*: for example, the forces between two bodies. Clusters that differ
+only in their symbols, and in the values to which they contribute, become one loop, whose body is that of one cluster::
 
     for row in range(190):
         s_0 = q[TABLE[row, 0]]
@@ -19,7 +19,7 @@ from daebench.compiler import codegen
 from daebench.compiler.derivatives import in_form
 
 FEWEST = 3
-"""Clusters of one form that become a loop; fewer are written out."""
+"""Smallest number of clusters of equal form that becomes a loop; fewer are written out."""
 
 
 class Text(NamedTuple):
@@ -45,7 +45,7 @@ class Cluster(NamedTuple):
     symbols : tuple of Symbol
         Their symbols.
     terms : dict of int to list of Expr
-        Terms by the number of the value that they belong to.
+        Terms, by the number of the value to which they contribute.
     """
 
     symbols: tuple[sp.Symbol, ...]
@@ -59,16 +59,16 @@ def added(
     parameters: Sequence[sp.Symbol],
     target: str = "out",
 ) -> Text:
-    """Return lines that add each value to the entry of an array at its place.
+    """Return lines that add each value to its entry of an array.
 
     Parameters
     ----------
     name : str
-        Name of the function that they are for.
+        Name of the function that contains them.
     arguments : mapping of str to sequence of Symbol
-        Arrays that are indexed, and the symbols that their entries stand for.
+        Names of the indexed arrays, and the symbols that their entries stand for.
     values : mapping of tuple of int to Expr
-        What is added, by its place in the array: its indices.
+        Values to add, by their indices in the array.
     parameters : sequence of Symbol
         The problem's parameters, in the order in which ``par`` holds them.
     target : str
@@ -99,7 +99,7 @@ def added(
 
 
 def _clusters(values: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> list[Cluster]:
-    """Return the terms of sums by the symbols in them."""
+    """Return the terms of sums, grouped by the symbols that they contain."""
     rank = {symbol: i for i, symbol in enumerate(symbols)}
     found: dict[frozenset[sp.Symbol | int], Cluster] = {}
     for k, value in enumerate(values):
@@ -111,7 +111,7 @@ def _clusters(values: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> list[C
 
 
 def _alike(clusters: Sequence[Cluster]) -> dict[tuple[sp.Expr, ...], list[Cluster]]:
-    """Return clusters by their form."""
+    """Return clusters grouped by their form."""
     forms: dict[tuple[sp.Expr, ...], list[Cluster]] = {}
     for cluster in clusters:
         sums = sp.Tuple(*(sp.Add(*terms) for terms in cluster.terms.values()))
@@ -127,7 +127,7 @@ def _loop(
     sources: Mapping[sp.Symbol, str],
     target: str,
 ) -> None:
-    """Add a loop over clusters of one form to a text; what does not change from row to row is not in the table."""
+    """Add a loop over clusters of equal form to a text. Indices that are equal in all rows are not in the table."""
     columns: dict[tuple[int, ...], str] = {}
 
     def index(numbers: Sequence[int]) -> str:

@@ -1,7 +1,7 @@
-"""Expressions of scheme files with operations of the algebra in the place of their operators.
+"""Expressions of scheme files, with their operators replaced by operations of the algebra.
 
-A weight stays apart from what it multiplies until the two meet a sum, so that ``y + w * x`` is one operation, and a transpose until it
-meets a product.
+A weight is held separately until its factor appears in a sum, so that ``y + w * x`` is one operation. A transpose is held separately until
+its matrix appears in a product.
 """
 
 import ast
@@ -19,9 +19,9 @@ NUMBERS = (NUMBER, DATA, INDEX)
 
 @dataclass(frozen=True)
 class Value:
-    """An expression with its kind, a weight that is not multiplied in yet, and whether its transpose is meant.
+    """An expression with its kind, a weight that is not yet multiplied in, and a flag for its transpose.
 
-    ``outer`` is x of an outer product y x^T, of which the expression is y.
+    For an outer product y x^T the expression is y, and ``outer`` is x.
     """
 
     node: ast.expr
@@ -37,7 +37,7 @@ class Value:
 
 
 class Expressions:
-    """Lowers the expressions of one function of a scheme file, given by its path and by the kinds of the names around the function."""
+    """Replaces operators in one function of a scheme file, given its path and the kinds of the names that the function uses."""
 
     def __init__(self, where: str, scope: Declarations) -> None:
         self.where, self.scope = where, scope
@@ -49,37 +49,37 @@ class Expressions:
             self.kinds[target.id] = kind
         elif isinstance(target, ast.Tuple):
             if isinstance(kind, Pack) and len(kind.kinds) != len(target.elts):
-                raise self._refusal(value, f"it has {len(kind.kinds)} values, and there are {len(target.elts)} names")
+                raise self._refusal(value, f"it has {len(kind.kinds)} values, but there are {len(target.elts)} names")
             for place, name in enumerate(target.elts):
                 self._bind(name, _entry(kind, place), value)
 
     def _refusal(self, node: ast.AST, why: str, text: str = "") -> InvalidProblem:
-        """Return the error that says why an expression is refused, and where it is."""
+        """Return the error that says why, and where, an expression is refused."""
         return InvalidProblem(f"{self.where}, line {getattr(node, 'lineno', '?')}: {text or ast.unparse(node)}: {why}.")
 
     def _whole(self, node: ast.expr) -> Value:
-        """Return an expression that stands by itself: its weight multiplied in, its transpose made."""
+        """Return an expression on its own, with its weight and its transpose applied."""
         return self._finished(self._value(node), node)
 
     def _finished(self, value: Value, node: ast.expr | None = None) -> Value:
         if value.outer is not None or (value.turned and shapes.wider(value.kind) != MATRIX):
-            raise self._refusal(node or value.node, f"the transpose of {said(value.kind)} stands in a product only")
+            raise self._refusal(node or value.node, f"the transpose of {said(value.kind)} may only appear in a product")
         if value.turned:
             value = Value(self._call("transpose", value.node), MATRIX, value.weight)
         if value.weight is None:
             return value
         kind = shapes.wider(value.kind)
         if not isinstance(kind, str) or kind not in shapes.SCALE:
-            raise self._refusal(node or value.node, f"{said(value.kind)} has no multiples")
+            raise self._refusal(node or value.node, f"{said(value.kind)} cannot be multiplied by a number")
         return Value(self._call(shapes.SCALE[kind], value.weight, value.node), kind)
 
     def _call(self, name: str, *arguments: ast.expr) -> ast.Call:
-        """Return the call of an operation of the algebra, which the file then imports."""
+        """Return the call of an operation of the algebra, and make the file import it."""
         self.used.add(name)
         return call(name, arguments)
 
     def _value(self, node: ast.expr) -> Value:
-        """Return an expression lowered, with its weight and transpose apart."""
+        """Return an expression in terms of the algebra, with weight and transpose held separately."""
         value = self._lowered(node)
         return replace(value, node=ast.copy_location(value.node, node))
 
@@ -118,7 +118,7 @@ class Expressions:
         return self._condition(node)
 
     def _choice(self, node: ast.IfExp) -> Value:
-        """Return one of two values of one kind."""
+        """Return a choice between two values of the same kind."""
         choices = self._whole(node.body), self._whole(node.orelse)
         kind = shapes.joined([choice.kind for choice in choices])
         if kind is None and None not in (choices[0].kind, choices[1].kind):
@@ -126,7 +126,7 @@ class Expressions:
         return Value(ast.IfExp(self._whole(node.test).node, *(arithmetic.typed(choice.node, kind) for choice in choices)), kind)
 
     def _terms(self, node: ast.GeneratorExp) -> Value:
-        """Return the terms of a generator over stages or constraints, of the kind of one of them."""
+        """Return the terms of a generator over stages or constraints; all are of one kind."""
         (loop,) = node.generators
         before = dict(self.kinds)
         self._bind(loop.target, INDEX, loop.iter)
@@ -135,7 +135,7 @@ class Expressions:
         return Value(ast.GeneratorExp(term.node, [ast.comprehension(loop.target, over, loop.ifs, loop.is_async)]), term.kind)
 
     def _condition(self, node: ast.expr) -> Value:
-        """Return a comparison, or what is composed of comparisons."""
+        """Return a comparison, or a combination of comparisons."""
         match node:
             case ast.Compare(left=left, ops=ops, comparators=others):
                 return Value(ast.Compare(self._whole(left).node, ops, [self._whole(other).node for other in others]), None)
@@ -143,7 +143,7 @@ class Expressions:
                 return Value(ast.BoolOp(op, [self._whole(value).node for value in values]), None)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 return Value(ast.UnaryOp(ast.Not(), self._whole(operand).node), None)
-        raise self._refusal(node, "a scheme has no such expressions")
+        raise self._refusal(node, "expressions of this form are not supported in a scheme")
 
     def _negated(self, node: ast.expr, operand: Value) -> Value:
         if operand.kind == INDEX:
@@ -160,7 +160,7 @@ class Expressions:
         return Value(operand.node, operand.kind, operand.weight, not operand.turned)
 
     def _known(self, node: ast.expr, *parts: Value) -> None:
-        """Refuse an operator on something of unknown kind."""
+        """Refuse an operator on an operand of unknown kind."""
         for part in parts:
             if not isinstance(part.kind, str):
                 raise self._refusal(node, f"{ast.unparse(part.node)} is {said(part.kind)}, which no operator takes; annotate it")
@@ -168,9 +168,9 @@ class Expressions:
     # ---- calls -----------------------------------------------------------------------------------------------------------
 
     def _called(self, node: ast.Call) -> Value:
-        """Return a call with its arguments lowered, and the operation that its name stands for."""
+        """Return a call with its arguments in terms of the algebra, and the operation that its name stands for."""
         if not isinstance(node.func, ast.Name):
-            raise self._refusal(node, "a scheme calls functions by name")
+            raise self._refusal(node, "a scheme must call functions by name")
         name = node.func.id
         parts = [self._whole(argument) for argument in node.args]
         if len(parts) == 1 and isinstance(parts[0].node, ast.GeneratorExp):
@@ -187,7 +187,7 @@ class Expressions:
         if name == "multiplier":
             return Value(call("tuple", [terms.node]), shapes.MULTIPLIER)
         if name == "sum" and terms.kind not in NUMBERS:
-            raise self._refusal(node, f"sum adds numbers, and a term is {said(terms.kind)}; add them in a loop")
+            raise self._refusal(node, f"sum adds numbers, but a term is {said(terms.kind)}; add the terms in a loop")
         return Value(call(name, [terms.node]), Stages(terms.kind) if name == "tuple" else terms.kind)
 
     def _overloaded(self, node: ast.Call, name: str, parts: Sequence[Value]) -> Value:
@@ -199,12 +199,12 @@ class Expressions:
         raise self._refusal(node, f"there is no {name} of {', '.join(said(part.kind) for part in parts)}")
 
     def _checked(self, node: ast.Call, name: str, parts: Sequence[Value], signature: Function) -> Value:
-        """Return the call of a function whose parameters have kinds; what its arguments settle about its result is put in."""
+        """Return the call of a function with declared kinds. The arguments determine the type variables in the kind of its result."""
         known: dict[str, Kind] = {}
         arguments = [part.node for part in parts]
         for place, (part, wanted) in enumerate(zip(parts, signature.parameters, strict=False)):
             if not shapes.fits(part.kind, wanted):
-                raise self._refusal(node, f"{ast.unparse(node.args[place])} is {said(part.kind)}, and {name} takes {said(wanted)} there")
+                raise self._refusal(node, f"{ast.unparse(node.args[place])} is {said(part.kind)}, but {name} takes {said(wanted)} there")
             shapes.settled(wanted, part.kind, known)
             arguments[place] = arithmetic.typed(part.node, wanted)
         return Value(call(name, arguments), signature.result if name in self.kinds else shapes.filled(signature.result, known))
@@ -231,16 +231,16 @@ class Expressions:
         raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} have no such operation")
 
     def _real(self, node: ast.expr, number: Value) -> ast.expr:
-        """Return a number of the run's type; an index would promote what it multiplies."""
+        """Return a number of the run's type. An integer index would change the type of a product."""
         if number.kind == INDEX and not isinstance(number.node, ast.Constant):
-            raise self._refusal(node, f"{ast.unparse(number.node)} is an integer, and no number of the run's type")
+            raise self._refusal(node, f"{ast.unparse(number.node)} is an integer, not a number of the run's type")
         return arithmetic.typed(number.node, NUMBER)
 
     def _arithmetic(self, node: ast.BinOp, left: Value, right: Value) -> Value:
-        """Return an operation on two numbers; integers stay integers among themselves."""
+        """Return an operation on two numbers; an operation on two integers gives an integer."""
         match node.op:
             case ast.MatMult():
-                raise self._refusal(node, "numbers are multiplied by *")
+                raise self._refusal(node, "use * to multiply numbers")
             case ast.Pow() if right.kind == INDEX:
                 return Value(arithmetic.power(left.node, right.node), left.kind)
             case ast.Div():
@@ -262,7 +262,7 @@ class Expressions:
         raise self._refusal(node, f"there is no product of {left.shape} and {right.shape}")
 
     def _flipped(self, factor: Value) -> Value:
-        """Return S as the transpose of S^T, or S^T as a matrix of its own; anything else as it is."""
+        """Return S for the transpose of S^T, and S^T as a new matrix for that of S; anything else unchanged."""
         if shapes.wider(factor.kind) != MATRIX:
             return factor
         return Value(call("transpose", [factor.node]), MATRIX, factor.weight, not factor.turned)
@@ -277,7 +277,7 @@ class Expressions:
             return Value(self._call("outer_md", right.node, right.outer, self._finished(left, node).node), ROWS)
         kind = shapes.wider(left.kind)
         if kind != shapes.wider(right.kind):
-            raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} are not of one shape")
+            raise self._refusal(node, f"{said(left.kind)} and {said(right.kind)} have different shapes")
         if kind == GRAM and not subtracted:
             return Value(self._call("plus_mm", self._finished(left, node).node, self._finished(right, node).node), GRAM)
         if kind == ROWS and subtracted:
@@ -295,13 +295,13 @@ class Expressions:
         if X.kind == HALF_MATRIX:
             return Value(self._call("identity_minus", arithmetic.minus(weight), X.node), HALF_MATRIX)
         if shapes.wider(X.kind) != MATRIX:
-            raise self._refusal(node, f"the identity and {said(X.kind)} are not of one shape")
+            raise self._refusal(node, f"the identity and {said(X.kind)} have different shapes")
         plain = self._finished(Value(X.node, X.kind, turned=X.turned), node).node
         return Value(self._call("identity_plus", weight or ast.Constant(1.0), plain), MATRIX)
 
 
 def _literal(node: ast.expr) -> int | None:
-    """Return the integer that an index is, None where it is computed."""
+    """Return the value of an integer literal used as an index; None for a computed index."""
     try:
         return int(ast.literal_eval(node))
     except ValueError:
@@ -309,7 +309,7 @@ def _literal(node: ast.expr) -> int | None:
 
 
 def _entry(kind: Kind, place: int | None) -> Kind:
-    """Return the kind of an entry; ``place`` is None where it is computed."""
+    """Return the kind of an entry; ``place`` is None if it is computed."""
     if isinstance(kind, Pack):
         inside = place is not None and -len(kind.kinds) <= place < len(kind.kinds)
         return kind.kinds[place] if inside and place is not None else shapes.joined([*kind.kinds]) if kind.kinds else None
@@ -319,7 +319,7 @@ def _entry(kind: Kind, place: int | None) -> Kind:
 
 
 def _packed(parts: Sequence[Value]) -> Kind:
-    """Return the kind of a tuple, in which values at the stages may be put one after another."""
+    """Return the kind of a tuple; values at the stages can be concatenated in it."""
     if not any(isinstance(part.node, ast.Starred) for part in parts):
         return Pack(tuple(part.kind for part in parts))
     entries = [part.kind.kind if isinstance(part.kind, Stages) else part.kind for part in parts]
@@ -327,7 +327,7 @@ def _packed(parts: Sequence[Value]) -> Kind:
 
 
 def _concatenated(left: Value, right: Value) -> Kind:
-    """Return the kind of two tuples one after another, None where there are not two."""
+    """Return the kind of two concatenated tuples; None if one of the two is not a tuple."""
     if isinstance(left.kind, Pack) and isinstance(right.kind, Pack):
         return Pack(left.kind.kinds + right.kind.kinds)
     if isinstance(left.kind, Stages) and isinstance(right.kind, Stages):
@@ -336,7 +336,7 @@ def _concatenated(left: Value, right: Value) -> Kind:
 
 
 def _of_builtin(name: str, parts: Sequence[Value]) -> Kind:
-    """Return the kind of what a function of Python gives."""
+    """Return the kind of the result of a Python function."""
     if name in ("abs", "min", "max"):
         return shapes.joined([part.kind for part in parts])
     return INDEX if name in ("len", "int", "range") else None

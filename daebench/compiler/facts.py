@@ -6,13 +6,13 @@ from typing import Any
 
 
 class Derived(ABC):
-    """What follows from the definition of a problem of any kind, as the linker and the facts ask for it."""
+    """Quantities derived from the definition of a problem of any kind; the interface for the linker and the facts."""
 
     definition: Any
     """The definition, with its ``parameters`` and ``cases``."""
 
     states: str
-    """Kind of the problem, "constrained" or "poisson": name of the file in ``kernels/`` that says what a state is."""
+    """Kind of the problem, "constrained" or "poisson": the name of the file in ``kernels/`` that defines a state."""
 
     work: Sequence[str]
     """Kinds of work that are counted."""
@@ -23,19 +23,19 @@ class Derived(ABC):
 
     @abstractmethod
     def initial(self, name: str, case: Any) -> str:
-        """Return the source of a function of ``par``, of this name, that returns the initial values of a case."""
+        """Return the source of a function of this name and of ``par`` that returns the initial values of a case."""
 
     @property
     def costs(self) -> Mapping[str, list[int]]:
-        """Work of one call of functions that count for what their name does not say: none."""
+        """Work of one call, for functions whose work does not follow from their names: none."""
         return {}
 
     def needs(self, name: str) -> Sequence[str]:
-        """Return the names of the problem's other functions that this one calls: none."""
+        """Return the names of other functions of the problem that this one calls: none."""
         return ()
 
     def tracer(self, linker: Any) -> Any:
-        """Return what writes its functions from loops over nodes: nothing, only a chain has that."""
+        """Return the tracer that writes its functions from loops over nodes; None, except for a chain."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""Calls of C functions by their addresses, for generated modules: nothing is looked up by a name, so nothing has to be declared first."""
+"""Calls of C functions by address, for generated modules: no symbol is looked up, so none has to be declared first."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ POINTER, REAL, INTEGER = types.uintp, types.float64, types.int32
 
 
 def _call(result: Any, *arguments: Any) -> Any:
-    """Return the lowering of the call of a C function with this result and these arguments; pointers are addresses."""
+    """Return the lowering of a call of a C function with this result and these arguments; pointers are addresses."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         address, *given = values
@@ -54,7 +54,7 @@ def call2(typing: Any, address: Any, par: Any, p: Any, q: Any, h: Any) -> Any:
 
 
 def _content(place: int) -> Any:
-    """Return the lowering of the call of ``double *f(void *)``, whose address is in a place of the memory of callbacks."""
+    """Return the lowering of a call of ``double *f(void *)``, whose address is at a given place in the memory of callbacks."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         user, container = values
@@ -68,13 +68,13 @@ def _content(place: int) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def numbers_of_vector(typing: Any, user: Any, vector: Any) -> Any:
-    """Return a pointer to the numbers of a vector of SUNDIALS, by the function whose address is in the first place of the memory."""
+    """Return a pointer to the numbers of a vector of SUNDIALS, from the function whose address is first in the memory."""
     return _content(0)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def numbers_of_matrix(typing: Any, user: Any, matrix: Any) -> Any:
-    """Return a pointer to the numbers of a matrix of SUNDIALS, by the function whose address is in the second place of the memory."""
+    """Return a pointer to the numbers of a matrix of SUNDIALS, from the function whose address is second in the memory."""
     return _content(1)
 
 
@@ -98,7 +98,7 @@ def interpolate(typing: Any, address: Any, mem: Any, t: Any, order: Any, y: Any)
 
 @intrinsic  # type: ignore[untyped-decorator]
 def ask(typing: Any, address: Any, mem: Any, place: Any) -> Any:
-    """Call ``int IDAGetLastStep(void *mem, double *h)``, or another function that tells one thing of a solver."""
+    """Call ``int IDAGetLastStep(void *mem, double *h)``, or another function that returns one property of a solver."""
     return _call(INTEGER, POINTER, POINTER)
 
 

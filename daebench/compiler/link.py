@@ -1,9 +1,9 @@
 """The linker: joins a scheme's file with one problem's functions and algebra into the source of one module.
 
-Scheme files and the files in ``kernels/`` are read as syntax, never run; operations of the algebra take the place of operators. From
-the functions that are asked for, the linker follows every call; for each function it settles the constants of the language, threads the
-problem's parameters through, specialises functions that are passed by name, and asks the derivation or the algebra for exactly the names
-that are left.
+Scheme files and the files in ``kernels/`` are read as syntax and never run; operations of the algebra replace operators. From
+the requested functions, the linker follows every call. In each function it settles the constants of the language, passes the
+problem's parameters on, and specialises functions that are passed by name. It asks the derivation or the algebra for exactly the
+remaining names.
 """
 
 import ast
@@ -32,7 +32,7 @@ _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"),
 _WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
 _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
-_UNCOUNTED = ("rows",)  # M^-1 on rows of G: part of the algebra, whatever it is composed of
+_UNCOUNTED = ("rows",)  # M^-1 on rows of G: counted as part of the algebra
 _OF_NUMBERS = ("sqrt",)  # functions of numbers of any type, which each module imports
 _PLAIN = ("worst", "total", "no_work", "plus_work", *_OF_NUMBERS)
 FEW = 16
@@ -47,35 +47,35 @@ from builtins import abs, max, min
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What a module is linked for.
+    """Options of a linked module.
 
     Parameters
     ----------
     precision : str
         Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "complex128", "dual4" or "lanes8".
     watch : tuple of str
-        Any of "energy", "manifold", "integrals": what the loop takes the maximum error of; or "samples": that it stores H and no states.
+        Quantities whose maximum error the loop takes: any of "energy", "manifold", "integrals"; or "samples" to store H and no states.
     count : bool
         Whether evaluations, solves and iterations are counted.
     compiled : bool
-        Whether functions are handed to numba; otherwise they run as they are.
+        Whether functions are compiled by numba; otherwise they run in Python.
     form : str
         Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff", "soft", "baumgarte" or "darboux".
     stages : int
         Number of stages of the scheme.
     composed, compensated : bool
-        Whether a step is made of several substeps, and whether sums over steps are compensated for rounding.
+        Whether a step consists of several substeps, and whether sums over steps are compensated for rounding.
     projection : str
-        What ends a step: "" for nothing, "proj" or "symproj".
+        Projection at the end of a step: "" for none, "proj" or "symproj".
     stage_multipliers : int
         Number of stage multipliers of a step that the loop stores.
     singular : str
-        What becomes of a run where G loses rank: "" where it is not monitored, "watch", or "least-squares" where systems of constraints
-        are solved that way besides.
+        Treatment of a loss of rank of G: "" if it is not monitored, "watch", or "least-squares" if systems of constraints are also
+        solved that way.
     sweeps, roundings : int and float
-        Sweeps after which Newton's iteration is ended, 0 for convergence, and increments, in roundings, that end it.
+        Number of iterations after which Newton's method is stopped, 0 for convergence; and the increments, in roundings, at which it stops.
     loops : bool
-        Whether vectors are arrays in the place of tuples, and sums are loops, as suits a problem with many unknowns.
+        Whether vectors are arrays in place of tuples, and sums are loops, for a problem with many unknowns.
     """
 
     precision: str = "float64"
@@ -96,19 +96,19 @@ class Options:
 
 @cache
 def _declared(module: str) -> SourceFile:
-    """Return a file of the scheme language as syntax: what it declares is the same for every problem."""
+    """Return a file of the scheme language as syntax; its declarations are the same for every problem."""
     return SourceFile(module, text_of(module), {})
 
 
 class Linker:
-    """Collects the source of everything that the functions asked for need.
+    """Collects the source of the requested functions and of everything that they need.
 
     Parameters
     ----------
     derivation : Derivation
         The problem.
     options : Options
-        Number type, what to monitor, whether to count and to compile.
+        Number type, quantities to monitor, whether to count and to compile.
     scheme : str, optional
         Module name of the scheme that has the functions ``step`` and ``start``.
     """
@@ -156,9 +156,9 @@ class Linker:
         self.tracer = derivation.tracer(self)
 
     def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool, *, within: bool = False) -> str:
-        """Return the source of a module with these functions, each given as (file, name), and all that they need.
+        """Return the source of a module with these functions, each given as (file, name), and all functions that they need.
 
-        ``within``: they are called by functions that are written beside them alone.
+        ``within``: they are only called by functions that are written beside them.
         """
         emitted = [self.resolve(file, name) for file, name in roots]
         self.emitted |= {name: self._given_all(name) for name in emitted if self.scheme or name in self.reading}
@@ -193,23 +193,23 @@ class Linker:
 
     @property
     def _of_few_in_time(self) -> bool:
-        """Whether functions become part of what calls them, so that g, G and H_q at one place share what depends on the time alone."""
+        """Whether functions are inlined into their callers, so that g, G and H_q at one place share terms that depend only on the time."""
         return bool(self.constants["EXTENDED"]) and self.derivation.d <= FEW
 
     @property
     def _inlined(self) -> bool:
-        """Whether the scheme's file says that all its functions become part of its step, as suits one that iterates nothing."""
+        """Whether the scheme's file says that all its functions are inlined into its step, as suits a scheme without iterations."""
         return bool(self.scheme) and "INLINED" in self.file(str(self.scheme)).literals
 
     def _called_from_python(self, name: str, cached: bool) -> str:
-        """Return the source of a function that calls one which modules share, and takes its name: loops over nodes take long to compile."""
+        """Return the source of a function that calls a shared one and takes its name. Loops over nodes are shared: they compile slowly."""
         (node,) = ast.parse(self.emitted[name]).body
         assert isinstance(node, ast.FunctionDef)
         arguments, options = ", ".join(parameters_of(node)), f"error_model='numpy'{', cache=True' * cached}"
         return f"\n\n{name}_shared = {name}\n\n@njit({options})\ndef {name}({arguments}):\n    return {name}_shared({arguments})\n"
 
     def _given_all(self, name: str) -> str:
-        """Return the source of a function that is called from outside: ``par`` ends there with the data of scheme and form."""
+        """Return the source of a function that is called from outside, for which the data of scheme and form are appended to ``par``."""
         (node,) = ast.parse(self.emitted[name]).body
         assert isinstance(node, ast.FunctionDef)
         node.args.args = [argument for argument in node.args.args if argument.arg != DATA]
@@ -219,7 +219,7 @@ class Linker:
         return ast.unparse(node)
 
     def given(self, emitted: str) -> list[str]:
-        """Return what a function is given behind its arguments: parameters, and the data of scheme and form where it reads them."""
+        """Return the arguments appended to those of a function: the parameters, and the data of scheme and form if it reads them."""
         return ["par", DATA] if emitted in self.reading else ["par"]
 
     def file(self, module: str) -> SourceFile:
@@ -229,7 +229,7 @@ class Linker:
         return self.files[module]
 
     def lowered(self, module: str, name: str) -> ast.FunctionDef:
-        """Return a function of a file with operations of the algebra, which the file then imports, in the place of operators."""
+        """Return a function of a file with operators replaced by operations of the algebra, which the file then imports."""
         file = self.file(module)
         if name not in file.lowered:
             path = f"{module.replace('.', '/')}.py"
@@ -237,7 +237,7 @@ class Linker:
             file.lowered[name] = lowering.function(file.functions[name])
             for operation in sorted(lowering.used):
                 if operation in file.functions or file.imports.get(operation, (LANGUAGE, operation)) != (LANGUAGE, operation):
-                    raise InvalidProblem(f"{path}: {operation} is the name of an operation of the algebra; give the function another.")
+                    raise InvalidProblem(f"{path}: {operation} is the name of an operation of the algebra; give the function another name.")
                 file.imports[operation] = (LANGUAGE, operation)
         return file.lowered[name]
 
@@ -248,7 +248,7 @@ class Linker:
         return name if file in ("loop", "constrained", "poisson", "composed", "mechanical", "rank") else f"{file}_{name}"
 
     def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
-        """Emit the function of this name in this file, with these functions in place of its callable parameters; return its name."""
+        """Emit a function of this name from this file, with these functions for its callable parameters; return its name."""
         emitted = self._emitted(module, name) + "".join(f"__{function}" for function in bound.values())
         if emitted not in self.emitted and emitted not in self.work:
             self.work[emitted] = [0] * len(self.kinds)
@@ -262,7 +262,7 @@ class Linker:
         return emitted
 
     def resolve(self, module: str, name: str) -> str:
-        """Return the emitted name of what a file's imported name stands for, emitting it first where it is new."""
+        """Return the emitted name of an imported name of a file; emit its function first if it is new."""
         if self.tracer and (module == LANGUAGE or module == "daebench.schemes.kernels.rank") and self.tracer.written(name):
             return name
         if module != LANGUAGE:
@@ -292,7 +292,7 @@ class Linker:
         return written[0]
 
     def filled(self, name: str) -> tuple[str, str] | None:
-        """Return file and function that stand in this hole, where they are of the scheme, of what is around it, or of the form."""
+        """Return file and function for a name that the scheme, its surroundings, or the form of the system must provide."""
         if name in ("one_step", "initialise", "after_step", "output", "state_norm"):
             return f"daebench.schemes.kernels.{self.derivation.states}", name
         if name == "f":
@@ -309,14 +309,14 @@ class Linker:
             file = self.file(f"daebench.schemes.kernels.{part}")
             if name in file.functions and not (part == "mechanical" and self.derivation.explicit):
                 return self.function(file.name, name, {})
-        raise InvalidProblem(f"a scheme asks for {name}, which is not known for this problem.")
+        raise InvalidProblem(f"a scheme asks for {name}, which is not defined for this problem.")
 
     def takes_par(self, module: str, name: str) -> bool:
-        """Whether calls of this function hand on the problem's parameters."""
+        """Whether calls of this function pass on the problem's parameters."""
         return module != LANGUAGE or (self.algebraic(name) is None and name not in (*_PLAIN, *self.number.functions))
 
     def work_of(self, emitted: str, name: str) -> list[int]:
-        """Return what one call of this function counts for, Newton's iterations apart."""
+        """Return the work that one call of this function counts for, without Newton iterations."""
         if name in self.derivation.costs:
             return self.derivation.costs[name]
         if name in _UNCOUNTED:

@@ -1,7 +1,7 @@
-"""Machine code that numba has made, kept beside the generated module that it is of, and checked before it is read.
+"""Machine code made by numba, stored beside its generated module, and checked before it is read.
 
-numba's own cache unpickles what it finds, and two processes that compile one function for two types at once can leave the code of one under
-the key of the other. Here each function has one sealed file for each of its types, see :mod:`daebench.compiler.sealed`.
+numba's own cache unpickles whatever it finds, and two processes that compile one function for two types at once can store the code of one
+under the key of the other. Here each function has one sealed file for each of its types, see :mod:`daebench.compiler.sealed`.
 """
 
 import hashlib
@@ -21,14 +21,14 @@ from numba.core.compiler import CompileResult
 from daebench.compiler import sealed
 
 MADE_BY = tuple(f"{library.__name__} {library.__version__}" for library in (numba, llvmlite, numpy))
-"""What may make other machine code of the same source."""
+"""Versions and settings on which the machine code of a source depends."""
 
 SUFFIX = ".code"
 """Ending of files of machine code."""
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
-    """Return numba's decorator; with ``cache`` the machine code is kept beside the file of the function."""
+    """Return numba's decorator; with ``cache`` the machine code is stored beside the file of the function."""
 
     def made(function: Any) -> Any:
         compiled = numba.njit(**options)(function)
@@ -40,12 +40,12 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
 
 
 def inlined(function: Any) -> Any:
-    """Return a function that becomes part of what calls it before that is compiled: it is never compiled alone, which halves the time."""
+    """Return a function that is inlined into its callers before they are compiled. It is never compiled alone, which halves the time."""
     return numba.njit(error_model="numpy", inline="always")(function)
 
 
 def alone(function: Any) -> Any:
-    """Return a function that is compiled for others of its module to call, and can be called by nothing else."""
+    """Return a function that is compiled for other functions of its module; nothing else can call it."""
     return numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
@@ -59,7 +59,7 @@ class Callback:
     signature : str
         Its C types, as ``numba.cfunc`` takes them.
     cached : bool
-        Whether the machine code is kept beside the file of the function.
+        Whether the machine code is stored beside the file of the function.
     options : mapping of str to object
         Options of the compilation.
     """
@@ -69,7 +69,7 @@ class Callback:
 
     @cached_property
     def address(self) -> int:
-        """Its address, which is valid as long as this object."""
+        """Its address, which is valid as long as this object exists."""
         compiled: Any = CFunc(self._function, sigutils.normalize_signature(self._signature), locals={}, options=dict(self._options))
         if self._cached:
             compiled._cache = MachineCode(self._function)
@@ -79,17 +79,17 @@ class Callback:
 
 
 def callback(signature: str, *, cache: bool = False, **options: Any) -> Callable[[Any], Callback]:
-    """Return the decorator of a function that C calls; with ``cache`` the machine code is kept beside the file of the function."""
+    """Return the decorator of a function that C calls; with ``cache`` the machine code is stored beside the file of the function."""
     return lambda function: Callback(function, signature, cache, options)
 
 
 class MachineCode(caching._Cache):  # type: ignore[misc]
-    """Machine code of one function, a file for each of the types that it is compiled for.
+    """Machine code of one function, in one file for each of the types that it is compiled for.
 
     Parameters
     ----------
     function : function
-        A function of a generated module; its globals have the digest of the module's source, ``__digest__``.
+        A function of a generated module; its globals contain the digest of the module's source, ``__digest__``.
     """
 
     def __init__(self, function: Any) -> None:
@@ -105,7 +105,7 @@ class MachineCode(caching._Cache):  # type: ignore[misc]
         return str(self._file.parent)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled function for some types; None where it is not kept, or its file is damaged."""
+        """Return the compiled function for some types; None if it is not stored, or its file is damaged."""
         target_context.refresh()
         if not self._enabled:
             return None
@@ -114,7 +114,7 @@ class MachineCode(caching._Cache):  # type: ignore[misc]
         return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled function; where it cannot be written, the run goes on without."""
+        """Store a compiled function; if it cannot be written, the run goes on without it."""
         if not self._enabled or data.lifted or data.library.has_dynamic_globals:
             return
         path, purpose = self._place(sig, data.codegen)
@@ -122,10 +122,10 @@ class MachineCode(caching._Cache):  # type: ignore[misc]
         try:
             sealed.write(path, purpose, content)
         except OSError as error:
-            sealed.warn(f"cannot keep machine code in {path.parent} ({error.strerror}); it is compiled again next time.")
+            sealed.warn(f"cannot store machine code in {path.parent} ({error.strerror}); it is compiled again next time.")
 
     def enable(self) -> None:
-        """Read and write files."""
+        """Allow files to be read and written."""
         self._enabled = True
 
     def disable(self) -> None:
@@ -138,7 +138,7 @@ class MachineCode(caching._Cache):  # type: ignore[misc]
             sealed.remove(path)
 
     def _place(self, sig: Any, codegen: Any) -> tuple[Path, str]:
-        """Return the file for some types, and all that its content depends on."""
+        """Return the file for some types, and a text of everything that its content depends on."""
         purpose = "\n".join([self._name, self._digest, str(sig), str(codegen.magic_tuple()), *MADE_BY])
         name = f"{self._name}.{hashlib.sha256(purpose.encode()).hexdigest()[:16]}{SUFFIX}"
         return self._file.with_name(name), purpose

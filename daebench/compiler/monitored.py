@@ -1,4 +1,4 @@
-"""What the loop does beside stepping: it monitors errors, adds up work and stores states; written out for what is asked, or empty."""
+"""Functions of the loop besides the step: they monitor errors, add up work and store states; written for the requested data only."""
 
 from collections.abc import Mapping, Sequence
 from itertools import accumulate
@@ -13,7 +13,7 @@ class Quantity(NamedTuple):
     Parameters
     ----------
     function : str
-        Name of the problem's function that gives its values.
+        Name of the function of the problem that returns its values.
     arguments : str
         Arguments of the function, parts of a state x.
     length : int, optional
@@ -43,7 +43,7 @@ Quantities = Mapping[str, Sequence[Quantity]]
 
 
 def of_constrained(m: int, integrals: int) -> Quantities:
-    """Return the quantities of a constrained system with m constraints and so many first integrals besides H."""
+    """Return the quantities of a constrained system with m constraints and this many first integrals besides H."""
     return {
         "energy": [Quantity("H", "x[0], x[1]")],
         "manifold": [Quantity("g", "x[1]", m, conserved=False), Quantity("Gv", "x[0], x[1]", m, conserved=False)],
@@ -52,7 +52,7 @@ def of_constrained(m: int, integrals: int) -> Quantities:
 
 
 def of_poisson(casimirs: int, integrals: int) -> Quantities:
-    """Return the quantities of a Poisson system with so many Casimir functions and other first integrals besides H."""
+    """Return the quantities of a Poisson system with this many Casimir functions and other first integrals besides H."""
     return {
         "energy": [Quantity("H", "x")],
         "casimirs": [Quantity("casimirs", "x", casimirs)],
@@ -61,7 +61,7 @@ def of_poisson(casimirs: int, integrals: int) -> Quantities:
 
 
 class State(NamedTuple):
-    """How a state, and the stage multipliers of a step, are held.
+    """Layout of a state, and of the stage multipliers of a step.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class State(NamedTuple):
         return [f"spread({output}, row, {place}, {entry})" for place, entry in enumerate(entries)]
 
     def largest(self, quantity: Quantity) -> str:
-        """Return the source of the largest modulus of a quantity's values; of values in an array it is NaN if any is."""
+        """Return the source of the largest modulus of a quantity's values; if an array contains NaN it is NaN."""
         if self.arrays:
             return f"largest({quantity.call})"
         moduli = [f"abs({value})" for value in quantity.values]
@@ -102,7 +102,7 @@ LARGEST = ["modulus = abs(x[0])", "for value in x:", "    if not abs(value) <= m
 
 
 class Monitored:
-    """Source of the functions declared in ``kernels/language.py`` under *what only Newton and the loop use*.
+    """Source of the functions that ``kernels/language.py`` declares for Newton's iteration and the loop only.
 
     Parameters
     ----------
@@ -111,18 +111,18 @@ class Monitored:
     state : State
         How a state is held.
     names : sequence of str
-        Names of the quantities that are monitored; or "samples", for the loop to store H in place of states.
+        Names of the monitored quantities; or "samples" to make the loop store H in place of states.
     kinds : int
         Number of kinds of work that are counted; 0 to count nothing.
     stage_multipliers : int
         Number of stage multipliers of a step that are stored, each shape(m,); 0 to store none.
     guarded : bool
-        Whether H may have no value where the forces have one, see :mod:`daebench.compiler.domain`.
+        Whether H may be undefined at a state where the forces are defined, see :mod:`daebench.compiler.domain`.
 
     Attributes
     ----------
     tangents : bool
-        Whether states and parameters are dual numbers: values are monitored, and ``states`` has two outputs, the second for derivatives.
+        Whether states and parameters are dual numbers. Values are monitored, and ``states`` has two outputs, the second for derivatives.
     """
 
     def __init__(
@@ -148,7 +148,7 @@ class Monitored:
             self.conserved, self.stored = [H], [f"states[row, 0] = {H}"]
 
     def needs(self, name: str) -> list[str]:
-        """Return the names of the functions that one of these calls."""
+        """Return the names of the functions that one of these functions calls."""
         sources = {
             "conserved_quantities": self.conserved,
             "monitored_errors": self.errors,

@@ -1,7 +1,7 @@
-"""The types of numbers that a module is linked for: those of NumPy, and those that have a package of this compiler.
+"""Types of numbers that a module is linked for: types of NumPy, and types with a package in this compiler.
 
-Such a package has functions of its numbers, which generated modules import. Two of them add a type to numba, and have a file of entries:
-since Python itself has no such numbers, ``integrate_dual`` stands there for ``integrate``, and takes them apart.
+Such a package has functions of its numbers, which generated modules import. Two of the packages add a type to numba, and have a file of
+entry points: since Python itself has no such numbers, ``integrate_dual`` replaces ``integrate``, and passes their parts separately.
 """
 
 import ast
@@ -17,22 +17,22 @@ DOUBLE = "2.220446049250313e-16"
 
 @dataclass(frozen=True, kw_only=True)
 class NumberType:
-    """What the linker has to know of a type of numbers.
+    """Properties of a type of numbers that the linker needs.
 
     Parameters
     ----------
     kind : str
-        Its name, without the number that says how wide it is.
+        Its name, without the number for its width.
     dtype : str
-        NumPy's name of it, or of what it consists of.
+        NumPy's name of the type, or of its components.
     eps : str
         Source of the distance from 1 to the next larger number.
     again : int
-        How many times over Newton's iterations are done: 2 where derivatives are carried in the imaginary part.
+        Number of times that Newton's iterations are repeated: 2 if derivatives are carried in the imaginary part.
     package : str
         Package of the type; "" for a type of NumPy.
     width : int
-        How many derivatives, or runs, a number holds that a package adds to numba; 0 for other numbers.
+        Number of derivatives, or of runs, in a number of a type added to numba; 0 for other types.
     """
 
     kind: str
@@ -44,22 +44,22 @@ class NumberType:
 
     @property
     def directions(self) -> int:
-        """In how many directions numbers carry derivatives beside their values."""
+        """Number of directions in which numbers carry derivatives besides their values."""
         return self.width if self.package == "daebench.compiler.dual" else 0
 
     @property
     def lanes(self) -> int:
-        """How many runs there are at once, 0 where there is one."""
+        """Number of runs computed at once; 0 if there is one run."""
         return self.width if self.kind == "lanes" else 0
 
     @property
     def threaded(self) -> bool:
-        """Whether runs are shared out over threads."""
+        """Whether runs are distributed over threads."""
         return self.kind in ("lanes", "tangent")
 
     @cached_property
     def functions(self) -> Sequence[str]:
-        """Functions of such numbers that modules import: what ``nested.py`` of the package says that it has."""
+        """Functions of these numbers that modules import: those listed by ``nested.py`` of the package."""
         if not self.package:
             return ()
         assigned = (node for node in ast.parse(text_of(f"{self.package}.nested")).body if isinstance(node, ast.Assign))
@@ -67,13 +67,13 @@ class NumberType:
 
     @property
     def imports(self) -> list[str]:
-        """Lines that a module begins with."""
+        """Lines at the beginning of a module."""
         return [f"from {self.package}.nested import {', '.join(self.functions)}"] if self.package else []
 
     def entries(self, roots: Sequence[str]) -> tuple[list[str], list[str]]:
-        """Return the sources of functions that stand for some of the roots of a module, and the names of its roots with these.
+        """Return the sources of functions that replace some of the roots of a module, and the names of its roots after this replacement.
 
-        Numbers that the file of entries gives names to, and functions that these call, come before them.
+        Named numbers from the file of entry points, and functions called by these functions, come before them.
         """
         if not self.width:
             return [], list(roots)
@@ -103,7 +103,7 @@ NUMBER_TYPES = {
 def number_type(name: str) -> NumberType:
     """Return a type by name: "float64", "dual4" for dual numbers with derivatives in 4 directions, "lanes8" for 8 runs at once.
 
-    "tangent1" are dual numbers of one direction, with an entry that brings the derivatives back to length 1 again and again.
+    The name "tangent1" means dual numbers of one direction, with an entry point that rescales the derivatives to length 1 repeatedly.
     """
     if name in NUMBER_TYPES:
         return NUMBER_TYPES[name]

@@ -1,6 +1,6 @@
-"""Operators in scheme files, lowered to the operations of the algebra before linking: ``q0 + h * v`` becomes ``axpy(h, v, q0)``.
+"""Operators in scheme files, replaced by operations of the algebra before linking: ``q0 + h * v`` becomes ``axpy(h, v, q0)``.
 
-Annotations and the declarations of ``kernels/language.py`` give every expression a kind, see :mod:`daebench.compiler.shapes`; the kinds of
+Annotations and the declarations of ``kernels/language.py`` give every expression a kind, see :mod:`daebench.compiler.shapes`. The kinds of
 names are followed through assignments, branches and loops.
 """
 
@@ -14,15 +14,15 @@ from daebench.compiler.shapes import INDEX, Kind, said
 
 
 class Lowering(Expressions):
-    """Lowers one function of a scheme file; the parameters are those of its expressions."""
+    """Replaces the operators in one function of a scheme file; the parameters are those of :class:`Expressions`."""
 
     def function(self, node: ast.FunctionDef) -> ast.FunctionDef:
-        """Return the function with calls in the place of operators.
+        """Return the function with calls in place of operators.
 
         Raises
         ------
         InvalidProblem
-            If a shape does not fit, or a kind is not known; with the file, the line and the expression.
+            If shapes do not match, or a kind is not known; the message gives the file, the line and the expression.
         """
         self.kinds = {argument.arg: self.scope.annotated(argument.annotation) for argument in node.args.args}
         self.result = self.scope.annotated(node.returns)
@@ -36,7 +36,7 @@ class Lowering(Expressions):
         return [self._statement(statement) for statement in statements]
 
     def _statement(self, node: ast.stmt) -> ast.stmt:
-        """Return a statement with its expressions lowered, and remember the kinds of the names that it sets."""
+        """Return a statement with its operators replaced, and record the kinds of the names that it assigns."""
         lowered = node
         match node:
             case ast.Assign(targets=[target], value=value):
@@ -56,11 +56,11 @@ class Lowering(Expressions):
             case ast.Expr(value=ast.Constant()) | ast.Pass():
                 pass
             case _:
-                raise self._refusal(node, "a scheme has assignments, branches and loops")
+                raise self._refusal(node, "a scheme may only contain assignments, branches and loops")
         return ast.copy_location(lowered, node)
 
     def _changed(self, node: ast.AugAssign, target: ast.Name) -> ast.stmt:
-        """Return ``x += y`` as it is for numbers, and as ``x = x + y`` for the rest."""
+        """Return ``x += y`` unchanged for numbers, and as ``x = x + y`` otherwise."""
         operation = self._finished(self._operation(ast.copy_location(ast.BinOp(target, node.op, node.value), node)))
         self._bind(target, operation.kind, node.value)
         if operation.kind in NUMBERS and isinstance(operation.node, ast.BinOp):
@@ -70,7 +70,7 @@ class Lowering(Expressions):
     def _returned(self, value: ast.expr) -> ast.expr:
         expression = self._whole(value)
         if not shapes.fits(expression.kind, self.result):
-            raise self._refusal(value, f"the function returns {said(self.result)} by its annotation, and here {said(expression.kind)}")
+            raise self._refusal(value, f"its annotation says {said(self.result)}, but the function returns {said(expression.kind)} here")
         return expression.node
 
     def _branches(self, node: ast.If) -> ast.If:
@@ -83,7 +83,7 @@ class Lowering(Expressions):
         return ast.If(test, body, orelse)
 
     def _loop(self, node: ast.For) -> ast.For:
-        """Return a loop; what changes its kind on the way is of unknown kind in it."""
+        """Return a loop; a variable whose kind changes in the loop has no known kind there."""
         before = dict(self.kinds)
         self._bind(node.target, INDEX, node.iter)
         self._block(node.body)

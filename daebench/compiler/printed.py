@@ -1,4 +1,4 @@
-"""A problem's functions as code of other languages, so that code from outside solves the same problem."""
+"""A problem's functions as code in other languages, so that external codes solve the same problem."""
 
 import json
 import keyword
@@ -20,9 +20,9 @@ class Function:
     name : str
         The textbook's name.
     about : str
-        What it is, with its shape.
+        Description with its shape.
     arguments : mapping of str to sequence of Symbol
-        The vectors that it takes.
+        Vectors that it takes.
     entries : ndarray of Expr
         Its value.
     """
@@ -34,7 +34,7 @@ class Function:
 
     @property
     def flat(self) -> list[sp.Expr]:
-        """Its entries, the last index fastest."""
+        """Its entries in one list, with the last index fastest."""
         return list(sp.flatten(self.entries.tolist())) if self.entries.shape else [self.entries[()]]
 
 
@@ -42,11 +42,11 @@ EXPLICIT = {
     "H": "Hamiltonian",
     "H_p": "its gradient with respect to p, shape(d,)",
     "H_q": "its gradient with respect to q, shape(d,)",
-    "H_pp": "its second derivatives, by p in rows and by p in columns, shape(d, d)",
-    "H_qp": "its second derivatives, by q in rows and by p in columns, shape(d, d)",
-    "H_qq": "its second derivatives, by q in rows and by q in columns, shape(d, d)",
+    "H_pp": "its second derivatives with respect to p (rows) and p (columns), shape(d, d)",
+    "H_qp": "its second derivatives with respect to q (rows) and p (columns), shape(d, d)",
+    "H_qq": "its second derivatives with respect to q (rows) and q (columns), shape(d, d)",
 }
-"""What is printed of a constrained problem whose H is an expression, by name."""
+"""Printed functions of a constrained problem whose H is an expression, by name."""
 
 OF_MASS = {
     "M": "mass matrix of H = 1/2 p^T M(q)^-1 p + U(q), shape(d, d)",
@@ -55,14 +55,14 @@ OF_MASS = {
     "U_q": "its gradient, shape(d,)",
     "U_qq": "its second derivatives, shape(d, d)",
 }
-"""What is printed in place of that where the mass matrix is not diagonal."""
+"""Printed functions in place of those if the mass matrix is not diagonal."""
 
 CONSTRAINTS = {
     "g": "constraints, shape(m,)",
     "G": "their Jacobian, shape(m, d)",
     "g_qq": "their second derivatives, shape(m, d, d)",
 }
-"""What is printed of the constraints."""
+"""Printed functions of the constraints."""
 
 POISSON = {
     "H": "Hamiltonian",
@@ -70,40 +70,40 @@ POISSON = {
     "H_yy": "its second derivatives, shape(n, n)",
     "B": "structure matrix, shape(n, n)",
 }
-"""What is printed of a Poisson system."""
+"""Printed functions of a Poisson system."""
 
 DERIVED = {"M_q": ("M", "q"), "g_qq": ("G", "q"), "H_yy": ("H_y", "y")}
-"""What no scheme needs and so no derivation has, as the derivative of a function with respect to one of its arguments."""
+"""Functions that no scheme needs, so that no derivation has them: each is the derivative of a function with respect to an argument."""
 
 
 def functions(derivation: Any) -> list[Function]:
     """Return the functions of a problem and their first and second derivatives, as they are compiled for schemes.
 
-    Those of a constrained problem are H, H_p, H_q, H_pp, H_qp, H_qq, g, G and g_qq; where the mass matrix is not diagonal, M, M_q, U,
-    U_q and U_qq stand for those of H. Those of a Poisson system are H, H_y, H_yy, B, and the Casimir functions C with C_y.
+    For a constrained problem these are H, H_p, H_q, H_pp, H_qp, H_qq, g, G and g_qq. If the mass matrix is not diagonal, M, M_q, U, U_q and
+    U_qq replace those of H. For a Poisson system they are H, H_y, H_yy, B, and the Casimir functions C with C_y.
 
     Raises
     ------
     BadInput
-        If the problem is a lattice, or a chain of so many nodes that its functions are loops.
+        If the problem is a lattice, or a chain with so many nodes that its functions are loops.
     """
     definition = derivation.definition
     if hasattr(definition, "sites"):
-        raise BadInput(f"the functions of a lattice of {definition.sites} sites are loops, and are not written out.")
+        raise BadInput(f"the functions of a lattice of {definition.sites} sites are loops and cannot be printed.")
     if hasattr(definition, "nodes"):
-        raise BadInput(f"{definition.nodes} nodes are too many to write out; take fewer.")
+        raise BadInput(f"{definition.nodes} nodes are too many to print; take fewer nodes.")
     if derivation.states == "constrained":
         contents = (EXPLICIT if derivation.explicit else OF_MASS) | CONSTRAINTS
         return [_function(derivation, name, about) for name, about in contents.items()]
     printed_functions = [_function(derivation, name, about) for name, about in POISSON.items()]
     if definition.casimirs:
         C = replace(_function(derivation, "casimirs", f"Casimir functions {', '.join(definition.casimirs)}"), name="C")
-        printed_functions += [C, _function(derivation, "C_y", "their gradients, one a row")]
+        printed_functions += [C, _function(derivation, "C_y", "their gradients, one per row")]
     return printed_functions
 
 
 def _function(derivation: Any, name: str, about: str) -> Function:
-    """Return one function of a problem, of which its derivation has the expressions, or those that it is the derivative of."""
+    """Return one function of a problem. The derivation has its expressions, or those of the function of which it is the derivative."""
     if name in DERIVED:
         integral, by = DERIVED[name]
         function = _function(derivation, integral, about)
@@ -129,7 +129,7 @@ def printed(language: str, problem: str, derivation: Any) -> str:
     Raises
     ------
     BadInput
-        If there is no such language, or the functions cannot be written out.
+        If there is no such language, or the functions cannot be printed.
     """
     if language not in LANGUAGES:
         raise unknown("language", language, LANGUAGES)
@@ -138,7 +138,7 @@ def printed(language: str, problem: str, derivation: Any) -> str:
 
 
 def _plain(names: Sequence[sp.Symbol], taken: Sequence[str]) -> dict[sp.Symbol, sp.Symbol]:
-    """Return symbols with names that no language keeps for itself."""
+    """Return symbols with names that are not reserved in any language."""
     words = {*keyword.kwlist, *taken, "double", "int", "float", "const", "end", "function", "begin", "let", "local", "out", "par"}
     return {symbol: sp.Symbol(f"{symbol}_" if str(symbol) in words else str(symbol), real=True) for symbol in names}
 

@@ -1,4 +1,4 @@
-"""A problem file that gives another system each time it is read is refused: two methods in one table would run on two systems."""
+"""Refusal of a problem file that defines another system each time it is read: two methods in one table would run on two systems."""
 
 import contextlib
 import hashlib
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from daebench.systems.files.read import Definition
 
 DUMMY = re.compile(r"dummy_index=\d+")
-"""Number of a symbol that SymPy makes unlike all others: it differs between two readings of the same text."""
+"""Number that SymPy gives to a symbol to make it unique; it differs between two readings of the same text."""
 
 
 def require_same(
     problem: Problem, structure: Mapping[str, int], definition: "Definition", again: "Callable[[], Iterable[Definition]]"
 ) -> None:
-    """Accept a definition that is the same whenever its file is read: at first several times, then once in each process.
+    """Check that a definition is the same whenever its file is read: several times at first, then once in each process.
 
     Parameters
     ----------
@@ -30,19 +30,19 @@ def require_same(
     structure : mapping of str to int
         Values of its structural parameters.
     definition : Definition
-        What it has given.
+        The definition that the file has given.
     again : callable
-        Gives it once more, in each of the ways in which it may come to be asked for.
+        Returns the definition again, by each of the ways in which it may be read.
 
     Raises
     ------
     InvalidProblem
-        If it is another one than before.
+        If the definition differs from the previous one.
     """
     digest = digest_of(definition)
 
     def build(cached: bool) -> str:
-        with contextlib.redirect_stderr(io.StringIO()):  # it has told everything once
+        with contextlib.redirect_stderr(io.StringIO()):  # its messages have been shown once
             for other in again():
                 _require_equal(problem, digest, digest_of(other))
         return f'"""Definition of {problem.path.stem}."""\n\nDIGEST = {digest!r}'
@@ -61,6 +61,6 @@ def digest_of(definition: "Definition") -> str:
 def _require_equal(problem: Problem, one: str, other: str) -> None:
     if one != other:
         raise InvalidProblem(
-            f"{problem.name} gives another system each time it is read, so that two methods would not run on the same one; let problem() "
-            "depend on its arguments alone, and on no clock, environment, other file, or random number without a seed."
+            f"{problem.name} defines another system each time it is read, so two methods would not run on the same one; let problem() "
+            "depend only on its arguments, not on a clock, the environment, another file, or a random number without a seed."
         )

@@ -1,7 +1,7 @@
-"""Files whose content is checked before it is used, in a folder that nobody else can write to.
+"""Files whose content is checked before it is used, in a folder to which nobody else can write.
 
-A sealed file begins with a digest of what it is for and what is in it. Damage changes the digest, and so does another file's content under
-this file's name. The digest is no secret: against other people the folder is private, and a file of another user is not read.
+A sealed file begins with a digest of its purpose and its content. The digest reveals damage, and also the content of another file under
+this file's name. It is no secret; the private folder protects against other users, and a file of another user is not read.
 """
 
 import hashlib
@@ -17,10 +17,10 @@ MARK = b"daebench sealed 1\n"
 """First bytes of every sealed file: the version of this layout."""
 
 OTHERS = stat.S_IRWXG | stat.S_IRWXO
-"""Rights of everybody but the owner."""
+"""Permissions of all users except the owner."""
 
 WRITE = stat.S_IWGRP | stat.S_IWOTH
-"""Those of them that let others change a folder."""
+"""Permissions of these that allow others to change a folder."""
 
 
 class CacheWarning(UserWarning):
@@ -29,12 +29,12 @@ class CacheWarning(UserWarning):
 
 @cache
 def warn(message: str) -> None:
-    """Say it once in a process, not once a kernel."""
+    """Give a warning once per process, not once per kernel."""
     warnings.warn(message, CacheWarning, stacklevel=4)
 
 
 def digest(purpose: str, content: bytes) -> bytes:
-    """Return the SHA-256 of what a file is for and what is in it, in hexadecimal digits."""
+    """Return the SHA-256 of a file's purpose and content, in hexadecimal digits."""
     return hashlib.sha256(purpose.encode() + b"\0" + content).hexdigest().encode()
 
 
@@ -46,9 +46,9 @@ def write(path: Path, purpose: str, content: bytes) -> None:
     path : Path
         The file.
     purpose : str
-        All that it depends on besides its content: it is read for the same purpose alone.
+        Everything that the content depends on. The file is only read for the same purpose.
     content : bytes
-        What is in it.
+        Its content.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def write(path: Path, purpose: str, content: bytes) -> None:
 
 
 def read(path: Path, purpose: str) -> bytes | None:
-    """Return the content of a sealed file; None where there is none, and where it is damaged or foreign, and so removed."""
+    """Return the content of a sealed file; None if there is none. A damaged or foreign file is removed."""
     whole = own(path)
     start = len(MARK) + 65
     if whole is not None and whole[:start] == MARK + digest(purpose, whole[start:]) + b"\n":
@@ -69,7 +69,7 @@ def read(path: Path, purpose: str) -> bytes | None:
 
 
 def put(path: Path, whole: bytes) -> None:
-    """Write a file under a temporary name and rename it: no other process ever sees a part of it.
+    """Write a file under a temporary name and rename it, so that no other process ever sees a part of it.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def put(path: Path, whole: bytes) -> None:
 
 
 def own(path: Path) -> bytes | None:
-    """Return the bytes of a file that belongs to this user; None where there is none."""
+    """Return the bytes of a file that belongs to this user; None if there is no such file."""
     try:
         with path.open("rb") as file:
             return file.read() if _is_ours(os.fstat(file.fileno())) else None
@@ -98,7 +98,7 @@ def own(path: Path) -> bytes | None:
 
 
 def remove(path: Path) -> None:
-    """Remove what is in the place of a file, a folder too; what cannot be removed stays."""
+    """Remove a file, or a folder in its place; errors are ignored."""
     try:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
@@ -109,23 +109,23 @@ def remove(path: Path) -> None:
 
 
 def refusal(folder: Path, prefix: str) -> str:
-    """Make a folder private, and return why it cannot be trusted; "" where it can.
+    """Make a folder private, and return why it cannot be trusted; "" if it can.
 
-    A folder that is made here gives others no rights. One that is there must belong to this user; rights of others are taken away where all
-    that is in it is ours. A folder with other things in it keeps its rights, and is trusted where others cannot write to it. Windows has
-    no such rights, and keeps a user's folders from others by itself.
+    A folder made here gives no permissions to others. An existing folder must belong to this user. If it contains only our files, the
+    permissions of others are removed. If it contains other files, it keeps its permissions, and is trusted if others cannot write to it.
+    Windows has no such permissions, and protects a user's folders by itself.
 
     Parameters
     ----------
     folder : Path
-        The folder; it is made if it is not there.
+        The folder; it is made if it does not exist.
     prefix : str
-        First letters of all names that are ours.
+        First letters of all our file names.
 
     Raises
     ------
     OSError
-        If it cannot be made or looked at.
+        If it cannot be made or inspected.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir(mode=0o700, exist_ok=True)
@@ -146,7 +146,7 @@ def refusal(folder: Path, prefix: str) -> str:
 def _take_rights_of_others(folder: Path, mode: int) -> None:
     try:
         folder.chmod(stat.S_IMODE(mode) & ~OTHERS)
-    except OSError:  # on a read-only disk, say: whether that matters is decided by the rights that there are
+    except OSError:  # on a read-only disk, say; the existing permissions decide whether this matters
         return
 
 

@@ -1,7 +1,7 @@
-"""Kinds of expressions in scheme files, and the operation of the algebra that each sum, multiple and product of them stands for.
+"""Kinds of expressions in scheme files, and the operation of the algebra for each sum, multiple and product of them.
 
-The kinds with names are the classes of ``kernels/language.py``. ``None`` is the kind of an expression of which nothing is known: no
-operator takes it.
+The named kinds are the classes of ``kernels/language.py``. ``None`` is the kind of an expression about which nothing is known; no
+operator accepts it.
 """
 
 from collections.abc import Mapping
@@ -14,28 +14,28 @@ JACOBIAN, ROWS, INVERSE_MASS, MATRIX, GRAM, HALF_MATRIX = "Jacobian", "Rows", "I
 
 @dataclass(frozen=True)
 class Pack:
-    """A tuple with an entry of its own kind at each place."""
+    """A tuple whose entries have kinds of their own."""
 
     kinds: tuple["Kind", ...]
 
 
 @dataclass(frozen=True)
 class Stages:
-    """A tuple of any length whose entries are of one kind, as values at the stages are."""
+    """A tuple of any length whose entries are of one kind, such as values at the stages."""
 
     kind: "Kind"
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A kind that a call settles, as that of the unknowns of Newton's iteration."""
+    """A kind that a call determines, such as that of the unknowns of Newton's iteration."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function that is handed to another: the kinds of its parameters, as far as they are known, and of its result."""
+    """A function that is passed to another: the kinds of its parameters, as far as they are known, and of its result."""
 
     parameters: tuple["Kind", ...]
     result: "Kind"
@@ -50,10 +50,10 @@ NAMED: Mapping[str, Kind] = {
     "Any": None,
     "bool": None,
 }
-"""Kinds by the names that annotations give them."""
+"""Kinds by their names in annotations."""
 
 WIDER = {JACOBIAN: ROWS, INVERSE_MASS: MATRIX}
-"""Kinds with a pattern of zeros, and the dense kinds that stand for them in sums, multiples and wherever the zeros do not matter."""
+"""Kinds with a pattern of zeros, and the dense kinds that replace them in sums, multiples and wherever the zeros do not matter."""
 
 ENTRY = {VECTOR: NUMBER, MULTIPLIER: NUMBER, HALF: NUMBER, ROWS: VECTOR, JACOBIAN: VECTOR, GRAM: MULTIPLIER, DATA: DATA}
 ENTRY |= {MATRIX: VECTOR, INVERSE_MASS: VECTOR}
@@ -68,7 +68,7 @@ SCALE = {VECTOR: "scale", MULTIPLIER: "scale_m", HALF: "scale_m", ROWS: "scale_m
 
 @dataclass(frozen=True)
 class Product:
-    """How a product is written: the operation, whether it takes its factors the other way round, and the kind of the result."""
+    """How a product is written: the operation, whether it takes its factors in the opposite order, and the kind of the result."""
 
     call: str
     kind: str
@@ -90,7 +90,7 @@ PRODUCTS = {
     (MATRIX, MATRIX): Product("product", MATRIX),
     ("Rows.T", ROWS): Product("product_T", MATRIX),
 }
-"""Products by the kinds of their factors; a factor with a pattern of zeros also stands where the dense one does."""
+"""Products by the kinds of their factors; a factor with a pattern of zeros may replace a dense one."""
 
 _OF_VECTOR, _OF_ROWS, _OF_MATRIX = (Pack((VECTOR, NUMBER)), Pack((VECTOR, ROWS, NUMBER)), Pack((VECTOR, MATRIX, NUMBER)))
 OVERLOADS: Mapping[str, Mapping[tuple[Kind, ...], tuple[str, Kind]]] = {
@@ -113,7 +113,7 @@ OVERLOADS: Mapping[str, Mapping[tuple[Kind, ...], tuple[str, Kind]]] = {
         (Stages(Stages(MATRIX)), Stages(VECTOR)): ("solve_stages_twice_d", Pack((Stages(VECTOR), NUMBER))),
     },
 }
-"""Functions that stand for several operations, by the kinds of their arguments: the operation, and the kind of its result."""
+"""Overloaded functions, by the kinds of their arguments: the operation, and the kind of its result."""
 
 
 def wider(kind: Kind) -> Kind:
@@ -122,7 +122,7 @@ def wider(kind: Kind) -> Kind:
 
 
 def product_of(left: str, right: str) -> Product | None:
-    """Return how the product of two kinds is written, ".T" marking a transpose; None if there is none."""
+    """Return how the product of two kinds is written, where ".T" marks a transpose; None if there is none."""
     pairs = [(a, b) for a in (left, _widened(left)) for b in (right, _widened(right))]
     return next((PRODUCTS[pair] for pair in pairs if pair in PRODUCTS), None)
 
@@ -133,7 +133,7 @@ def _widened(shape: str) -> str:
 
 
 def joined(kinds: "list[Kind]") -> Kind:
-    """Return the kind that stands for all of these; None if there is none."""
+    """Return the common kind of several kinds; None if there is none."""
     if len({*kinds}) == 1:
         return kinds[0]
     wide = {NUMBER if kind in (NUMBER, DATA, INDEX) else wider(kind) for kind in kinds}
@@ -141,7 +141,7 @@ def joined(kinds: "list[Kind]") -> Kind:
 
 
 def fits(kind: Kind, wanted: Kind) -> bool:
-    """Return whether a value of one kind may stand where another is wanted; what is not known may stand anywhere."""
+    """Return whether a value of one kind is accepted where another is wanted; an unknown kind is accepted everywhere."""
     if kind is None or wanted is None or isinstance(wanted, Variable | Function) or isinstance(kind, Variable | Function):
         return True
     if isinstance(kind, Pack) and isinstance(wanted, Pack):
@@ -155,7 +155,7 @@ def fits(kind: Kind, wanted: Kind) -> bool:
 
 
 def settled(wanted: Kind, kind: Kind, bindings: dict[str, Kind]) -> None:
-    """Record what the kind of an argument settles about the variables in the kind of a parameter."""
+    """Record the variables in the kind of a parameter that the kind of an argument determines."""
     if isinstance(wanted, Variable):
         bindings.setdefault(wanted.name, kind)
     elif isinstance(wanted, Pack) and isinstance(kind, Pack) and len(wanted.kinds) == len(kind.kinds):
@@ -166,7 +166,7 @@ def settled(wanted: Kind, kind: Kind, bindings: dict[str, Kind]) -> None:
 
 
 def filled(kind: Kind, bindings: Mapping[str, Kind]) -> Kind:
-    """Return a kind with its variables settled; None in the place of those that are not."""
+    """Return a kind with its variables replaced by the kinds found for them; None for variables without one."""
     if isinstance(kind, Variable):
         return bindings.get(kind.name)
     if isinstance(kind, Pack):
@@ -178,4 +178,4 @@ def said(kind: Kind) -> str:
     """Return a kind in words."""
     if isinstance(kind, str):
         return {NUMBER: "a number", INDEX: "an integer", DATA: "run-time data", IDENTITY: "the identity"}.get(kind, f"a {kind}")
-    return "a tuple" if isinstance(kind, Pack | Stages) else "a function" if isinstance(kind, Function) else "something of unknown kind"
+    return "a tuple" if isinstance(kind, Pack | Stages) else "a function" if isinstance(kind, Function) else "a value of unknown kind"

@@ -1,4 +1,4 @@
-"""How generated modules are compiled: functions of the same text once a process, and without looking for garbage meanwhile."""
+"""Compilation of generated modules: functions of equal text are compiled once per process, without garbage collection meanwhile."""
 
 import gc
 from collections.abc import Callable, Iterator
@@ -12,18 +12,18 @@ _MADE: dict[str, Any] = {}
 def shared(text: str, *, inlined: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Return the decorator of a function that only other functions of generated modules call.
 
-    Modules of one problem, or of one scheme, have most of their functions in common. Those of the same text are one function here, which
-    numba compiles for a type when it is first called; what calls it has it inlined as before.
+    Modules of one problem, or of one scheme, have most of their functions in common. Functions of equal text are one function here, which
+    numba compiles for a type when it is first called. LLVM inlines it into its callers as before.
 
-    To numba it is a function of this file, under a name that has the hash in it: machine code on disk names the module of each function
-    that is in it, to be imported by a process that may never have seen it, and no two functions may ever have the same name.
+    For numba it is a function of this file, under a name that contains the hash. Machine code on disk names the module of each function
+    in it, to be imported by a process that may never have seen it, and no two functions may ever have the same name.
 
     Parameters
     ----------
     text : str
-        Hash of its text, of the texts of all that it calls, and of the constants that it reads.
+        Hash of its text, of the texts of all functions that it calls, and of the constants that it reads.
     inlined : bool
-        Whether it is put into what calls it, however long it is: of dual numbers calls cost more than what is computed.
+        Whether it is inlined into its callers regardless of its length: for dual numbers a call costs more than the computation.
     """
     from numba import njit
 
@@ -42,7 +42,7 @@ def shared(text: str, *, inlined: bool = False) -> Callable[[Callable[..., Any]]
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Collect no garbage in a block that may compile: to look through all objects that a compiler makes takes a tenth of its time."""
+    """Disable garbage collection in a block that may compile: scanning the objects that a compiler makes takes a tenth of its time."""
     collecting = gc.isenabled()
     gc.disable()
     try:

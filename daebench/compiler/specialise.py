@@ -1,4 +1,4 @@
-"""One function of the scheme language, rewritten for one problem: names resolved, parameters threaded, constants settled, work counted."""
+"""One function of the scheme language, rewritten for one problem: names resolved, parameters passed on, constants settled, work counted."""
 
 import ast
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from daebench.errors import InvalidProblem
 
 
 class Linking(Protocol):
-    """What rewriting a function takes of the linker: :class:`daebench.compiler.link.Linker` says what each of these returns."""
+    """Interface of the linker for rewriting a function; :class:`daebench.compiler.link.Linker` describes the results."""
 
     derivation: Any
     constants: dict[str, bool | int | float]
@@ -29,19 +29,19 @@ class Linking(Protocol):
         ...
 
     def resolve(self, module: str, name: str) -> str:
-        """Return the emitted name of what a file's imported name stands for."""
+        """Return the emitted name of an imported name of a file."""
         ...
 
     def given(self, emitted: str) -> list[str]:
-        """Return what a function is given behind its arguments."""
+        """Return the arguments that are appended to those of a function."""
         ...
 
     def takes_par(self, module: str, name: str) -> bool:
-        """Whether calls of this function hand on the problem's parameters."""
+        """Whether calls of this function pass on the problem's parameters."""
         ...
 
     def work_of(self, emitted: str, name: str) -> list[int]:
-        """Return what one call of this function counts for."""
+        """Return the work that one call of this function counts for."""
         ...
 
     def tally(self, update: str) -> str:
@@ -50,7 +50,7 @@ class Linking(Protocol):
 
 
 class Specialise(Unroller):
-    """Rewrites one function: names resolved, parameters threaded, constants settled, annotations gone; and counts its calls."""
+    """Rewrites one function: resolves names, passes parameters on, settles constants, removes annotations, and counts its calls."""
 
     def __init__(self, linker: Linking, file: SourceFile, bound: Mapping[str, str]) -> None:
         super().__init__(file.name)
@@ -60,7 +60,7 @@ class Specialise(Unroller):
         self.reads = False
 
     def linked(self, node: ast.FunctionDef, emitted: str) -> ast.FunctionDef:
-        """Return the function under its emitted name, callable parameters replaced by what they are bound to."""
+        """Return the function under its emitted name, with callable parameters replaced by the functions bound to them."""
         body = self.visited(node.body)
         arguments = [*(a for a in parameters_of(node) if a not in self.bound), "par", *[DATA] * self.reads]
         signature = ast.parse(f"def {emitted}({', '.join(arguments)}): pass").body[0]
@@ -69,7 +69,7 @@ class Specialise(Unroller):
         return ast.fix_missing_locations(signature)
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Put values in place of the language's constants and of a file's literals."""
+        """Replace the language's constants and a file's literals by their values."""
         if node.id in self.indices:
             return ast.Constant(self.indices[node.id])
         module, name = self._target(node.id)
@@ -81,7 +81,7 @@ class Specialise(Unroller):
         return node if module == LANGUAGE else self.linker.file(module).literals.get(name, node)
 
     def visit_If(self, node: ast.If) -> ast.stmt | list[ast.stmt]:
-        """Settle a branch on a constant of the language; visit any other."""
+        """Decide a branch on a constant of the language; visit any other."""
         if isinstance(node.test, ast.Name) and isinstance(test := self.visit_Name(node.test), ast.Constant):
             return self.visited(node.body if test.value else node.orelse)
         visited = self.generic_visit(node)
@@ -89,11 +89,11 @@ class Specialise(Unroller):
         return visited
 
     def counts(self, name: str) -> bool:
-        """Whether a name stands for the number of stages or of constraints."""
+        """Whether a name denotes the number of stages or of constraints."""
         return self._target(name) in ((LANGUAGE, "STAGES"), (LANGUAGE, "CONSTRAINTS"))
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
-        """Keep track of branches and loops: what is called there is called we know not how often."""
+        """Keep track of branches and loops: the number of calls inside them is not known."""
         inside = isinstance(node, ast.If | ast.For | ast.While | ast.IfExp | ast.BoolOp | ast.comprehension)
         self.branches += inside
         visited = super().generic_visit(node)
@@ -101,7 +101,7 @@ class Specialise(Unroller):
         return visited
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        """Resolve the function that is called and hand the parameters on."""
+        """Resolve the called function and pass the parameters on."""
         assert isinstance(node.func, ast.Name)
         name = node.func.id
         if len(node.args) == 1 and isinstance(node.args[0], ast.GeneratorExp):
@@ -111,7 +111,7 @@ class Specialise(Unroller):
             assert isinstance(node.args[0], ast.Name)
             return call(self.linker.tally(self.bound[node.args[0].id]), [self.visit(node.args[1])])
         if name in self.bound:
-            if not self.branches:  # an iteration counts what it does in a loop itself
+            if not self.branches:  # an iteration counts its own loop
                 self._count(self.bound[name], self.linker.work_of(self.bound[name], self.bound[name]))
             return call(self.bound[name], [*map(self.visit, node.args), *self._given(self.bound[name])])
         if name not in self.file.imports and name not in self.file.functions:
@@ -124,16 +124,16 @@ class Specialise(Unroller):
         return call(emitted, handed)
 
     def _given(self, emitted: str) -> list[ast.expr]:
-        """Return what a function is given behind its arguments."""
+        """Return the arguments that are appended to those of a function."""
         given = self.linker.given(emitted)
         self.reads |= DATA in given
         return [ast.Name(name, ast.Load()) for name in given]
 
     def _count(self, name: str, work: Sequence[int]) -> None:
-        """Add the work of one call; the loop over steps counts its own steps, and nothing else may have branches around work."""
+        """Add the work of one call. Work in branches cannot be counted, except in the loop over steps, which counts its own steps."""
         if any(work) and self.branches and not self.file.name.endswith(".loop"):
             raise InvalidProblem(
-                f"{self.file.name} calls {name} in a branch or a loop, where its work cannot be counted; a step is straight."
+                f"{self.file.name} calls {name} in a branch or a loop, where its work cannot be counted; call it unconditionally."
             )
         self.work = [mine + more for mine, more in zip(self.work, work, strict=True)]
 

@@ -1,4 +1,4 @@
-"""Source files as syntax, and the small rewritings that the linker makes of them."""
+"""Source files as syntax, and the small rewritings that the linker applies to them."""
 
 import ast
 import hashlib
@@ -12,19 +12,19 @@ from types import MappingProxyType
 
 LANGUAGE = "daebench.schemes.kernels.language"
 LANGUAGES = (LANGUAGE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
-"""The files that declare what the linker fills in; what they declare is one set of names."""
+"""The files that declare the names which the linker provides; their declarations form one set of names."""
 
 DATA = "scheme_data"
-"""Name of the run-time data of scheme and form, which only functions that read them are given: others are the same for all schemes."""
+"""Name of the run-time data of scheme and form. Only functions that read them get them, so that others are the same for all schemes."""
 
 RUN_TIME = {"DATA": f"{DATA}[0]", "FORM_DATA": f"{DATA}[1]", "LENGTH": "par[{0}][0]", "RATE": "par[{0}][1]"}
-"""Where run-time data stand; length and rate behind the problem's parameters, of which there are so many."""
+"""Places of the run-time data; length and rate come after the problem's parameters, whose number is inserted."""
 
 
 class SourceFile:
     """One source file as syntax, with its constant ``if`` statements settled.
 
-    ``imports`` puts both files of the language in one, ``homes`` keeps them apart; ``lowered`` are the functions without operators.
+    ``imports`` joins both files of the language, ``homes`` distinguishes them; ``lowered`` holds the functions with operators replaced.
     """
 
     def __init__(self, name: str, text: str, constants: Mapping[str, bool | int | float]) -> None:
@@ -54,7 +54,7 @@ class SourceFile:
                 self.annotations[node.target.id] = node.annotation
 
     def _assigned(self, name: str, value: ast.expr) -> None:
-        """Keep a literal, or what may be the name of a kind of value."""
+        """Record a literal, or an expression that may name a kind of value."""
         if isinstance(value, ast.Constant):
             self.literals[name] = value
         else:
@@ -97,14 +97,14 @@ def decorated(
     threaded: bool = False,
     direct: Sequence[str] = (),
 ) -> str:
-    """Hand each function to numba; only the roots are kept on disk, with everything else inside them, and can be called from Python.
+    """Decorate each function for numba; only the roots, with everything else inside them, are stored on disk and can be called from Python.
 
-    ``callbacks`` are the signatures of those that C calls; they call roots that are ``direct``, and copies of others.
+    ``callbacks`` are the signatures of the functions that C calls. They call the roots in ``direct``, and copies of the other roots.
 
-    What wraps a function for Python takes as long to compile as a small function itself. The others are named by their text, and are
-    shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of what they
-    read. With ``inlined`` those of at most :data:`INLINED` operations, with all that they call, are put into what calls them, where LLVM
-    would call some. With ``threaded`` the roots let other threads run meanwhile.
+    The wrapper of a function for Python takes as long to compile as a small function itself. Functions other than roots are named by their
+    text, and are shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of
+    constants that they read. With ``inlined``, functions of at most :data:`INLINED` operations, with all that they call, are inlined into
+    their callers; LLVM would call some. With ``threaded`` the roots release the interpreter lock.
     """
     tree = _apart(ast.parse(body), set(roots) - set(direct), callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
@@ -129,9 +129,9 @@ def imports(module: types.ModuleType) -> str:
 
 
 def _apart(tree: ast.Module, roots: AbstractSet[str], callbacks: Mapping[str, str]) -> ast.Module:
-    """Let callbacks call copies of the roots, and these copies of further roots: of them nothing is compiled that wraps them for Python.
+    """Make callbacks call copies of the roots, and these copies of further roots, for which no wrapper for Python is compiled.
 
-    A copy is for one caller, to become part of it, see :func:`_within`.
+    A copy has one caller, into which it is inlined, see :func:`_within`.
     """
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     waiting = [functions[name] for name in callbacks if name in functions]
@@ -147,7 +147,7 @@ def _apart(tree: ast.Module, roots: AbstractSet[str], callbacks: Mapping[str, st
 
 
 def _within(functions: Mapping[str, ast.FunctionDef], callbacks: Mapping[str, str]) -> dict[str, str]:
-    """Return how functions are compiled that callbacks need: those that are called from one place become part of what calls them."""
+    """Return how the functions that callbacks need are compiled: functions called from one place are inlined there."""
     needed, waiting = dict[str, int](), [name for name in callbacks if name in functions]
     while waiting:
         calls = (node.func for node in ast.walk(functions[waiting.pop()]) if isinstance(node, ast.Call))
@@ -158,24 +158,24 @@ def _within(functions: Mapping[str, ast.FunctionDef], callbacks: Mapping[str, st
 
 
 INLINED = 2000
-"""Operations of the longest function that is put into what calls it."""
+"""Number of operations of the longest function that is inlined into its callers."""
 
 
 def _operations(node: ast.FunctionDef, size: Callable[[str], int]) -> int:
-    """Return the number of operations of a function, with those of the functions that it calls, of so many each."""
+    """Return the number of operations of a function, including those of the functions that it calls; ``size`` gives their numbers."""
     calls = [n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
     return sum(isinstance(n, ast.BinOp | ast.UnaryOp | ast.Compare | ast.Call) for n in ast.walk(node)) + sum(map(size, calls))
 
 
 def _names(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> list[str]:
-    """Return which of some functions a function calls, or has the result of in lanes, see :func:`daebench.compiler.lanes.nested.absent`."""
+    """Return which of some functions a function calls, or whose result form it uses, see :func:`daebench.compiler.lanes.nested.absent`."""
     calls = [n for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
     absent = [n.args[0] for n in calls if isinstance(n.func, ast.Name) and n.func.id == "absent"]
     return sorted({n.id for n in (*(n.func for n in calls), *absent) if isinstance(n, ast.Name)} & set(functions))
 
 
 def _hash(node: ast.FunctionDef, called: Sequence[str], constants: Mapping[str, str]) -> str:
-    """Return the hash of a function's text, of the hashes of what it calls, and of the constants that it reads."""
+    """Return the hash of a function's text, of the hashes of the functions that it calls, and of the constants that it reads."""
     read = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)} & set(constants))
     text = "\n".join([ast.unparse(node), *called, *(f"{name} = {constants[name]}" for name in read)])
     return hashlib.sha256(text.encode()).hexdigest()[:16]

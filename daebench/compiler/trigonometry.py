@@ -1,21 +1,21 @@
-"""Expressions in sines and cosines made shorter by sin^2 + cos^2 = 1, which is all it takes for most charts."""
+"""Simplification of expressions in sines and cosines by sin^2 + cos^2 = 1, which suffices for most charts."""
 
 import sympy as sp
 
 LONG, SHORT = 1000, 60
-"""Operations beyond which nothing is shortened, and those up to which SymPy's own simplification is tried last."""
+"""Number of operations above which nothing is shortened, and number up to which SymPy's own simplification is tried last."""
 
 
 def shortened(expression: sp.Expr) -> sp.Expr:
-    """Return an expression simplified, after powers of sines or of cosines were replaced where that makes it shorter.
+    """Return an expression simplified, after powers of sines or of cosines were replaced if that makes it shorter.
 
-    Of polynomials in sines and cosines, which is what a chart by angles gives, the replacement leaves little for SymPy's own, much slower
-    simplification to do; its result is kept where it is no longer than what it began with.
+    A chart by angles gives polynomials in sines and cosines. After the replacement, little is left for SymPy's own, much slower
+    simplification. Its result is used unless it is longer than its input.
 
     Parameters
     ----------
     expression : Expr
-        Any expression; of one so long that simplification would take minutes nothing is changed.
+        Any expression; one so long that simplification would take minutes is returned unchanged.
     """
     if expression.count_ops() > LONG:
         return expression
@@ -28,7 +28,7 @@ def shortened(expression: sp.Expr) -> sp.Expr:
 
 
 def _without(expression: sp.Expr, function: type[sp.Function], other: type[sp.Function]) -> sp.Expr:
-    """Return an expanded expression in which no square of one of the functions, sine or cosine, is left."""
+    """Return an expanded expression without squares of one of the functions, sine or cosine."""
 
     def squares(power: sp.Pow) -> sp.Expr:
         base, exponent = power.as_base_exp()

@@ -1,1 +1,1 @@
-"""Figures for print, and SVG panels that answer at once."""
+"""Figures for print, and interactive SVG panels."""

@@ -1,17 +1,17 @@
-"""Bands between quantiles, the darker the nearer to the median: how they are called in tables, and drawn."""
+"""Bands between quantiles, darker towards the median: the names of their columns in tables, and how they are drawn."""
 
 from collections.abc import Callable
 from typing import Any
 
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Quantiles that tables and pictures of many runs have."""
+"""Quantiles in tables and pictures of many runs."""
 
 SHADES = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.35))
-"""Bands: the levels of their quantiles, and how dark they are."""
+"""Bands: the levels of their quantiles, and their opacity."""
 
 
 def column(level: float, of: str = "") -> str:
-    """Return the name of the column of a quantile, as q05, or energy_q05 of something."""
+    """Return the name of the column of a quantile, such as q05, or energy_q05 for a quantity."""
     return f"{of}_q{100 * level:02.0f}" if of else f"q{100 * level:02.0f}"
 
 

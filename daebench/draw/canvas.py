@@ -1,4 +1,4 @@
-"""A figure that a notebook shows by itself, without pyplot and without a backend that has been chosen before."""
+"""A figure that a notebook displays by itself, without pyplot and without a backend selected before."""
 
 from matplotlib.figure import Figure
 
@@ -6,7 +6,7 @@ from daebench.runs.shown import image
 
 
 class Canvas(Figure):
-    """A figure of Matplotlib whose picture a notebook shows where the figure is the result of a cell."""
+    """A Matplotlib figure that a notebook displays if it is the result of a cell."""
 
     def _repr_html_(self) -> str:
         """Return the picture as an element of a page."""

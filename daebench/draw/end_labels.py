@@ -8,11 +8,11 @@ import numpy as np
 from daebench.runs.ivp import Array
 
 LINE = 1.25
-"""Distance of two names, in sizes of their letters."""
+"""Distance of two names, as a multiple of the font size."""
 
 
 def label_ends(axis: Any, names: Sequence[str], x: Sequence[float], y: Sequence[float], colors: Sequence[str], size: float = 8.0) -> None:
-    """Write names beside the right edge of axes whose limits are set, each in its colour and level with its point as far as there is room.
+    """Write names beside the right edge of axes with fixed limits, each in its colour and, if there is room, at the height of its point.
 
     Parameters
     ----------
@@ -21,9 +21,9 @@ def label_ends(axis: Any, names: Sequence[str], x: Sequence[float], y: Sequence[
     names, colors : sequence of str
         Names, and their colours.
     x, y : sequence of float
-        Ends of the curves, in the axes' data.
+        Ends of the curves, in data coordinates.
     size : float
-        Size of letters, points.
+        Font size, points.
     """
     axis.set(xlim=axis.get_xlim(), ylim=axis.get_ylim())  # Matplotlib computes limits only on request
     box = axis.get_position()
@@ -48,7 +48,7 @@ def label_ends(axis: Any, names: Sequence[str], x: Sequence[float], y: Sequence[
 
 
 def apart(levels: Array, gap: float) -> Array:
-    """Return ascending levels that are at least a gap apart, and as near to the given ones as groups of them can be, shape(n,).
+    """Return ascending levels at least a gap apart, shape(n,); groups of levels are moved apart about their given means.
 
     Examples
     --------

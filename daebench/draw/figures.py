@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 7.2
-"""Width of a figure in inches: the text width of a printed page, so that 9 pt letters stay 9 pt."""
+"""Width of a figure in inches: the text width of a printed page, so that 9 pt letters are printed at 9 pt."""
 
 DPI = 180
 
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = ("#000000", "#c27c00", "#3f97d4", "#008f68", "#0072b2", "#c24e00", "#bf6598")
-"""The colours of Okabe and Ito, in such lightness that a line has a contrast of 3 on a light page and on a dark one."""
+"""The colours of Okabe and Ito, with a lightness that gives lines a contrast of 3 on light and on dark pages."""
 
 BROWN, OLIVE, INDIGO = "#8f5b3e", "#7d8400", "#7565c8"
-"""More colours of that contrast, for pictures of many methods; dashes and markers tell them from those above."""
+"""More colours of that contrast, for pictures of many methods; dashes and markers distinguish them from those above."""
 
 QUIET = "#767676"
 """Grey of auxiliary elements: zero lines, diagonals, notes."""
@@ -70,7 +70,7 @@ STROKES = (
 
 
 def curve(k: int) -> dict[str, Any]:
-    """Return keyword arguments for the k-th of many curves with markers: the strokes in order, then once more with filled markers.
+    """Return keyword arguments for the k-th of many curves with markers: the strokes in order, then again with filled markers.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def curve(k: int) -> dict[str, Any]:
 
 
 def legend_below(figure: "Figure", axis: Any, columns: int, **settings: Any) -> None:
-    """Put one legend below a figure, of the curves of one of its axes, if it has any.
+    """Put one legend for the labelled curves of an axis below a figure; nothing if there are none.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str 
     height : float
         Height of the figure, inches; its width is :data:`WIDTH`.
     x, y : str
-        Labels of the lowest axes below, and of the leftmost at the left.
+        Labels of the lowest axes (below), and of the leftmost axes (at the left).
     **settings
         For Matplotlib's ``subplots``, for example ``sharex=True``.
 
@@ -181,7 +181,7 @@ def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str 
     figure : Figure
         The figure.
     axes : ndarray of Axes, shape(rows, columns)
-        Its axes, also where there is one alone.
+        Its axes, also if there is only one.
     """
     from daebench.draw.canvas import Canvas
 
@@ -196,18 +196,18 @@ def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str 
 def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Mapping[str, Any]") -> Path:
     """Write ``stem.svg``, ``stem.png`` and ``stem.csv`` into a folder, each whole or not at all; return the path of the SVG.
 
-    The SVG needs no fonts, has no date and is the same bytes for the same drawing.
+    The SVG needs no fonts, contains no date and has the same bytes for the same drawing.
 
     Parameters
     ----------
     figure : Figure
-        What is drawn.
+        The drawing.
     directory : Path
-        Folder; made where it is missing.
+        Folder; made if it does not exist.
     stem : str
-        Name of the files without ending.
+        Name of the files without extension.
     data : DataFrame or mapping of str to array_like
-        The numbers that are shown, by column.
+        The numbers in the figure, by column.
     """
     directory.mkdir(parents=True, exist_ok=True)
     path, _ = save_drawing(figure, directory, stem)
@@ -216,7 +216,7 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
 
 
 def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Path]:
-    """Write ``stem.svg`` and ``stem.png`` into a folder that is there, each whole or not at all; return their paths."""
+    """Write ``stem.svg`` and ``stem.png`` into an existing folder, each whole or not at all; return their paths."""
     paths = directory / f"{stem}.svg", directory / f"{stem}.png"
     for path in paths:
         save_picture(figure, path)
@@ -224,7 +224,7 @@ def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Pa
 
 
 def save_picture(figure: "Figure", path: Path) -> None:
-    """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`; a drawing of lines has no date in it."""
+    """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`. A vector drawing contains no date."""
     undated: Any = {".svg": {"Date": None, "Creator": None, "Source": _drawn_by()}, ".pdf": {"CreationDate": None}}
     ending = path.suffix.lower()
     with drawing(), atomic(path) as scratch:
@@ -232,11 +232,11 @@ def save_picture(figure: "Figure", path: Path) -> None:
 
 
 PICTURES = (".pdf", ".svg", ".png")
-"""Endings of files of pictures."""
+"""Extensions of picture files."""
 
 
 def _drawn_by() -> str | None:
-    """Return the module that draws a figure: the first one on the way up that is not this one."""
+    """Return the module that draws a figure: the first one up the call stack other than this one."""
     frame = sys._getframe(1)
     while frame.f_back and frame.f_globals.get("__name__") == __name__:
         frame = frame.f_back
@@ -244,12 +244,12 @@ def _drawn_by() -> str | None:
 
 
 def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
-    """Write columns as CSV, whole or not at all, with 12 significant digits, and beside it how it was made.
+    """Write columns as CSV, whole or not at all, with 12 significant digits, and beside it a text on how it was made.
 
     Parameters
     ----------
     path : Path
-        The file; its folder is made where it is missing.
+        The file; its folder is made if it does not exist.
     data : DataFrame or mapping of str to array_like
         The columns.
     """

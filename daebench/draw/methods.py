@@ -1,4 +1,4 @@
-"""How a method looks and what it is called: the same stroke and the same name in every picture."""
+"""Appearance and name of a method: the same stroke and the same name in every picture."""
 
 import re
 from dataclasses import replace
@@ -62,10 +62,10 @@ STROKES_OF = {
     "heyoka": Stroke(BLACK, SOLID, "*"),
     "solve_dae": Stroke(INDIGO, LONG, "<"),
 }
-"""Colour, dashes and marker by the name of a method, or of its solver; a composition, a projection or a form follows its scheme."""
+"""Colour, dashes and marker by the name of a method, or of its solver; a composition, a projection or a form is drawn like its scheme."""
 
 OTHER = Stroke(BROWN, MIXED, "h")
-"""A method of no name here: a code of one's own."""
+"""Stroke of a method that is not listed here, such as an external code."""
 
 NAMES = {
     "rattle": "RATTLE",
@@ -99,9 +99,9 @@ NAMES = {
     "ida:ggl": "IDA GGL",
     "ida:baumgarte": "IDA Baumgarte",
     "ida:ode": "IDA ODE",
-    "ida:casimirs": "IDA, Casimirs kept",
+    "ida:casimirs": "IDA, Casimirs imposed",
 }
-"""Names that are not made by a rule."""
+"""Names that do not follow a rule."""
 
 PARTS = {"suzuki4": "Suzuki 4", "kahan_li8": "Kahan-Li 8", "proj": "projected", "symproj": "symmetrically projected"}
 PARTS |= {"local": "local coordinates", "stiff": "stiff form", "baumgarte": "Baumgarte", "darboux": "Darboux"}
@@ -119,17 +119,17 @@ PARSED = re.compile(r"(?:(?P<form>local|stiff|baumgarte|darboux):)?(?P<scheme>[^
 
 
 def name_of(method: str) -> str:
-    """Return what a method is called in pictures and sentences.
+    """Return the name of a method in pictures and sentences.
 
     Parameters
     ----------
     method : str
-        Name as it is typed, ``rattle/suzuki4`` say.
+        Name as it is typed, for example ``rattle/suzuki4``.
 
     Returns
     -------
     str
-        A name in words; the one that was typed where none is known, as of a code of one's own.
+        A name in words; the typed name if none is known, as for an external code.
 
     Examples
     --------
@@ -144,7 +144,7 @@ def name_of(method: str) -> str:
 
 
 def _scheme(scheme: str) -> str:
-    """Return the name of a scheme or solver without what is added to it."""
+    """Return the name of a scheme or solver without its additions."""
     if scheme in NAMES:
         return NAMES[scheme]
     for pattern, words in RULES:
@@ -154,7 +154,7 @@ def _scheme(scheme: str) -> str:
 
 
 def _parts(method: str) -> dict[str, str] | None:
-    """Return form, scheme, composition and projection of a name; None of a code of one's own."""
+    """Return form, scheme, composition and projection of a name; None for an external code."""
     if method.startswith((".", "/", "exec:")):
         return None
     match = PARSED.fullmatch(method)
@@ -162,7 +162,7 @@ def _parts(method: str) -> dict[str, str] | None:
 
 
 def stroke_of(method: str) -> Stroke:
-    """Return how a method is drawn in every picture: its scheme's colour, and dashes and a marker of its own.
+    """Return the stroke of a method in every picture: its scheme's colour, with its own dashes and marker.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Positions of the parts of an initial value problem along any run, as the problem's picture declares them."""
+"""Positions of the parts of an initial value problem along any run, as declared by the problem's picture."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,36 +12,36 @@ from daebench.systems.extended import time_symbols
 from daebench.systems.picture import Picture
 
 LINES, ALONG = 13, 61
-"""Lines of constant coordinates of a surface, and points on each."""
+"""Number of lines of constant coordinates on a surface, and of points on each."""
 
 ZIGZAG, END = 10, 0.15
-"""Corners of a spring, and its straight part at either end."""
+"""Number of corners of a spring, and length of the straight part at either end."""
 
 AMPLITUDE = 0.035
-"""Half the width of a spring, as a part of the extent of what is drawn."""
+"""Half the width of a spring, as a fraction of the extent of the drawing."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What is drawn of an initial value problem: parts by numbers of points, and where the points are.
+    """Drawing of an initial value problem: its parts, given by numbers of points, and the positions of the points.
 
     Parameters
     ----------
     dimension : int
         2 or 3.
     rods : list of list of int
-        Which points each rod leads through.
+        For each rod, the points through which it passes.
     masses, fixed : list of int
-        Which points are masses, and which do not move.
+        Points that are masses, and points that do not move.
     springs, dampers : list of list of int
-        Which two points each spring and each damper is between.
+        For each spring and each damper, the two points that it connects.
     surface : ndarray, shape(lines, ALONG, 3)
-        Lines on the surface; none where there is none.
+        Lines on the surface; none if there is no surface.
     axes : tuple of str
-        Names of the coordinates; empty where they are lengths.
+        Names of the coordinates; empty if they are lengths.
     at : callable
-        ``at(states)`` takes rows of positions q, or of states y, shape(n, ...), to the points, shape(n, k, dimension): those of the rods,
-        then the masses, the fixed ones, and the ends of springs and of dampers.
+        ``at(states)`` maps rows of positions q, or of states y, shape(n, ...), to the points, shape(n, k, dimension): those of the rods,
+        then the masses, the fixed points, and the ends of springs and of dampers.
     """
 
     dimension: int
@@ -56,12 +56,12 @@ class Layout:
 
 
 def layout_of(ivp: InitialValueProblem) -> Layout | None:
-    """Return what is drawn of a problem of any kind with the numbers of a case, or None where it declares no picture.
+    """Return the drawing of a problem of any kind with the numbers of a case; None if it declares no picture.
 
     Raises
     ------
     InvalidProblem
-        If the picture has no points, they are not all of the plane or all of space, or an expression has an undeclared symbol.
+        If the picture has no points, they are not all in the plane or all in space, or an expression has an undeclared symbol.
     """
     declared = ivp.source.define()
     picture = declared.picture
@@ -79,14 +79,14 @@ def layout_of(ivp: InitialValueProblem) -> Layout | None:
 
 
 def _coordinates(declared: Any) -> list[Any]:
-    """Return the symbols of what a row of states has: positions, and the time where it is one of them, or y."""
+    """Return the symbols of the entries of a row of states: positions, and the time if it is one of them, or y."""
     if getattr(declared, "in_time", False):
         return [*declared.q, time_symbols(declared)[0]]
     return list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
 
 
 def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
-    """Return where the named points of a problem's picture are at positions q, the time among them: none where it names none.
+    """Return the named points of a problem's picture at positions q, which include the time if it is one; empty if no points are named.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def numbered(picture: Picture) -> tuple[tuple[list[list[int]], list[int], list[i
 
 
 def zigzag(ends: Array, amplitude: float) -> Array:
-    """Return the corners of a spring between two points of the plane, shape(ZIGZAG + 4, 2): it is as wide however long it is.
+    """Return the corners of a spring between two points of the plane, shape(ZIGZAG + 4, 2). Its width does not depend on its length.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def surface_lines(picture: Picture, parameters: Sequence[Any], par: Sequence[flo
 
 
 def moving(points: Array, candidates: Sequence[int]) -> list[int]:
-    """Return which of these points move, once each where several are always at the same place; points has shape(n, k, dimension)."""
+    """Return the points that move, without repeating points that always coincide; points has shape(n, k, dimension)."""
     indices: list[int] = []
     least = 1e-9 * float(np.max(np.abs(points), initial=0.0))
     for k in candidates:
@@ -177,7 +177,7 @@ def _dimension(problem: str, picture: Picture, flat: Sequence[Any]) -> int:
     sizes = {len(point) for point in flat}
     if not flat or len(sizes) > 1 or not sizes <= {2, 3} or (picture.surface is not None and sizes != {3}):
         raise InvalidProblem(
-            f"the picture of {problem} needs points, all of the plane or all of space, and of space where it has a surface."
+            f"the picture of {problem} needs points, all in the plane or all in space; with a surface they must be in space."
         )
     (dimension,) = sizes
     if picture.axes and len(picture.axes) != dimension:

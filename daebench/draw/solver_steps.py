@@ -1,4 +1,4 @@
-"""A picture of what IDA or CVODE thinks of its steps: size, order, Newton's iterations, and the estimated errors over their tolerances."""
+"""A picture of the steps of IDA or CVODE: size, order, Newton iterations, and the estimated errors relative to their tolerances."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ HEIGHT = 7.4
 """Height of the picture, inches."""
 
 WINDOWS = 300
-"""Of more than twice as many steps the largest value in each of so many windows is drawn, above a band down to the least."""
+"""Number of windows. With more than twice as many steps, the largest value in each window is drawn, above a band down to the smallest."""
 
 NAMES = {"q": "positions $q$", "v": "velocities $v$", "p": "momenta $p$", "lam": r"multipliers $\lambda$", "mu": r"multipliers $\mu$"}
 NAMES |= {"Lam": r"$\Lambda$, with $\Lambda' = \lambda$", "Mu": r"$M$, with $M' = \mu$", "y": "states $y$"}
@@ -23,7 +23,7 @@ NAMES |= {"Lam": r"$\Lambda$, with $\Lambda' = \lambda$", "Mu": r"$M$, with $M' 
 COLORS = {"q": BLUE, "y": BLUE, "v": GREEN, "p": GREEN, "lam": VERMILION, "Lam": VERMILION, "mu": PURPLE, "Mu": PURPLE}
 
 DEPTH = 1e-9
-"""Shares of the error test below this part of the largest are not drawn."""
+"""Fraction of the largest share in the error test; shares below it are not drawn."""
 
 
 def draw(steps: SolverSteps, title: str = "") -> "Figure":
@@ -32,9 +32,9 @@ def draw(steps: SolverSteps, title: str = "") -> "Figure":
     Parameters
     ----------
     steps : SolverSteps
-        The steps; where not one was taken, the attempts at the first are drawn side by side, by how many have failed in the error test.
+        The steps. If no step was taken, the attempts at the first are drawn side by side, by the number of error test failures.
     title : str
-        What is above it.
+        Title of the picture.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def _shares(ax: Any, x: Array, steps: SolverSteps) -> None:
 
 
 def _curve(ax: Any, x: Array, y: Any, **settings: Any) -> None:
-    """Draw values, of many the largest of each window above a band down to the least."""
+    """Draw values. Of many values, draw the largest of each window above a band down to the smallest."""
     if len(x) > 2 * WINDOWS:
         edges = np.linspace(0, len(x), WINDOWS + 1).astype(int)[:-1]
         x, least, y = x[edges], np.minimum.reduceat(y, edges), np.maximum.reduceat(y, edges)

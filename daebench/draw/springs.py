@@ -31,7 +31,7 @@ def draw_springs(axis: Any, springs: Springs, points: Array, extent: float, **st
     points : ndarray, shape(k, 2)
         The points.
     extent : float
-        Extent of the whole drawing; the width of a spring is a part of it.
+        Extent of the whole drawing; the width of a spring is a fraction of it.
     **style
         Colour, width and opacity of the lines.
     """

@@ -1,4 +1,4 @@
-"""Maps of classes over a grid, drawn as few areas: tiles of one class are joined, so that a map of many tiles stays a small drawing."""
+"""Maps of classes over a grid, drawn as few areas: tiles of one class are joined, so that a map of many tiles is a small drawing."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 
 def edges(centres: Array) -> Array:
-    """Return the edges of tiles with these centres, equally far from neighbours in the logarithm, shape(n + 1,)."""
+    """Return the edges of tiles with these centres, midway between neighbours in the logarithm, shape(n + 1,)."""
     logs = np.log(centres)
     if len(logs) == 1:
         return np.asarray(np.exp([logs[0] - 0.5, logs[0] + 0.5]))
@@ -21,16 +21,16 @@ def edges(centres: Array) -> Array:
 def fill(axis: Any, across: Array, up: Array, classes: NDArray[np.int64], colours: Sequence[str]) -> None:
     """Colour the tiles of a grid by their class.
 
-    Each colour is an area below those of all later classes, so that no gaps are seen between neighbours.
+    Each colour fills an area that includes the tiles of all later classes, so that no gaps are visible between neighbours.
 
     Parameters
     ----------
     axis : Axes
-        Where they are drawn.
+        Axes for the drawing.
     across, up : ndarray, shape(columns + 1,) and shape(rows + 1,)
         Edges of the tiles.
     classes : ndarray of int, shape(rows, columns)
-        Number of the colour of each.
+        Class of each tile.
     colours : sequence of str
         Colours of the classes.
     """
@@ -40,7 +40,7 @@ def fill(axis: Any, across: Array, up: Array, classes: NDArray[np.int64], colour
 
 
 def hatch(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], pattern: str, colour: str) -> None:
-    """Hatch the tiles of a grid where a mask says so, shape(rows, columns), with a pattern of Matplotlib."""
+    """Hatch the tiles of a grid at which a mask, shape(rows, columns), is true, with a pattern of Matplotlib."""
     if mask.any():
         _add(axis, across, up, mask, facecolor="none", edgecolor=colour, hatch=pattern)
 
@@ -59,9 +59,9 @@ def _add(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], **look: A
 
 
 def rectangles(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
-    """Give rectangles that make up an area of tiles: first row, row behind the last, first column, column behind the last.
+    """Yield rectangles that make up an area of tiles: first row, row after the last, first column, column after the last.
 
-    Tiles side by side in a row are joined, and then what is of the same columns in rows one above the other.
+    Adjacent tiles in a row are joined, and then runs with the same columns in adjacent rows.
     """
     sides = np.diff(np.pad(mask, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     begun: dict[tuple[int, int], int] = {}

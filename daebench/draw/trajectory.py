@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 def figure(run: Outcome) -> "Figure":
-    """Return the picture of a run: at the left the motion, or the states over time, at the right the errors.
+    """Return the picture of a run: at the left the motion, or the states over time, and at the right the errors.
 
     Raises
     ------
     BadInput
-        If the trajectory has no functions of its problem with it.
+        If the trajectory does not contain the functions of its problem.
     """
     ivp = run.solved
     t, errors = thinned(run.t, {name: values for name, values in errors_along(ivp, run).items() if np.any(values > 0)})
@@ -42,18 +42,18 @@ def figure(run: Outcome) -> "Figure":
 
 
 def _title(run: Outcome) -> str:
-    """Return what was run, and how it ended."""
+    """Return the title: the run, and how it ended."""
     end = f"stopped at t = {run.t[-1]:.4g} s" if run.failure else f"to t = {run.t[-1]:.4g} s"
     return f"{run.method} on {run.problem}, case {run.case}, {run.knob} = {run.value:g}, {end}"
 
 
 def _seen(rows: Array) -> Array:
-    """Return as many rows as make a curve through them smooth to the eye."""
+    """Return enough rows for a curve that looks smooth."""
     return rows[:: max(1, len(rows) // MOST_POINTS)]
 
 
 def _motion(axis: Any, layout: Layout, states: Array) -> None:
-    """Draw the paths of the masses, and rods, springs and dampers at the end."""
+    """Draw the paths of the masses, with rods, springs and dampers at the end of the run."""
     points = layout.at(states)
     flat = projected(points)
     for line in layout.surface:

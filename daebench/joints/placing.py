@@ -176,7 +176,7 @@ def places_of(
         raise InvalidProblem("the mechanism uses one name for two points or directions; rename one.")
     sizes = {len(column.reference) for column in (*columns.values(), *declared.values())}
     if len(sizes) != 1:
-        raise InvalidProblem("a mechanism needs points, all of the plane or all of space: two coordinates each, or three.")
+        raise InvalidProblem("a mechanism needs points, all in the plane or all in space: two coordinates each, or three.")
     guides = {name: [vector(f"guide of {name}", way) for way in x.along] for name, x in points.items() if isinstance(x, Guided)}
     (dimension,) = sizes
     found = Places(dimension, declared, guides, columns, values)

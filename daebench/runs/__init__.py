@@ -1,1 +1,1 @@
-"""An initial value problem, what is asked of it, and the trajectory that comes out."""
+"""Initial value problems, requests, and the trajectories that result from them."""

@@ -1,8 +1,8 @@
-"""Every CSV file that daebench writes: numbers as numbers, and no text that a spreadsheet takes for a formula.
+"""Writing of all CSV files: numbers as numbers, and no text that a spreadsheet takes for a formula.
 
-A cell that begins with = + - @, a tab or an end of line is computed when the file is opened, and a name or a message may come from a
-problem file of somebody else's. An apostrophe before it makes it text for every spreadsheet. A text that would look so marked gets one
-more, so that every text can be read back: :func:`read_text` takes one off.
+A spreadsheet evaluates a cell that begins with = + - @, a tab or an end of line when it opens a file, and a name or a message may come
+from another person's problem file. An apostrophe before the text prevents this in every spreadsheet. A text that already looks so marked
+gets one more, so that every text can be read back: :func:`read_text` removes one.
 """
 
 import csv
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMULA = re.compile(r"'*[=+\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
-"""Beginning of what a spreadsheet computes, in either width, and of what has been marked already."""
+"""Beginning of a text that a spreadsheet evaluates, with half- or full-width characters, or of a text that is already marked."""
 
 
 def text_cell(value: Any) -> str:
-    """Return a value as the text of a cell: a number is a number, and what begins like a formula has an apostrophe before it."""
+    """Return a value as the text of a cell: numbers are unchanged, and text that begins like a formula is preceded by an apostrophe."""
     text = str(value)
     return f"'{text}" if FORMULA.match(text) and not _is_number(text) else text
 
 
 def read_text(cell: str) -> str:
-    """Return the text that :func:`text_cell` was given."""
+    """Return the text that was passed to :func:`text_cell`."""
     return cell[1:] if cell.startswith("'") and FORMULA.match(cell) else cell
 
 
@@ -41,9 +41,9 @@ def _is_number(text: str) -> bool:
 
 
 class _Lines:
-    """A file for writers of CSV, which put a cell into quotes only if it has a character of their end of line: here each of both.
+    """A file for writers of CSV, which quote a cell only if it has a character of their end of line: here carriage return and line feed.
 
-    Rows go to the file with an end of line of one character.
+    Rows are written to the file with an end of line of one character.
     """
 
     END = "\r\n"
@@ -57,7 +57,7 @@ class _Lines:
 
 
 def write_frame(path: Path, data: "pd.DataFrame | Mapping[str, Any]", float_format: str | None = None) -> None:
-    """Write columns, of which those that are not numbers are texts; without a format numbers have all digits of the round trip."""
+    """Write columns. Columns that are not numbers are texts. Without a format, numbers have all digits of the round trip."""
     import pandas as pd
 
     frame = pd.DataFrame(data)
@@ -71,13 +71,13 @@ def write_frame(path: Path, data: "pd.DataFrame | Mapping[str, Any]", float_form
 
 
 def _cell(value: Any) -> Any:
-    """Return a value as it is, unless its text begins like a formula."""
+    """Return a value unchanged, unless its text begins like a formula."""
     text = text_cell(value)
     return text if text != str(value) else value
 
 
 def write_rows(path: Path, header: Iterable[str], rows: Iterable[Sequence[str]]) -> None:
-    """Write rows of texts, some of which are numbers to any digits, under a header."""
+    """Write rows of texts, some of which are numbers with any digits, under a header."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(_Lines(file), lineterminator=_Lines.END)
         writer.writerow(map(text_cell, header))
@@ -85,6 +85,6 @@ def write_rows(path: Path, header: Iterable[str], rows: Iterable[Sequence[str]])
 
 
 def write_numbers(path: Path, columns: Mapping[str, NDArray[np.float64] | NDArray[np.int64]]) -> None:
-    """Write columns of numbers under their names, with the decimal digits that survive the round trip."""
+    """Write columns of numbers under their names, with enough decimal digits for the round trip."""
     header = ",".join(map(text_cell, columns))
     np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",", header=header, comments="")

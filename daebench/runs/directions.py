@@ -15,7 +15,7 @@ from daebench.runs.scales import STEP as STEP
 from daebench.runs.trajectory import Array
 
 SAME = 1e-12
-"""A start that differs from that of its case by no more than this part of it is the case's."""
+"""Relative difference from the start of a case up to which a start is treated as that of the case."""
 
 STARTS = {"constrained": ("p0", "q0"), "poisson": ("y0",)}
 """Names of initial values, in the order in which a state is stored."""
@@ -23,18 +23,18 @@ STARTS = {"constrained": ("p0", "q0"), "poisson": ("y0",)}
 
 @dataclass(frozen=True)
 class Directions:
-    """Derivatives of parameters and start in k directions.
+    """Derivatives of parameters and of the start in k directions.
 
     Parameters
     ----------
     columns : mapping of str to int or slice
-        Which directions are those of a name.
+        Directions that belong to each name.
     par : ndarray, shape(parameters, k)
         Derivatives of the parameters.
     start : ndarray, shape(size, k)
         Derivatives of the start, in the order in which a state is stored.
     units : ndarray, shape(k,)
-        What each direction is a multiple of, powers of two: directions are scaled so that they move a problem by as much as it is large.
+        Powers of two by which the directions are multiplied, so that each changes a problem by about its own size.
     """
 
     columns: Mapping[str, int | slice]
@@ -43,20 +43,20 @@ class Directions:
     units: Array
 
     def widened(self, k: int) -> "Directions":
-        """Return the same with directions of zeros behind, k in all."""
+        """Return these directions, followed by directions of zeros, k in all."""
         more = k - len(self.units)
         par, start = (np.pad(columns, ((0, 0), (0, more))) for columns in (self.par, self.start))
         return replace(self, par=par, start=start, units=np.pad(self.units, (0, more), constant_values=1.0))
 
     def results(self, rows: Array, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
-        """Return derivatives of states by name of what they are taken by, and of the part.
+        """Return derivatives of states, by the name of a parameter or initial value and by the part of the state.
 
         Parameters
         ----------
         rows : ndarray, shape(k, n, size)
-            Derivatives of states in the scaled directions; they are overwritten, and the results are parts of them.
+            Derivatives of states in the scaled directions. The array is overwritten, and the results are views of it.
         parts : mapping of str to slice
-            Where the parts of a state are in it.
+            Place of each part in a state.
         """
         for row, unit in zip(rows, self.units, strict=True):
             row /= unit
@@ -68,18 +68,18 @@ class Directions:
 
 
 def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:
-    """Return all names by which a run can be differentiated: parameters, then initial values."""
+    """Return all names with respect to which a run can be differentiated: parameters, then initial values."""
     return (*ivp.parameters, *STARTS[ivp.facts.KIND])
 
 
 def number_of_directions(ivp: InitialValueProblem, names: Sequence[str]) -> int:
-    """Return how many directions names stand for: one for a parameter, one for each entry of an initial value."""
+    """Return the number of directions of some names: one for a parameter, one for each entry of an initial value."""
     sizes = dict(zip(STARTS[ivp.facts.KIND], map(len, ivp.start), strict=True))
     return sum(sizes.get(name, 1) for name in names)
 
 
 def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
-    """Accept names by which a run can be differentiated; raise :class:`BadInput` for one that is unknown, or given twice."""
+    """Check names with respect to which a run is differentiated; raise :class:`BadInput` for one that is unknown, or given twice."""
     for name in names:
         if name not in known_names(ivp):
             raise unknown(f"parameter or initial value of {ivp.problem} to differentiate by", name, known_names(ivp))
@@ -88,7 +88,7 @@ def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
 
 
 def require_tuples(method: str, ivp: InitialValueProblem) -> None:
-    """Accept a problem whose vectors are tuples of numbers; raise :class:`BadInput` where they are arrays, for a method of this name."""
+    """Check that a problem's vectors are tuples of numbers; raise :class:`BadInput` if they are arrays, for a method of this name."""
     if ivp.arrays:
         why = f"the vectors of {ivp.problem} are arrays; choose fewer of its bodies or sites"
         raise BadInput(f"{method} on {ivp.problem} has no sensitivities: {why}.")
@@ -97,13 +97,13 @@ def require_tuples(method: str, ivp: InitialValueProblem) -> None:
 def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
     """Return the directions of some parameters and initial values.
 
-    A start with the numbers of its case moves with the parameters as the case says; another does not. In each direction the start moved is
-    put back on the manifold as ``--project`` does it, positions first::
+    A start with the numbers of its case moves with the parameters as the case prescribes; any other start does not. In each direction the
+    moved start is projected onto the manifold as by ``--project``, positions first::
 
         dq -> dq - M^-1 G^T W^-1 dg,       dg = g_q dq + g_par dpar,           W = G M^-1 G^T
         dp -> dp - G^T W^-1 dv,            dv = (G H_p)_p dp + (G H_p)_q dq + (G H_p)_par dpar
 
-    which leaves what is tangent to the manifold as it is.
+    which leaves changes tangent to the manifold unchanged.
     """
     starts = dict(zip(STARTS[ivp.facts.KIND], ivp.start, strict=True))
     ends = np.cumsum([len(vector) for vector in ivp.start])
@@ -129,24 +129,24 @@ def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
 
 
 def moved_by(ivp: InitialValueProblem, par: Array) -> InitialValueProblem:
-    """Return a problem with parameters whose imaginary part is a change of so much."""
+    """Return a problem whose parameters have this change as their imaginary part."""
     values = (value + 1j * STEP * change if change else value for value, change in zip(ivp.par, par, strict=True))
     return replace(ivp, parameters=dict(zip(ivp.parameters, values, strict=True)))
 
 
 def imaginary(x: Any) -> Array:
-    """Return the change that imaginary parts carry."""
+    """Return the change in the imaginary parts."""
     return np.imag(np.asarray(x)).astype(float) / STEP
 
 
 def _unit(x: Any) -> float:
-    """Return the power of two next to the largest modulus of numbers; 1 where they are zero."""
+    """Return the power of two nearest to the largest modulus of some numbers; 1 if all are zero."""
     largest = float(np.max(np.abs(x), initial=0.0))
     return float(2.0 ** math.frexp(largest)[1]) if largest > 0 and math.isfinite(largest) else 1.0
 
 
 def _following(ivp: InitialValueProblem, starts: Mapping[str, Array]) -> Callable[[str], dict[str, Array]]:
-    """Return the derivatives of those initial values that are the case's by a parameter."""
+    """Return the derivatives, with respect to a parameter, of those initial values that are equal to those of the case."""
     if ivp.case not in ivp.facts.CASES:
         return lambda name: {}
     declared = dict(zip(starts, case_start(ivp.facts, ivp.case, ivp.parameters), strict=True))
@@ -161,7 +161,7 @@ def _following(ivp: InitialValueProblem, starts: Mapping[str, Array]) -> Callabl
 
 
 def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
-    """Return the derivatives of a case's initial values by all parameters, p and q, or y; each shape(d, parameters)."""
+    """Return the derivatives of a case's initial values with respect to all parameters: p and q, or y; each shape(d, parameters)."""
     names = STARTS[ivp.facts.KIND]
 
     def build(cached: bool) -> str:
@@ -170,7 +170,7 @@ def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
         from daebench.compiler import codegen
 
         derivation = ivp.source.derivation
-        declared = derivation.problem if getattr(ivp.facts, "EXTENDED", False) else derivation.definition  # one with the time in its cases
+        declared = derivation.problem if getattr(ivp.facts, "EXTENDED", False) else derivation.definition  # its cases include the time
         case, symbols = declared.cases[ivp.case], derivation.parameters
         lines = [f'"""Initial values of {ivp.problem} by its parameters."""', "import numpy", "from numpy import *"]
         for name in names:
@@ -185,7 +185,7 @@ def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
 
 
 def _tangent(ivp: ConstrainedIvp, par: Array, start: Array) -> Array:
-    """Return a change of the start that keeps it on the manifold when the parameters are changed."""
+    """Return the change of the start that keeps it on the manifold when the parameters change."""
     moved, dp, dq = moved_by(ivp, par), *np.split(start, 2)
     G, by_mass = ivp.value("G", ivp.q0), ivp.value("H_pp", ivp.p0, ivp.q0)
     W = G @ by_mass @ G.T
@@ -195,5 +195,5 @@ def _tangent(ivp: ConstrainedIvp, par: Array, start: Array) -> Array:
 
 
 def _solved(W: Array, b: Array) -> Array:
-    """Return W^-1 b, of least norm where constraints are redundant."""
+    """Return W^-1 b, or the solution of least norm if constraints are redundant."""
     return np.asarray(np.linalg.lstsq(W, b, rcond=None)[0], dtype=float)

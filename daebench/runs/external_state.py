@@ -1,4 +1,4 @@
-"""A state as code from outside hands it over: an array, or a pair of them, of the shapes that were asked for, or there is a sentence."""
+"""Validation of a state from an external code: an array, or a pair of arrays, of the required shapes."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -15,7 +15,7 @@ def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> 
     Raises
     ------
     BadInput
-        If they are not; the message begins with the duty.
+        If the state is not of these shapes; the message begins with the duty.
     """
     expected_shape = f"{shapes[0]} each" if len(shapes) > 1 else f"{shapes[0]}"
     try:

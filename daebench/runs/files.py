@@ -1,4 +1,4 @@
-"""Files and folders that are written: places are checked before the work, and a file is written whole or not at all."""
+"""Writing of files and folders: places are checked before the work, and a file is written whole or not at all."""
 
 import os
 import secrets
@@ -11,16 +11,16 @@ from daebench.errors import BadInput, DaebenchError
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the same folder that becomes ``path`` once all is written, and vanishes otherwise.
+    """Yield a temporary path in the same folder. It is renamed to ``path`` when all is written, and removed otherwise.
 
-    Nobody can foresee its name, and so put a link there that leads to another file: the folder may be one that others write to.
+    Its name cannot be predicted, so nobody can place a link of that name to another file; the folder may be writable for others.
 
     Raises
     ------
     BadInput
-        If the path is a folder or a device, or a link of another user's.
+        If the path is a folder, a device, or a link that belongs to another user.
     DaebenchError
-        If it cannot be written, as on a full disk; it names the path.
+        If it cannot be written, for example on a full disk; the message names the path.
     """
     _refuse_foreign_link(path)
     path = path.resolve()
@@ -37,9 +37,9 @@ def atomic(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def named(path: Path, scratch: Path) -> Iterator[None]:
-    """Name a file, or folder, that cannot be written in a block: the system does not say which disk is full.
+    """Name the file or folder in the error if it cannot be written in a block; the system does not say which disk is full.
 
-    ``scratch`` is the name that it has while it is being written. DaebenchError is raised if that fails.
+    ``scratch`` is its temporary name while it is being written. DaebenchError is raised if writing fails.
     """
     try:
         yield
@@ -50,20 +50,20 @@ def named(path: Path, scratch: Path) -> Iterator[None]:
 
 
 def _beside(path: Path) -> Path:
-    """Return a hidden path in the same folder with the same ending."""
+    """Return a hidden path in the same folder with the same extension."""
     return path.with_name(f".{path.stem[:64]}-{secrets.token_hex(8)}{path.suffix}")
 
 
 def _refuse_foreign_link(path: Path, option: str = "--out") -> None:
-    """Refuse to follow a link that another user has made, as Linux does for files that are opened in folders like /tmp."""
+    """Refuse to follow a link made by another user, as Linux does for files that are opened in folders like /tmp."""
     if path.is_symlink() and hasattr(os, "geteuid") and path.lstat().st_uid not in (os.geteuid(), 0):
         raise BadInput(f"{option} {path}: that is a link of another user; choose another path.")
 
 
 def check_place(path: Path, option: str = "--out") -> None:
-    """Refuse a place of an output file before the work that would fill it.
+    """Check the place of an output file before the work that would fill it.
 
-    BadInput is raised for a folder or device or a link of another user's, and where the folder is missing or cannot be written to.
+    BadInput is raised for a folder, a device or a link of another user, and if the folder is missing or cannot be written to.
     """
     if not path.parent.is_dir():
         raise BadInput(f"{option} {path}: there is no folder {path.parent}; make it first.")

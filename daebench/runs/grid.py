@@ -1,4 +1,4 @@
-"""The time grid of a fixed-step run: how many steps, and which of them are kept."""
+"""The time grid of a fixed-step run: the number of steps, and which states are stored."""
 
 import math
 import os
@@ -15,7 +15,7 @@ EPS = 2.0**-52
 
 @dataclass(frozen=True)
 class Grid:
-    """N steps of exactly h, of which every so many are kept.
+    """N steps of size h exactly, with a state stored after every ``every`` steps.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Grid:
     steps : int
         Number of steps.
     every : int
-        A state is kept after every so many steps; 0 keeps the end alone.
+        Number of steps between stored states; 0 stores only the end.
     """
 
     h: float
@@ -38,13 +38,13 @@ class Grid:
 
     @classmethod
     def fixed_step(cls, name: str, request: Request, size: int) -> Self:
-        """Return the grid that a request asks of a fixed-step method.
+        """Return the grid that a request prescribes for a fixed-step method.
 
         Raises
         ------
         BadInput
             If h is not a finite positive number, neither or both of steps and t_end are given, there is less than one step,
-            points or a record of a solver's steps are asked for, or the states to be kept do not fit into memory.
+            points or a record of a solver's steps are requested, or the stored states do not fit into memory.
         """
         h = positive("h", request.value)
         if request.points is not None:
@@ -55,7 +55,7 @@ class Grid:
         if request.solver_steps:
             raise BadInput(f"{name} has fixed steps without error estimates; a record of steps is for IDA and CVODE, so leave it out.")
         if (request.steps is None) == (request.t_end is None):
-            raise BadInput(f"{name} needs either a number of steps or an end time, and not both.")
+            raise BadInput(f"{name} needs either a number of steps or an end time, but not both.")
         steps = request.steps if request.steps is not None else _whole_steps(positive("t_end", request.t_end), h)
         every = 1 if request.every is None else request.every
         if steps < 1:
@@ -64,46 +64,46 @@ class Grid:
         if steps > MOST_STEPS or not math.isfinite(steps * h):
             raise BadInput("the run has more steps than can be counted exactly (2^53), or is endless; shorten it or use a larger h.")
         if not 0 <= every <= MOST_STEPS:
-            raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to keep only the end.")
+            raise BadInput(f"every = {_short(every)} must be a number of steps up to 2^53, or 0 to store only the end.")
         grid = cls(h, steps, every)
         require_memory(grid, size)
         return grid
 
 
 def _whole_steps(t_end: float, h: float) -> int:
-    """Return floor(t_end / h) with a grain of salt: 1e-9, or a few ulps of the ratio where these are more."""
+    """Return floor(t_end / h) with a tolerance: 1e-9, or a few ulps of the ratio if these are more."""
     ratio = t_end / h
     return math.floor(ratio + max(1e-9, 4 * EPS * ratio)) if math.isfinite(ratio) else MOST_STEPS + 1
 
 
 def require_memory(grid: Grid, size: int) -> None:
-    """Refuse a grid whose states, copied once for output, do not fit into the memory that is free."""
+    """Refuse a grid whose states, copied once for output, do not fit into the free memory."""
     need = 2 * 8 * (size + 1) * grid.rows
     free = _free_memory()
     if need > free:
         every = math.ceil(grid.every * need / free) if free else 0
         raise BadInput(
-            f"keeping {grid.rows} states takes {need / 1e9:.3g} GB and {free / 1e9:.3g} GB are free; use --every {every} or more, "
-            "or --every 0 to keep only the end."
+            f"storing {grid.rows} states takes {need / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free; use --every {every} or more, "
+            "or --every 0 to store only the end."
         )
 
 
 OTHERS = 8
-"""States of a member of an ensemble that are in memory besides those that are stored, about: start, end, and what starts are drawn by."""
+"""Approximate number of states of a member of an ensemble in memory besides the stored ones: start, end, and data for drawing starts."""
 
 
 def require_memory_of_members(rows: int, size: int, members: int) -> None:
-    """Refuse members of an ensemble whose states, so many numbers each, of which ``rows`` are stored, do not fit into the free memory."""
+    """Refuse members of an ensemble with ``rows`` stored states of ``size`` numbers each that do not fit into the free memory."""
     need, free = 2 * 8 * size * (rows + OTHERS) * members, _free_memory()
     if need > free:
         raise BadInput(
-            f"{_short(members)} members with {_short(rows)} stored states each take {need / 1e9:.3g} GB and {free / 1e9:.3g} GB are free; "
+            f"{_short(members)} members with {_short(rows)} stored states each take {need / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free; "
             "choose fewer."
         )
 
 
 def _free_memory() -> float:
-    """Return the memory that can be had, in bytes; where the system does not say, a cautious 2 GB."""
+    """Return the available memory in bytes; a cautious 2 GB if the system does not report it."""
     meminfo = Path("/proc/meminfo")
     if meminfo.is_file():
         for line in meminfo.read_text(encoding="ascii").splitlines():

@@ -12,14 +12,14 @@ from daebench.errors import BadInput
 Array = NDArray[np.float64]
 
 DEGREE = 5
-"""Degree of the splines where there are outputs enough."""
+"""Degree of the splines if there are enough outputs."""
 
 
 class Interpolant:
-    """Splines through the states at the outputs of a run, of degree 5, or 3 or 1 where there are fewer than six or four outputs.
+    """Splines through the states at the outputs of a run, of degree 5, or 3 or 1 if there are fewer than six or four outputs.
 
-    The error of interpolation is of order dt^(degree + 1) in the interval dt of outputs, of motions that are smooth; :attr:`error`
-    estimates it. States between outputs are off the constraint manifold by as much. The error of the run itself is not in it: states
+    For smooth motions the error of interpolation is of order dt^(degree + 1), where dt is the interval between outputs; :attr:`error`
+    estimates it. States between outputs lie off the constraint manifold by as much. The error of the run itself is not included: states
     between outputs are no more accurate than those at outputs.
 
     Parameters
@@ -32,7 +32,7 @@ class Interpolant:
     Raises
     ------
     BadInput
-        If there is one output alone.
+        If there is only one output.
     """
 
     def __init__(self, t: Array, states: Mapping[str, Array]) -> None:
@@ -41,26 +41,26 @@ class Interpolant:
         self._t, self._states = t, states
 
     def __call__(self, t: Any) -> dict[str, Array]:
-        """Return the states by name at a time, shape(d,), or at many, shape(k, d).
+        """Return the states by name at one time, shape(d,), or at several times, shape(k, d).
 
         Raises
         ------
         BadInput
-            If a time is not within the run.
+            If a time is outside the run.
         """
         times = np.asarray(t, dtype=float)
         outside = ~((times >= self._t[0]) & (times <= self._t[-1]))
         if outside.any():
             first = float(np.atleast_1d(times)[np.atleast_1d(outside)][0])
-            raise BadInput(f"t = {first!r} is outside of the run, which goes from {self._t[0]:.9g} to {self._t[-1]:.9g} s.")
+            raise BadInput(f"t = {first!r} is outside the run, which goes from {self._t[0]:.9g} to {self._t[-1]:.9g} s.")
         return {name: spline(times) for name, spline in self._splines.items()}
 
     @cached_property
     def error(self) -> float:
         """Largest error that interpolation adds to a state, estimated.
 
-        It is what splines through every second output miss at the others, over 2^(degree + 1), and NaN where there are fewer than three
-        outputs.
+        It is the error of splines through every second output at the other outputs, over 2^(degree + 1). It is NaN if there are fewer
+        than three outputs.
         """
         if len(self._t) < 3:
             return float("nan")
@@ -77,7 +77,7 @@ class Interpolant:
 
 
 def _degree(outputs: int) -> int:
-    """Return the degree of splines through so many outputs: odd, so that they have their knots at the outputs."""
+    """Return the degree of splines through a number of outputs. It is odd, so that the knots are at the outputs."""
     return min(DEGREE, (outputs - 2) // 2 * 2 + 1)
 
 

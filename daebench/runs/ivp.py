@@ -15,7 +15,7 @@ from daebench.runs.trajectory import Array as Array
 
 @dataclass(frozen=True)
 class InitialValueProblem:
-    """A problem with the parameters and initial values of a case, whatever its states are.
+    """A problem with the parameters and initial values of a case, for states of any kind.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class InitialValueProblem:
         raise NotImplementedError
 
     def vectors(self, states: NDArray[Any]) -> list[NDArray[Any]]:
-        """Return the vectors of states as they are stored, shape(..., N), in the order of :attr:`start`."""
+        """Return the vectors of stored states, shape(..., N), in the order of :attr:`start`."""
         return np.split(states, np.cumsum([len(vector) for vector in self.start])[:-1], axis=-1)
 
     @property
@@ -51,7 +51,7 @@ class InitialValueProblem:
 
     @property
     def arrays(self) -> bool:
-        """Whether the problem's functions take arrays, and are compiled: those of a lattice and of a long chain do."""
+        """Whether the problem's functions take arrays and are compiled, as for a lattice and for a long chain."""
         return bool(getattr(self.facts, "SITES", 0) or getattr(self.facts, "NODES", 0))
 
     @property
@@ -66,12 +66,12 @@ class InitialValueProblem:
 
     @property
     def singular(self) -> str:
-        """How its functions solve systems that may be singular: "least-squares", or "" for elimination."""
+        """Solver of its functions for systems that may be singular: "least-squares", or "" for elimination."""
         return ""
 
     @property
     def par(self) -> tuple[float, ...]:
-        """Run-time parameters as kernels take them."""
+        """Run-time parameters in the form that kernels take."""
         return tuple(self.parameters.values())
 
     @property
@@ -80,7 +80,7 @@ class InitialValueProblem:
         return tuple(self.facts.INTEGRALS)
 
     def functions(self, *names: str) -> types.ModuleType:
-        """Return a module of the problem's functions of these names: of tuples, and uncompiled, or where vectors are arrays compiled."""
+        """Return a module of functions of the problem with these names: of tuples and uncompiled, or, if vectors are arrays, compiled."""
 
         def build(cached: bool) -> str:
             from daebench.compiler.link import Linker, Options
@@ -131,7 +131,7 @@ class ConstrainedIvp(InitialValueProblem):
     p0, q0 : ndarray, shape(d,)
         Initial momenta and positions.
     on_singular : str
-        What a run does where G loses rank, unless its request says otherwise.
+        Action of a run if G loses rank, unless its request prescribes another.
     """
 
     p0: Array
@@ -140,7 +140,7 @@ class ConstrainedIvp(InitialValueProblem):
 
     @property
     def singular(self) -> str:
-        """How its functions solve systems that may be singular: "least-squares", or "" for elimination."""
+        """Solver of its functions for systems that may be singular: "least-squares", or "" for elimination."""
         return "least-squares" if self.on_singular == "least-squares" else ""
 
     @property
@@ -193,18 +193,18 @@ class PoissonIvp(InitialValueProblem):
 
 
 Ivp = ConstrainedIvp | PoissonIvp
-"""Initial value problems of either kind, as types are checked."""
+"""Initial value problems of either kind, for type checking."""
 
 
 def _number(x: Any) -> Any:
-    """Return a NumPy number, which divides by zero as IEEE says; Python's own raises."""
+    """Return a NumPy number, which divides by zero according to IEEE 754; Python's own raises an error."""
     return np.complex128(x) if isinstance(x, complex) else np.float64(x)
 
 
 def stacked(values: Any, rows: tuple[int, ...]) -> Array:
-    """Return nested tuples of numbers, each an array with an entry for each of so many rows or the same for all, with the rows first.
+    """Return nested tuples as one array, with the rows first; each number is an array with an entry for each row, or the same for all.
 
-    In memory the components of several rows of rows are apart, as those functions of them take them.
+    If there are several axes of rows, each component is contiguous in memory, as functions of them expect.
     """
     if isinstance(values, tuple):
         parts = [stacked(value, rows) for value in values]

@@ -1,4 +1,4 @@
-"""Values as JSON has them, written without and read with care: what is not finite is not a number there."""
+"""Values in JSON: numbers that are not finite are written as null, and refused when they are read."""
 
 import json
 import math
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON knows it: arrays as lists, what is not finite as null."""
+    """Return a value in a form that JSON supports: arrays as lists, and null for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
@@ -18,31 +18,31 @@ def plain(value: Any) -> Any:
 
 
 def strict(content: bytes | str) -> Any:
-    """Return what a JSON text has.
+    """Return the content of a JSON text.
 
     Raises
     ------
     ValueError
-        If it is no JSON, is nested too deep, or has a number that is not finite.
+        If it is not JSON, is nested too deeply, or contains a number that is not finite.
     """
     try:
         return json.loads(content, parse_constant=_no_number, parse_float=_finite, parse_int=_whole)
     except RecursionError as error:
-        raise ValueError("it is nested too deep") from error
+        raise ValueError("it is nested too deeply") from error
 
 
 def _no_number(word: str) -> float:
-    raise ValueError(f"it has {word} in the place of a number")
+    raise ValueError(f"it has {word} in place of a number")
 
 
 def _finite(digits: str) -> float:
-    """Return a number; one beyond double precision is none that was written."""
+    """Return a number; refuse one that overflows double precision."""
     if not math.isfinite(value := float(digits)):
         _no_number(digits[:40])
     return value
 
 
 def _whole(digits: str) -> int:
-    """Return a whole number; one beyond double precision is none that was written."""
+    """Return a whole number; refuse one that overflows double precision."""
     _finite(digits)
     return int(digits)

@@ -1,4 +1,4 @@
-"""Into and out of the local coordinates y = (eta, xi) that a problem declares, and maps and the structure matrix B(y) in them."""
+"""Maps into and out of the local coordinates y = (eta, xi) that a problem declares, and flows and the structure matrix B(y) in them."""
 
 import types
 from collections.abc import Callable
@@ -16,7 +16,7 @@ Map = Callable[[Any, Any], State]
 
 
 def arctan2(y: Any, x: Any) -> Any:
-    """Return the angle of the point (x, y), exact to first order in imaginary parts, which NumPy's own does not take."""
+    """Return the angle of the point (x, y), exact to first order in imaginary parts, which NumPy's own function does not accept."""
     angle = np.arctan2(np.real(y), np.real(x))
     if not (np.iscomplexobj(y) or np.iscomplexobj(x)):
         return angle
@@ -25,7 +25,7 @@ def arctan2(y: Any, x: Any) -> Any:
 
 
 def functions(ivp: ConstrainedIvp) -> types.ModuleType:
-    """Return the module of ``chart``, ``inverse_chart`` and ``two_form`` of a problem, uncompiled: tuples in, tuples out."""
+    """Return the module of ``chart``, ``inverse_chart`` and ``two_form`` of a problem, uncompiled, as functions of tuples."""
     if not ivp.facts.CHART:
         raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
 
@@ -41,7 +41,7 @@ def functions(ivp: ConstrainedIvp) -> types.ModuleType:
 
 
 def enter(ivp: ConstrainedIvp) -> Map:
-    """Return the map (p, q) -> (eta, xi) of an initial value problem; it raises :class:`BadInput` where the chart is singular."""
+    """Return the map (p, q) -> (eta, xi) of an initial value problem; it raises :class:`BadInput` if the chart is singular."""
     inverse, par = functions(ivp).inverse_chart, _numbers(ivp.par)
 
     def into(p: Any, q: Any) -> State:
@@ -65,7 +65,7 @@ def _numbers(x: Any) -> tuple[Any, ...]:
 
 
 def local_flow(flow: Map, ivp: ConstrainedIvp) -> Callable[[NDArray[Any]], NDArray[Any]]:
-    """Return a map of states, ``FixedStep.flow`` say, as a map y -> y of shape(2 (d - m),), exact to first order in imaginary parts."""
+    """Return a map of states, such as ``FixedStep.flow``, as a map y -> y, shape(2 (d - m),), exact to first order in imaginary parts."""
     into, out = enter(ivp), leave(ivp)
 
     def phi(y: NDArray[Any]) -> NDArray[Any]:

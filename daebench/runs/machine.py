@@ -1,4 +1,4 @@
-"""The machine that numbers come from, in words."""
+"""A description of the machine on which numbers were computed."""
 
 import os
 import platform
@@ -8,13 +8,13 @@ from pathlib import Path
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @cache
 def machine() -> str:
-    """Return the processor and the operating system in words; no name by which the machine is known to others."""
+    """Return the processor and the operating system in words, without the name of the machine."""
     processor, cpuinfo = platform.processor(), Path("/proc/cpuinfo")
     if cpuinfo.is_file() and (match := re.search(r"^model name\s*:\s*(.+)$", cpuinfo.read_text(encoding="utf-8"), re.MULTILINE)):
         processor = match[1]

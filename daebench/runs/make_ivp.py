@@ -1,4 +1,4 @@
-"""An initial value problem of a source: parameters and initial values of a case, or those given in their place."""
+"""Initial value problems from a source: parameters and initial values of a case, or replacements of them."""
 
 import types
 from collections.abc import Mapping, Sequence
@@ -14,9 +14,9 @@ Start = Mapping[str, Sequence[float] | None]
 
 
 def constrained(ivp: InitialValueProblem) -> ConstrainedIvp:
-    """Return an initial value problem as that of a constrained problem; raise :class:`BadInput` where it is a Poisson system's."""
+    """Return an initial value problem as one of a constrained problem; raise :class:`BadInput` for a Poisson system."""
     if not isinstance(ivp, ConstrainedIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, but this is for constrained problems; daebench list problems lists them.")
+        raise BadInput(f"{ivp.problem} is a Poisson system, but this analysis is for constrained problems; see daebench list problems.")
     return ivp
 
 
@@ -26,14 +26,14 @@ def make_ivp(
     parameters: Mapping[str, float] | None = None,
     **given: Sequence[float] | None,
 ) -> Ivp:
-    """Return the initial value problem of a case, by default the first, with parameters and p0, q0 or y0 replaced where they are given.
+    """Return the initial value problem of a case, by default the first, with parameters and p0, q0 or y0 replaced if they are given.
 
     Consistency with the constraints is not checked.
 
     Raises
     ------
     BadInput
-        If the case or a parameter is unknown, a value is not a finite number, or initial values are those of another kind of problem.
+        If the case or a parameter is unknown, a value is not a finite number, or initial values belong to another kind of problem.
     """
     facts = source.facts
     case = first_case(source, given) if case is None else case
@@ -56,14 +56,14 @@ def make_ivp(
 
 
 def first_case(source: Source, start: Start) -> str:
-    """Return the first case, or the empty name where the problem has none and all initial values are given."""
+    """Return the first case; "" if the problem has none and all initial values are given."""
     if not source.facts.CASES and sum(values is not None for values in start.values()) < (1 if source.facts.KIND == "poisson" else 2):
         raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.")
     return next(iter(source.facts.CASES), "")
 
 
 def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str, float]) -> dict[str, float]:
-    """Return the values of all parameters: the defaults, those of the case, and those that are given, each over the one before."""
+    """Return the values of all parameters: given values first, then those of the case, then the defaults."""
     values: dict[str, float] = dict(source.defaults or source.facts.PARAMETERS)
     values |= {name: float(value) for name, value in of_case.items() if name in values}
     for name, value in given.items():
@@ -79,19 +79,19 @@ def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str
 def _in_domain(ivp: PoissonIvp) -> PoissonIvp:
     domain = " and ".join(f"{expression} > 0" for expression in ivp.facts.DOMAIN)
     if domain and not bool(ivp.value("inside", ivp.y0)):
-        raise BadInput(f"y0 = {ivp.y0.tolist()} of {ivp.problem} is outside of its domain {domain}; start inside.")
+        raise BadInput(f"y0 = {ivp.y0.tolist()} of {ivp.problem} is outside its domain {domain}; start inside.")
     return ivp
 
 
 def case_start(facts: types.ModuleType, case: str, values: Mapping[str, float]) -> tuple[Array, ...]:
-    """Return the initial values of a case at some values of the parameters: p and q, or y."""
+    """Return the initial values of a case for some values of the parameters: p and q, or y."""
     with np.errstate(all="ignore"):
         start = facts.INITIAL[case](tuple(map(np.float64, values.values())))
     return tuple(np.array(x, dtype=float) for x in (start if np.ndim(start) > 1 else (start,)))
 
 
 def initial_values(name: str, values: Any, facts: types.ModuleType) -> Array:
-    """Return initial values as an array, shape(d,); BadInput is raised for another number of them, or one that is not finite."""
+    """Return initial values as an array, shape(d,); raise BadInput if their number is wrong or one is not finite."""
     d, what = (facts.N, "coordinates") if facts.KIND == "poisson" else (facts.D, "positions")
     if isinstance(values, str) or not np.iterable(values):
         raise BadInput(f"{name} = {values!r} must be {d} numbers.")

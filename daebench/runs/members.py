@@ -12,7 +12,7 @@ from daebench.errors import BadInput, positive
 from daebench.runs.ivp import Array, InitialValueProblem, stacked
 
 SUMMED = 1e-12
-"""Largest distance from 1 of the sum of the weights of a composition."""
+"""Largest accepted deviation from 1 of the sum of the weights of a composition."""
 
 
 @dataclass(frozen=True)
@@ -22,15 +22,15 @@ class Members:
     Parameters
     ----------
     ivp : InitialValueProblem
-        The problem, with the parameters that all have in common.
+        The problem, with the parameters that all members share.
     start : tuple of ndarray, each shape(n, d)
         Initial values, in the order of :attr:`daebench.runs.ivp.InitialValueProblem.start`, a row for each member.
     h : float or ndarray, shape(n,)
-        Step size of all, or of each, s.
+        Step size of all members, or of each, s.
     parameters : mapping of str to ndarray, shape(n,)
         Parameters that differ from member to member.
     weights : ndarray, shape(n, s), optional
-        Weights of the s substeps of a composition, of each member; those of the composition if left out.
+        Weights of the s substeps of a composition, for each member; those of the composition if left out.
     """
 
     ivp: InitialValueProblem
@@ -45,7 +45,7 @@ class Members:
 
     @property
     def par(self) -> tuple[Any, ...]:
-        """Run-time parameters as kernels take them: a number that all have in common, or an array."""
+        """Run-time parameters in the form that kernels take: a number that all members share, or an array."""
         return tuple(self.parameters.get(name, value) for name, value in self.ivp.parameters.items())
 
     def step_size(self, i: int) -> float:
@@ -65,12 +65,12 @@ class Members:
         return Members(self.ivp, start, h, {name: values[rows] for name, values in self.parameters.items()}, weights)
 
     def weighted(self, weights: Any) -> "Members":
-        """Return the members with weights of their own for the substeps of a composition, array_like of shape(n, s).
+        """Return the members with individual weights for the substeps of a composition, array_like of shape(n, s).
 
         Raises
         ------
         BadInput
-            If there are not as many rows as members, or the weights of a member are not finite or do not sum to 1.
+            If the number of rows differs from that of members, or the weights of a member are not finite or do not sum to 1.
         """
         rows = np.array(weights, dtype=float)
         if rows.ndim != 2 or len(rows) != len(self):
@@ -82,7 +82,7 @@ class Members:
         return replace(self, weights=rows)
 
     def functions(self, name: str) -> types.ModuleType:
-        """Return a module of one of the problem's functions, which takes arrays with an entry for each member where that can be done."""
+        """Return a module of one of the problem's functions, which takes arrays with an entry for each member if possible."""
         ivp = self.ivp
 
         def build(cached: bool) -> str:
@@ -124,18 +124,18 @@ class Members:
         return values.reshape(*rows, *values.shape[1:])
 
     def of_states(self, name: str, states: Array) -> Array:
-        """Return the same of states as they are stored, shape(..., n, N); of "g" the positions alone are given."""
+        """Return a function of stored states, shape(..., n, N); for "g", states contain the positions only."""
         vectors = self.ivp.vectors(states)
         return self.along(name, *(vectors[1:] if name == "g" else vectors))
 
 
 def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:
-    """Return members whose numbers are as they must be.
+    """Return members after checking their numbers.
 
     Raises
     ------
     BadInput
-        If shapes do not fit, a step size is not a finite positive number, or a parameter is unknown or has no finite values.
+        If shapes do not match, a step size is not a finite positive number, or a parameter is unknown or has values that are not finite.
     """
     arrays = tuple(np.ascontiguousarray(vectors, dtype=float) for vectors in start)
     lengths = [len(vector) for vector in ivp.start]

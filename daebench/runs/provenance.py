@@ -1,6 +1,6 @@
-"""How a file was made, in words: command, definition, settings, versions, machine and date, in a text beside it.
+"""How a file was made, in words: command, definition, settings, versions, machine and date, in a text file beside it.
 
-The text is FILE.EXT.txt beside FILE.EXT. It is not a part of the file, because a comment at its head is read as data by many programs.
+The text is FILE.EXT.txt beside FILE.EXT. It is not part of the file, because many programs read a comment at the head as data.
 """
 
 import hashlib
@@ -19,11 +19,11 @@ from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.machine import machine
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite", "pandas", "scikit-sundae", "heyoka", "solve_dae")
-"""Packages that decide numbers; those that are not installed are left out."""
+"""Packages on which numbers depend; those that are not installed are left out."""
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the installed packages that decide numbers."""
+    """Return the versions of Python and of the installed packages on which numbers depend."""
     releases = {"Python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -39,7 +39,7 @@ def now() -> str:
 
 
 def definition(ivp: Ivp) -> dict[str, str]:
-    """Return what defines a motion, in words."""
+    """Return a description of the definition of a motion."""
     names = ("y0",) if isinstance(ivp, PoissonIvp) else ("p0", "q0")
     states = zip(names, ivp.start, strict=True)
     start = "; ".join(f"{name} = ({_numbers(part)})" for name, part in states) if ivp.size <= LONGEST else f"{ivp.size} numbers"
@@ -52,7 +52,7 @@ def definition(ivp: Ivp) -> dict[str, str]:
 
 
 LONGEST = 24
-"""Most numbers of a start that are written out."""
+"""Largest number of numbers of a start that are written out."""
 
 
 def _numbers(values: Any) -> str:
@@ -60,7 +60,7 @@ def _numbers(values: Any) -> str:
 
 
 def text(name: str, about: Mapping[str, str]) -> str:
-    """Return how a file of this name was made; ``about`` is what is in it, by the beginning of the line."""
+    """Return a text on how a file of this name was made; ``about`` describes it, by the first words of each line."""
     made = {"Versions": ", ".join(f"{package} {number}" for package, number in versions().items()), "Machine": machine()}
     command = {"Command": shlex.join(["daebench", *sys.argv[1:]])} if Path(sys.argv[0]).stem in ("daebench", "__main__") else {}
     lines = [f"{name} was made by daebench {version('daebench')} on {now()}.", ""]
@@ -68,7 +68,7 @@ def text(name: str, about: Mapping[str, str]) -> str:
 
 
 def write_beside(path: Path, about: Mapping[str, str]) -> Path:
-    """Write how a file was made into a text beside it, with the file's own digest, and return the path of the text."""
+    """Write how a file was made into a text beside it, with the file's own digest; return the path of the text."""
     beside = path.with_name(f"{path.name}.txt")
     details = {**about, "SHA-256 of the file": hashlib.sha256(path.read_bytes()).hexdigest()}
     with atomic(beside) as scratch:
@@ -86,20 +86,20 @@ def made_by(command: str) -> dict[str, str]:
 
 
 def require_own(path: Path, command: str, *, overwrite: bool, option: str = "--out") -> None:
-    """Accept an output file that is new, or that the same command made before, as the text beside it says.
+    """Check that an output file is new, or was made by the same command according to the text beside it.
 
-    BadInput is raised if another command made it, or nothing says who did, unless any file may be replaced by ``overwrite``.
+    BadInput is raised if another command made it, or if there is no such text, unless ``overwrite`` allows any file to be replaced.
     """
     if overwrite or not path.exists():
         return
     maker = _maker(path.with_name(f"{path.name}.txt"))
     if maker != command:
         whose = f"{maker} made it" if maker else f"nothing beside it says that {command} made it"
-        raise BadInput(f"{option} {path}: the file is there, and {whose}; choose another name, or add --overwrite to replace it.")
+        raise BadInput(f"{option} {path}: the file exists, and {whose}; choose another name, or add --overwrite to replace it.")
 
 
 def _maker(beside: Path) -> str:
-    """Return which command made a file, as the text beside it says; "" where there is none."""
+    """Return the command that made a file, according to the text beside it; "" if there is none."""
     try:
         lines = beside.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""What a method is: a name, a step size or tolerance, and a way from an initial value problem to a trajectory."""
+"""Methods and requests: a method solves an initial value problem with a step size or tolerance, and a request says what to compute."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from daebench.errors import BadInput, unknown
 from daebench.runs.ivp import ConstrainedIvp
 
 Progress = Callable[[float], None]
-"""Called now and then with the fraction of the run that is done."""
+"""Called from time to time with the completed fraction of the run."""
 
 
 ON_SINGULAR = {
@@ -16,26 +16,26 @@ ON_SINGULAR = {
     "continue": "it continues, and reports the branch of the motion",
     "least-squares": "it continues, and systems of constraints are solved by least squares, so they may be redundant",
 }
-"""What a run does where G loses rank."""
+"""What a run does if G loses rank."""
 
 
 CALLBACKS = {
-    "native": "machine code, where the libraries of SUNDIALS allow it",
+    "native": "machine code, if the libraries of SUNDIALS allow it",
     "python": "Python functions, through scikit-sundae",
 }
-"""What IDA and CVODE call for the equations, and where the loop over their steps is: in machine code, or in Python."""
+"""Implementation of the equations and of the loop over steps for IDA and CVODE: machine code, or Python."""
 
 
 @dataclass(frozen=True)
 class WorkLimit:
-    """When a tolerance-driven run is given up: by its work and not by the clock, so that what becomes of it depends on no machine.
+    """Limit of a tolerance-driven run by its work, not by the clock, so that the outcome does not depend on the machine.
 
     Parameters
     ----------
     calls : int
-        Most calls of the residual, or of the right side.
+        Largest number of calls of the residual, or of the right side.
     slow_calls, slow_part : int
-        It is given up sooner where ``slow_calls`` calls in a row cover less than one part in ``slow_part`` of the run.
+        The run ends earlier if ``slow_calls`` consecutive calls cover less than one part in ``slow_part`` of it.
     """
 
     calls: int
@@ -45,7 +45,7 @@ class WorkLimit:
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """What a method is asked to do with an initial value problem.
+    """A request to a method for the solution of an initial value problem.
 
     Parameters
     ----------
@@ -56,20 +56,20 @@ class Request:
     steps : int, optional
         Number of steps of a fixed-step method, in place of t_end.
     every : int, optional
-        A fixed-step method stores a state after every so many steps; 0 stores the end alone. The default is 1.
+        Number of steps between stored states of a fixed-step method; 0 stores only the end. The default is 1.
     points : int, optional
-        A tolerance-driven method gives output at so many equidistant times, the start included. The default is 201.
+        Number of equidistant output times of a tolerance-driven method, including the start. The default is 201.
     watch : tuple of str, optional
         Any of "energy", "manifold" (of a constrained problem), "casimirs" (of a Poisson system), "integrals". The default is all that the
-        problem has, but for "integrals".
+        problem has, except "integrals".
     count : bool
         Whether work is counted.
     precision : str
         "float64" or "float32".
     multipliers : bool
-        Whether lam(p, q) is wanted at the output times.
+        Whether lam(p, q) is computed at the output times.
     raw : bool
-        Whether the stage multipliers of every step of a fixed-step scheme are wanted.
+        Whether the stage multipliers of every step of a fixed-step scheme are stored.
     progress : callable, optional
         Called with the fraction done.
     seconds_limit : float, optional
@@ -77,15 +77,15 @@ class Request:
     work_limit : WorkLimit, optional
         Limit of work of a tolerance-driven method.
     on_singular : str, optional
-        What to do where G loses rank: one of :data:`ON_SINGULAR`. The default is what the case declares.
+        What to do if G loses rank: one of :data:`ON_SINGULAR`. The default is declared by the case.
     callbacks : str
-        What IDA and CVODE call: one of :data:`CALLBACKS`.
+        Implementation of the callbacks of IDA and CVODE: one of :data:`CALLBACKS`.
     solver_steps : bool
-        Whether it is wanted what IDA or CVODE thinks of each of its steps, see :class:`daebench.runs.solver_steps.SolverSteps`.
+        Whether the steps of IDA or CVODE are recorded, see :class:`daebench.runs.solver_steps.SolverSteps`.
     sensitivities : tuple of str
-        Parameters and initial values by which the states are differentiated.
+        Parameters and initial values with respect to which the states are differentiated.
     keep_interrupted : bool
-        Whether a run that Ctrl-C ends is returned as far as it came, with what its failure says; else the interruption goes on.
+        Whether a run that is ended by Ctrl-C is returned as far as it came, with this failure; otherwise the interruption is raised.
     """
 
     value: float
@@ -108,12 +108,12 @@ class Request:
     keep_interrupted: bool = False
 
     def at_rank_loss(self, ivp: ConstrainedIvp) -> str:
-        """Return what to do where G loses rank: what is asked for, or else what the initial value problem says; one of :data:`ON_SINGULAR`.
+        """Return what to do if G loses rank, from the request or else from the initial value problem; one of :data:`ON_SINGULAR`.
 
         Raises
         ------
         BadInput
-            If it is none of these.
+            If it is none of :data:`ON_SINGULAR`.
         """
         mode = self.on_singular or ivp.on_singular
         if mode not in ON_SINGULAR:
@@ -121,7 +121,7 @@ class Request:
         return mode
 
     def watched(self, kinds: Sequence[str]) -> tuple[str, ...]:
-        """Return the monitored quantities of the kinds that there are, in their order."""
+        """Return the monitored quantities among the available kinds, in their order."""
         return tuple(name for name in kinds if (name != "integrals" if self.watch is None else name in self.watch))
 
 
@@ -130,9 +130,9 @@ Result = TypeVar("Result", covariant=True)
 
 
 class Method(Protocol[Ivp, Result]):
-    """Anything that solves an initial value problem and is steered by one number.
+    """A solver of initial value problems that is controlled by one number.
 
-    One for constrained problems is a ``Method[ConstrainedIvp, Trajectory]``, one for Poisson systems a ``Method[PoissonIvp,
+    A method for constrained problems is a ``Method[ConstrainedIvp, Trajectory]``, one for Poisson systems a ``Method[PoissonIvp,
     PoissonTrajectory]``.
     """
 
@@ -142,36 +142,36 @@ class Method(Protocol[Ivp, Result]):
 
     @property
     def knob(self) -> str:
-        """What it is steered by: "h" or "tol"."""
+        """Its control parameter: "h" or "tol"."""
 
     def refusal(self, ivp: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
 
     def check(self, ivp: Ivp, request: Request) -> None:
-        """Accept a request that can be met.
+        """Check that a request can be met.
 
         Parameters
         ----------
         ivp : Ivp
             The problem with the numbers of a case.
         request : Request
-            What is asked of the method.
+            The request.
 
         Raises
         ------
         BadInput
-            If it cannot; the message says why and what to do.
+            If it cannot be met; the message says why and what to do.
         """
 
     def solve(self, ivp: Ivp, request: Request) -> Result:
-        """Return the trajectory; where the run stops early, what was computed so far and why.
+        """Return the trajectory. If the run stops early, it contains the result so far and the reason.
 
         Parameters
         ----------
         ivp : Ivp
             The problem with the numbers of a case.
         request : Request
-            What is asked of the method.
+            The request.
         """
 
 
@@ -186,8 +186,8 @@ def resolution_value(method: Method[Any, Any], *, h: float | None, tol: float | 
     resolution, other = (h, tol) if method.knob == "h" else (tol, h)
     if resolution is None or other is not None:
         wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
-        raise BadInput(f"{method.name} is steered by {wanted}; {'give one' if resolution is None else f'leave out {unwanted}'}.")
+        raise BadInput(f"{method.name} is controlled by {wanted}; {'give one' if resolution is None else f'leave out {unwanted}'}.")
     return resolution
 
 
-knob_value = resolution_value  # the name of the release before; it goes with the next one
+knob_value = resolution_value  # the name in the previous release; it will be removed in the next one

@@ -1,4 +1,4 @@
-"""The length and the rate of an initial value problem: what a scheme's increments are small against, in whatever units it is given."""
+"""The length and the rate of an initial value problem, in its own units: the scales with which the increments of a scheme are compared."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -9,13 +9,13 @@ from daebench.runs.ivp import Array, ConstrainedIvp, PoissonIvp
 from daebench.runs.members import Members
 
 Leave = Callable[..., Any]
-"""The map from the coordinates that a scheme computes in to those of the problem."""
+"""A map from the coordinates in which a scheme computes to those of the problem."""
 
 SLACK = 2.0**10
-"""A radius of curvature r, which leaves positions uncertain by eps r, is a matter for Newton's iteration beyond so many lengths."""
+"""Ratio of a radius of curvature r to the length above which r matters to Newton's iteration: r leaves positions uncertain by eps r."""
 
 FLAT = 2.0**20
-"""Beyond so many lengths a constraint is taken to be flat."""
+"""Ratio of a radius to the length above which a constraint is treated as flat."""
 
 STEP = 1e-30
 """Imaginary step of the derivative of coordinates."""
@@ -29,11 +29,11 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
         L   = max(|q0|, min(s, r), min(r, 2^20 e) / 2^10),        e = max(|q0|, s),        s = h |v0| + h^2 |a0|
         1/T = max(|v0| / L, sqrt(|a0| / L)),                      v0 = H_p,  a0 = M^-1 H_q
 
-    Mostly L is |q0|. The first step s and the radius r = min |G| / |g_qq| over the constraints count where a motion begins at the
-    origin of its coordinates and returns there: g = 0 fixes positions up to the rounding of its terms, which there are much larger
-    than q. g_qq is a difference of G over the length e, and what is not curved is left out. Powers of two in the units of length,
-    mass and time go through all of it unrounded, so that the motion in other units has the same digits. Both are positive but where
-    nothing moves at all. Of long chains L is |q0|, and no rate is known. The time, where it is a position, and its rate are left out.
+    In most cases L is |q0|. The first step s and the radius r = min |G| / |g_qq| over the constraints matter if a motion begins at the
+    origin of its coordinates and returns there: g = 0 determines positions up to the rounding of its terms, which are much larger there
+    than q. g_qq is computed as a difference of G over the length e, and constraints without curvature are left out. Changes of the units
+    of length, mass and time by powers of two cause no rounding, so that the motion in other units has the same digits. L and 1/T are
+    positive unless nothing moves. For long chains L is |q0|, and no rate is computed. The time and its rate are left out.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
     h : float
         Step size, s.
     rated : bool
-        Whether the rate is wanted; it is 0 if not.
+        Whether the rate is computed; otherwise it is 0.
     """
     q0 = np.asarray(ivp.q0)
-    if ivp.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme that takes it wants the rate
+    if ivp.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme for it needs the rate
         return _largest(q0), 0.0
     with np.errstate(all="ignore"):
-        n = ivp.d - ivp.facts.EXTENDED  # the time is no position here
+        n = ivp.d - ivp.facts.EXTENDED  # without the time
         v, a = _largest(ivp.value("H_p", ivp.p0, q0)[:n]), _largest(_acceleration(ivp, q0)[:n])
         size, first = _largest(q0[:n]), _finite(h * v + h * h * a)
         radius = 0.0 if ivp.arrays or first + size == 0 else _radius(ivp, q0, max(size, first))
@@ -58,7 +58,7 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
 
 
 def constrained_scales_of(members: Members, *, rated: bool) -> tuple[Array, Array]:
-    """Return the length and the rate of each member, to the bit those of :func:`constrained_scales`, shape(n,)."""
+    """Return the length and the rate of each member, equal to those of :func:`constrained_scales` to the bit, shape(n,)."""
     p0, q0 = members.start
     with np.errstate(all="ignore"):
         n = q0.shape[1] - members.ivp.facts.EXTENDED
@@ -103,7 +103,7 @@ def _finite_of(x: Array) -> Array:
 
 
 def poisson_scales_of(members: Members) -> tuple[Array, Array]:
-    """Return the same of each member as :func:`poisson_scales`, shape(n,)."""
+    """Return the scales of :func:`poisson_scales` for each member, shape(n,)."""
     (y0,) = members.start
     size = _largest_of(y0)
     if not np.all(np.any(y0, axis=1)):
@@ -112,7 +112,7 @@ def poisson_scales_of(members: Members) -> tuple[Array, Array]:
 
 
 def poisson_scales(ivp: PoissonIvp, h: float) -> tuple[float, float]:
-    """Return the size of the initial state of a Poisson system, or of its first step where that is zero; no rate is known."""
+    """Return the size of the initial state of a Poisson system, or of its first step if the state is zero; and 0 for the unknown rate."""
     y0 = np.asarray(ivp.y0)
     if np.any(y0):
         return _largest(y0), 0.0
@@ -131,9 +131,9 @@ def in_coordinates(
     leave : callable
         The map from parts x_1, x_2, ... of the coordinates to the problem's own parts, of which the last is a position.
     start : sequence
-        The parts at the start.
+        The parts of the coordinates at the start.
     moved : int
-        Which of the parts are the positions.
+        Index of the part that holds the positions.
     timed : bool
         Whether the last position is the time, in either coordinates.
     """
@@ -151,7 +151,7 @@ def in_coordinates(
 
 
 def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
-    """Return M^-1 H_q at the start, whatever of it the constraint forces take up."""
+    """Return M^-1 H_q at the start, including the part that the constraint forces balance."""
     gradient = ivp.value("H_q", ivp.p0, q0)
     if ivp.facts.QUADRATIC:
         return ivp.value("H_p", gradient, q0)
@@ -159,7 +159,7 @@ def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
 
 
 def _radius(ivp: ConstrainedIvp, q0: Array, extent: float) -> float:
-    """Return the least radius |G| / |g_qq| of the constraints that are curved; 0 where none is."""
+    """Return the smallest radius |G| / |g_qq| of the curved constraints; 0 if no constraint is curved."""
     n = ivp.d - ivp.facts.EXTENDED
     shift = extent * np.append(np.cos(1.0 + np.arange(n)), np.zeros(ivp.d - n))
     here, there = ivp.value("G", q0)[:, :n], ivp.value("G", q0 + shift)[:, :n]

@@ -1,4 +1,4 @@
-"""Results that show themselves in a notebook: a table of what they say, and a picture beside it."""
+"""Results that a notebook displays by themselves: a table of their summary, with a picture beside it."""
 
 import base64
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_ITEMS = 6
-"""Most numbers or entries of one row of the table; a longer one is in :meth:`Shown.summary`."""
+"""Largest number of numbers or entries in one row of the table; a longer row is only in :meth:`Shown.summary`."""
 
 DPI = 90
 """Dots per inch of the picture in a notebook."""
@@ -26,10 +26,10 @@ class Shown:
     """A result with a summary and a picture."""
 
     drawn_by: ClassVar[str] = ""
-    """Module whose function ``figure`` draws the result. It lies above this room, and is imported by its name when it is asked for."""
+    """Module whose function ``figure`` draws the result. It lies in a higher layer, and is imported by name on request."""
 
     def summary(self) -> Mapping[str, Any]:
-        """Return what the result says, by name."""
+        """Return a summary of the result, by name."""
         raise NotImplementedError
 
     def plot(self) -> "Figure":
@@ -44,7 +44,7 @@ class Shown:
         return figure
 
     def _repr_html_(self) -> str:
-        """Return the table and the picture as a notebook shows them."""
+        """Return the table and the picture as HTML for a notebook."""
         rows = "".join(
             f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(text)}</td></tr>'
             for name, value in self.summary().items()
@@ -53,7 +53,7 @@ class Shown:
         return f'<div style="{STYLE}"><table>{rows}</table>{self._picture()}</div>'
 
     def _picture(self) -> str:
-        """Return the picture as an element of a page, or the sentence that says why there is none."""
+        """Return the picture as an element of a page, or a sentence that says why there is none."""
         try:
             figure = self.plot()
         except DaebenchError as error:
@@ -62,7 +62,7 @@ class Shown:
 
 
 def image(figure: Any) -> str:
-    """Return a figure as an element of a page that has its pixels in it."""
+    """Return a figure as an element of a page that contains its pixels."""
     with import_module("daebench.draw.figures").drawing():
         pixels = BytesIO()
         figure.savefig(pixels, format="png", dpi=DPI)
@@ -71,7 +71,7 @@ def image(figure: Any) -> str:
 
 
 def in_words(value: Any) -> str:
-    """Return a value as one row of a table has it; "" of what is missing, empty or too long for one."""
+    """Return a value as text for one row of a table; "" if it is missing, empty or too long."""
     if isinstance(value, Mapping):
         return "" if len(value) > MOST_ITEMS else ", ".join(f"{name} {words}" for name, item in value.items() if (words := in_words(item)))
     if hasattr(value, "tolist"):

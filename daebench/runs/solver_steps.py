@@ -1,4 +1,4 @@
-"""What IDA or CVODE thinks of its own steps: their sizes, orders and work, and the estimated error of each unknown beside its weight."""
+"""Records of the steps of IDA or CVODE: their sizes, orders and work, and the estimated error and the weight of each unknown."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ Counts = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolverSteps:
-    """The steps of a run as the solver saw them, one a row.
+    """The steps of a run as seen by the solver, one per row.
 
-    A step is accepted if squares of estimates times weights, over all unknowns that are tested, add up to n at most. A weight is
-    1 / (rtol |y| + atol), with y at the beginning of the step. Estimates are those of IDAGetEstLocalErrors and CVodeGetEstLocalErrors;
-    where CVODE projects its steps, they are not projected, and what is tested is less.
+    A step is accepted if the squares of estimate times weight, summed over all tested unknowns, are at most n. A weight is
+    1 / (rtol |y| + atol), with y at the beginning of the step. Estimates are those of IDAGetEstLocalErrors and CVodeGetEstLocalErrors.
+    If CVODE projects its steps, these estimates are not projected; the tested values are smaller.
 
     Parameters
     ----------
@@ -27,18 +27,18 @@ class SolverSteps:
     order : ndarray of int, shape(k,)
         Orders of the formula.
     iterations : ndarray of int, shape(k,)
-        Iterations of Newton, of all attempts at the step.
+        Newton iterations, of all attempts at the step.
     error_failures, newton_failures : ndarray of int, shape(k,)
         Attempts at the step that failed in the error test, and in Newton's iteration.
     accepted : ndarray of bool, shape(k,)
-        Whether the step was taken. Where IDA gives up, what failed in the error test last is here too: of the first step all attempts, of
-        another one the last.
+        Whether the step was taken. If IDA gives up, failures of the error test are included: all attempts at the first
+        step, or the last attempt at another.
     y, estimate, weight : ndarray, shape(k, n)
-        Unknowns at the end of the step, of one that was not taken at its beginning; their estimated errors, and weights.
+        Unknowns at the end of the step, or at its beginning if it was not taken; their estimated errors, and weights.
     blocks : mapping of str to slice
-        Where the unknowns are, by name: "q", "v" or "p", "lam", "mu", "Lam" and "Mu" with Lam' = lam and Mu' = mu, or "y".
+        Places of the unknowns, by name: "q", "v" or "p", "lam", "mu", "Lam" and "Mu" with Lam' = lam and Mu' = mu, or "y".
     untested : collection of str
-        Names of blocks that are left out of the test.
+        Names of blocks that the test leaves out.
     tol : float
         The tolerance.
     """
@@ -59,9 +59,9 @@ class SolverSteps:
 
     @property
     def shares(self) -> dict[str, Array]:
-        """Part of each block in the error test, shape(k,): squares of those that are tested add up to the square of what is held against 1.
+        """Share of each block in the error test, shape(k,). The squares of tested shares sum to the square of the value compared with 1.
 
-        That of a block which is left out is what it would be with a weight of 1 / (tol |y| + tol).
+        The share of a block that is left out is computed with the weight 1 / (tol |y| + tol).
         """
         scaled = self.estimate * self.weight
         for name in self.untested:
@@ -71,13 +71,13 @@ class SolverSteps:
 
     @property
     def tested(self) -> Array:
-        """What the error test compares with 1, shape(k,); of projected steps, without the projection."""
+        """Quantity that the error test compares with 1, shape(k,); for projected steps, without the projection."""
         shares = [share for name, share in self.shares.items() if name not in self.untested]
         return np.asarray(np.sqrt(np.sum(np.square(shares), axis=0)))
 
     @property
     def columns(self) -> dict[str, Array | Counts]:
-        """All of it as columns of a table by name, of unknowns "q1", "estimate_q1" and "weight_q1", and "share_q" of each block."""
+        """All data as columns of a table: by name of unknowns "q1", "estimate_q1" and "weight_q1", and "share_q" of each block."""
         rows: dict[str, Array | Counts] = {"t": self.t, "h": self.h, "order": self.order, "iterations": self.iterations}
         rows |= {"error_failures": self.error_failures, "newton_failures": self.newton_failures, "accepted": self.accepted.astype(np.int64)}
         rows |= {f"share_{name}": share for name, share in self.shares.items()}

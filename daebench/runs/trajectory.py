@@ -1,4 +1,4 @@
-"""A trajectory: what a run gave, as arrays that belong to it alone."""
+"""Trajectories: the results of runs, as arrays of their own."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
@@ -21,25 +21,25 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 CONSTRAINED = ("energy", "manifold", "integrals")
-"""What a run on a constrained problem can monitor."""
+"""Quantities that a run on a constrained problem can monitor."""
 
 POISSON = ("energy", "casimirs", "integrals")
-"""What a run on a Poisson system can monitor."""
+"""Quantities that a run on a Poisson system can monitor."""
 
 DOUBTED = "use a smaller h or tol, and check whether the motion has left the domain of H, or G has lost rank"
-"""What to do where a run has come to its end with a number that is not finite."""
+"""Advice for a run that reached its end with a number that is not finite."""
 
 
 IN_FILES = (
     *("problem", "case", "parameters", "method", "knob", "value", "steps", "work", "maxima", "maxima_over", "pivot", "seconds"),
     *("compile_seconds", "callback_seconds", "callbacks", "failure", "interrupted"),
 )
-"""Fields of a run that a file has beside its arrays, so that :func:`daebench.load` returns them."""
+"""Fields of a run that a file contains besides its arrays, so that :func:`daebench.load` returns them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome(Shown):
-    """What one method gave on one initial value problem, the states apart.
+    """Result of one method on one initial value problem, without the states.
 
     Parameters
     ----------
@@ -48,42 +48,42 @@ class Outcome(Shown):
     parameters : mapping of str to float
         The problem's run-time parameters.
     knob : str
-        "h" or "tol": what the method is steered by.
+        "h" or "tol": the control parameter of the method.
     value : float
         Step size or tolerance.
     t : ndarray, shape(n,)
         Output times, the first 0.
     steps : int
-        Steps taken, as the solver counts them.
+        Steps taken, as counted by the solver.
     work : mapping of str to int
-        Exact counts: evaluations, linear solves, Newton sweeps. Empty if not counted.
+        Exact counts: evaluations, linear solves, Newton iterations. Empty if not counted.
     maxima : mapping of str to float
         Largest modulus of the monitored errors: "energy", "g", "Gv", and Casimir functions and first integrals by name.
     maxima_over : str
-        "steps" or "outputs": what the maxima were taken over.
+        "steps" or "outputs": the times over which the maxima were taken.
     pivot : float, optional
-        Smallest relative pivot met in a linear solve.
+        Smallest relative pivot in a linear solve.
     seconds : float
-        CPU time of stepping; neither compilation nor, of tolerance-driven methods, the evaluation of H, g and the rank of G after each step
-        is in it.
+        CPU time of stepping. It excludes compilation and, for tolerance-driven methods, the evaluation of H, g and the rank of G after each
+        step.
     compile_seconds : float
         Time until the kernel was ready.
     callback_seconds : float, optional
         Part of ``seconds`` spent in Python callbacks, for solvers that have them.
     callbacks : str, optional
-        What IDA or CVODE called, see :data:`daebench.runs.request.CALLBACKS`; None of other methods.
+        Implementation of the callbacks of IDA or CVODE, see :data:`daebench.runs.request.CALLBACKS`; None for other methods.
     solver_steps : SolverSteps, optional
-        What IDA or CVODE thinks of its steps, where it was asked for.
+        Record of the steps of IDA or CVODE, if requested.
     failure : str, optional
         Why the run ended early, as a sentence; None if it is complete.
     interrupted : bool
-        Whether it was the person at the keyboard who ended it.
+        Whether the user interrupted it.
     sensitivities : mapping of str to mapping of str to ndarray
-        Derivatives of the states at the output times, where they were asked for, by the name of a parameter or initial value and by that
-        of the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
+        Derivatives of the states at the output times, if requested, by the name of a parameter or initial value and by that of
+        the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
         :func:`daebench.run` says how a start is changed on the manifold.
     ivp : InitialValueProblem, optional
-        What was solved, so that energies and pictures can be made. It is not a part of a copy that another process gets.
+        The solved problem, for energies and pictures. It is not part of a copy that is sent to another process.
     """
 
     drawn_by: ClassVar[str] = "daebench.draw.trajectory"
@@ -111,17 +111,17 @@ class Outcome(Shown):
     ivp: Any = field(default=None, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what another process gets: not the problem, which is made of functions, nor what was computed with it."""
+        """Return the content for another process, without the problem, which consists of functions, and quantities computed from it."""
         return {item.name: getattr(self, item.name) for item in fields(self)} | {"ivp": None}
 
     def __post_init__(self) -> None:
-        """Make a run with a number that is not finite a failure, whichever method it is of: the last of all checks."""
+        """Turn a run with a number that is not finite into a failure, for every method; this is the last of all checks."""
         if self.failure is None and (what := self._not_finite()):
             why = f"{self.method} on {self.problem}, case {self.case}: {what}, so the run is invalid; {DOUBTED}."
             object.__setattr__(self, "failure", why)
 
     def _not_finite(self) -> str | None:
-        """Return which number is not finite, and when, as a sentence without an end; None if all are."""
+        """Return which number is not finite, and when, as a sentence without a full stop; None if all are finite."""
         numbers = {name: (self.t, rows) for name, rows in self.states.items()}
         numbers |= {f"the stage multiplier {name}": multipliers for name, multipliers in self._stage_multipliers.items()}
         numbers |= {
@@ -153,7 +153,7 @@ class Outcome(Shown):
         Raises
         ------
         BadInput
-            If the trajectory has come from a file or another process without it.
+            If the trajectory comes from a file or another process without it.
         """
         if self.ivp is None:
             raise BadInput(
@@ -165,17 +165,17 @@ class Outcome(Shown):
     def sol(self) -> Interpolant:
         """States between the outputs: ``sol(t)["q"]``, shape(d,), or shape(k, d) for k times.
 
-        ``sol.error`` estimates what interpolation adds to the error of the run.
+        ``sol.error`` estimates the error that interpolation adds to that of the run.
 
         Raises
         ------
         BadInput
-            If there is one output alone.
+            If there is only one output.
         """
         return Interpolant(self.t, self.states)
 
     def summary(self) -> dict[str, Any]:
-        """Return what the run says, by name: what was run, how far it came, and its largest errors."""
+        """Return a summary of the run, by name: its problem and method, how far it came, and its largest errors."""
         return {
             "problem": self.problem,
             "case": self.case,
@@ -194,19 +194,19 @@ class Outcome(Shown):
         }
 
     def about(self) -> dict[str, Any]:
-        """Return what a file says of the run beside its arrays."""
+        """Return the description of the run that a file contains besides its arrays."""
         passages = [asdict(passage) for passage in getattr(self, "passages", ())]
         definition = {} if self.ivp is None else {"definition": self.ivp.facts.FINGERPRINT}
         return {name: getattr(self, name) for name in IN_FILES} | definition | {"passages": passages}
 
     def to_frame(self) -> "pd.DataFrame":
-        """Return the outputs as a table, a row a time: t, then q1, ..., p1, ..., or y1, ..., and what else was asked for."""
+        """Return the outputs as a table, one row per time: t, then q1, ..., p1, ..., or y1, ..., and other requested quantities."""
         import pandas as pd
 
         return pd.DataFrame(columns(self))
 
     def to_xarray(self) -> Any:
-        """Return the outputs as an xarray Dataset over time and component; its attributes say what was run.
+        """Return the outputs as an xarray Dataset over time and component; its attributes describe the run.
 
         Raises
         ------
@@ -218,7 +218,7 @@ class Outcome(Shown):
     def save(self, path: "str | Path") -> list[Path]:
         """Write FILE.npz, which :func:`daebench.load` reads, or FILE.csv for other programs; return the files that were written.
 
-        A file that is there is replaced.
+        An existing file is replaced.
 
         Raises
         ------
@@ -247,19 +247,19 @@ class Outcome(Shown):
 
 @dataclass(frozen=True, kw_only=True)
 class Passage:
-    """A place where G lost rank, and a run went on.
+    """A point at which G lost rank and the run went on.
 
     Parameters
     ----------
     t : float
-        When, as extrapolated from the pivots before.
+        Time, extrapolated from the pivots before.
     pivot : float
-        Smallest pivot that was measured around it, see ``daebench.schemes.kernels.rank``.
+        Smallest pivot measured near it, see ``daebench.schemes.kernels.rank``.
     branch : str
-        "through": the velocity after is the smooth continuation of that before; "reflected": it is the opposite of that; "other branch":
-        it is neither; "unknown": the run ended there.
+        "through": the velocity after it continues the velocity before it smoothly; "reflected": it is the opposite of that velocity;
+        "other branch": it is neither; "unknown": the run ended there.
     turn : float
-        Angle between the velocity before and that after, extrapolated back, in the metric of kinetic energy, degrees.
+        Angle between the velocity before and the velocity after, extrapolated back, in the metric of kinetic energy, degrees.
     """
 
     t: float
@@ -270,18 +270,18 @@ class Passage:
 
 @dataclass(frozen=True, kw_only=True)
 class Trajectory(Outcome):
-    """What one method gave on a constrained Hamiltonian system.
+    """Result of one method on a constrained Hamiltonian system.
 
     Parameters
     ----------
     q, p : ndarray, shape(n, d)
         Positions and momenta at the output times.
     lam : ndarray, shape(n, m), optional
-        Multipliers lam(p, q) of HLW (1.12) at the output times, where they were asked for.
+        Multipliers lam(p, q) of HLW (1.12) at the output times, if requested.
     raw : mapping of str to (ndarray, shape(n,), ndarray, shape(n, m))
-        Stage multipliers of a fixed-step scheme by name, where they were asked for: the times they belong to, and their values.
+        Stage multipliers of a fixed-step scheme by name, if requested: the times to which they belong, and their values.
     passages : sequence of Passage
-        Where G lost rank and the run went on.
+        Points at which G lost rank and the run went on.
     """
 
     q: Array
@@ -292,7 +292,7 @@ class Trajectory(Outcome):
 
     @property
     def states(self) -> Mapping[str, Array]:
-        """The states by name: q, p, and lam where there are multipliers; each shape(n, ...)."""
+        """The states by name: q, p, and lam if multipliers were requested; each shape(n, ...)."""
         return {"q": self.q, "p": self.p} | ({} if self.lam is None else {"lam": self.lam})
 
     @property
@@ -302,7 +302,7 @@ class Trajectory(Outcome):
 
 @dataclass(frozen=True, kw_only=True)
 class PoissonTrajectory(Outcome):
-    """What one method gave on a Poisson system.
+    """Result of one method on a Poisson system.
 
     Parameters
     ----------

@@ -16,11 +16,11 @@ from daebench.runs.json_values import plain
 Array = NDArray[np.float64]
 
 ABOUT = "about"
-"""Name of the text of JSON in an NPZ file that says what its arrays are of."""
+"""Name of the JSON text in an NPZ file that describes its arrays."""
 
 
 def columns(trajectory: Any) -> dict[str, Array]:
-    """Return a trajectory's columns by name: t, then q1, ..., p1, ..., and lam1, ... where it has multipliers, or y1, ...
+    """Return a trajectory's columns by name: t, then q1, ..., p1, ..., and lam1, ... if it has multipliers, or y1, ...
 
     Sensitivities follow, as dq1_dgravity and dq1_dq0_1.
     """
@@ -33,7 +33,7 @@ def columns(trajectory: Any) -> dict[str, Array]:
 
 
 def derivatives(trajectory: Any) -> Iterator[tuple[str, str, Array]]:
-    """Return each derivative of states by one number: name of the states, of the number, and rows of shape(n, d)."""
+    """Yield each derivative of states with respect to one number: name of the states, of the number, and rows of shape(n, d)."""
     for name, parts in trajectory.sensitivities.items():
         for part, rows in parts.items():
             if rows.ndim == 2:
@@ -43,7 +43,7 @@ def derivatives(trajectory: Any) -> Iterator[tuple[str, str, Array]]:
 
 
 def dataset(trajectory: Any) -> Any:
-    """Return a trajectory as an xarray Dataset: states over time and component, with what is said of the run as attributes.
+    """Return a trajectory as an xarray Dataset: states over time and component, with a description of the run as attributes.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def _npz(path: Path, trajectory: Any) -> None:
     for name, parts in trajectory.sensitivities.items():
         arrays |= {f"d{part}_d{name}": rows for part, rows in parts.items()}
     arrays[ABOUT] = np.array(json.dumps(plain(trajectory.about())))
-    with path.open("wb") as file:  # a name would be given the ending .npz where it ends in .NPZ
+    with path.open("wb") as file:  # given a name that ends in .NPZ, NumPy would append .npz
         np.savez_compressed(file, **arrays)
 
 
@@ -86,7 +86,7 @@ WRITERS: dict[str, Callable[[Path, Any], None]] = {".csv": _csv, ".npz": _npz}
 
 
 def check_writable(path: Path) -> None:
-    """Refuse an output file before the run that would fill it: by its ending, neither .csv nor .npz, or by its place."""
+    """Check an output file before the run that would fill it: its extension, .csv or .npz, and its place."""
     if path.suffix.lower() not in WRITERS:
         raise BadInput(f"--out {path}: the file must end in {' or '.join(WRITERS)}.")
     check_place(path)
@@ -98,9 +98,9 @@ def written(path: Path, *, raw: bool) -> list[Path]:
 
 
 def write_trajectory(path: Path, trajectory: Any) -> list[Path]:
-    """Write a trajectory to FILE.csv (decimal digits that survive the round trip) or FILE.npz; return what was written.
+    """Write a trajectory to FILE.csv (with enough decimal digits for the round trip) or FILE.npz; return the files that were written.
 
-    Stage multipliers belong to times of their own: they go beside FILE.csv as FILE.raw.csv, one multiplier of one step a row, or into
+    Stage multipliers have times of their own. They are written beside FILE.csv as FILE.raw.csv, one multiplier of one step per row, or into
     FILE.npz as ``raw_NAME`` and ``raw_NAME_t``.
     """
     with atomic(path) as scratch:

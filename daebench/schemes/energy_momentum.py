@@ -22,9 +22,9 @@ MEMBERS = {"energy_momentum": Member(claims=CLAIMS, multipliers=lambda: {"lam_mi
 
 
 def along(dq: Vector, q: Vector) -> Vector:
-    """Return dq/|dq|^2, the direction that the discrete derivatives are corrected in; it goes to zero with dq below sqrt(eps) |q|.
+    """Return dq/|dq|^2, the direction of the corrections of the discrete derivatives; it goes to zero with dq below sqrt(eps) |q|.
 
-    There the factor that it multiplies, at least of first order in dq, is lost in the rounding of H and g, which 1/|dq| would amplify.
+    There its factor, which is at least of first order in dq, is lost in the rounding of H and g, which 1/|dq| would amplify.
     """
     return dq / (dot(dq, dq) + EPS * dot(q, q) + EPS * EPS * EPS * EPS * LENGTH * LENGTH)
 
@@ -58,8 +58,8 @@ def update(x: tuple[Vector, Vector, Multiplier], data: tuple[Vector, Vector, Num
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     """Return p1 - p0, q1 - q0, lam in the middle of the step, and a report.
 
-    H is kept by construction, because H_p(zm).dp + D_q H.dq = H(z1) - H(z0) and DG dq = g(q1) - g(q0). Where H and g are at most quadratic
-    in q both corrections vanish, and quadratic integrals such as angular momenta are also kept. Otherwise they are not, because a
+    H is conserved by construction, because H_p(zm).dp + D_q H.dq = H(z1) - H(z0) and DG dq = g(q1) - g(q0). If H and g are at most
+    quadratic in q, both corrections vanish, and quadratic integrals such as angular momenta are conserved. Otherwise they are not, as a
     correction along dq does not respect the symmetry. Stage multipliers alternate about lam by h; the mean of two in a row is of second
     order. Below h about 1e-7 the rounding of g, eps/h in the momenta, dominates. With z = (p, q) and m for the mean of both ends::
 

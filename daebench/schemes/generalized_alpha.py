@@ -1,7 +1,7 @@
 """Generalized-alpha of Arnold and Brüls on the constraint g = 0 itself, index 3, as in codes for flexible multibody systems; it damps.
 
-At the default rho_inf = 0.8 it loses the motion where steps turn the constraint's normal by about 0.2 rad: pendulums at 3, 10 and 30 rad/s
-are kept at h omega = 0.15 and lost at 0.2, where velocities normal to the manifold grow without bound. A lost run gives a warning.
+At the default rho_inf = 0.8 the motion is lost if a step turns the constraint's normal by about 0.2 rad. Pendulums at 3, 10 and 30 rad/s
+are stable at h omega = 0.15; at 0.2 velocities normal to the manifold grow without bound. A lost run gives a warning.
 """
 
 from typing import Any
@@ -26,7 +26,7 @@ def numbers(rho_inf: float) -> tuple[float, ...]:
     """
     rho = real("rho_inf", rho_inf)
     if not 0 <= rho <= 1:
-        raise BadInput(f"rho_inf = {rho:g} must be in [0, 1]: 1 damps nothing, 0 all of the highest frequencies at once.")
+        raise BadInput(f"rho_inf = {rho:g} must be in [0, 1]: 1 means no damping, 0 damps the highest frequencies completely in one step.")
     alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
     gamma = 0.5 + alpha_f - alpha_m
     return alpha_m, alpha_f, (gamma + 0.5) ** 2 / 4, gamma
@@ -39,7 +39,7 @@ CLAIMS = Claims(
     keeps_g=True,
     keeps_Gv=False,
     system="index3",
-    source="Arnold and Brüls, Multibody Syst. Dyn. 18 (2007); loses the motion where a step turns normals by 0.2 rad",
+    source="Arnold and Brüls, Multibody Syst. Dyn. 18 (2007); the motion is lost if a step turns normals by 0.2 rad",
     quadratic_only=True,
 )
 MEMBERS = {
@@ -68,7 +68,7 @@ else:
 
 
 def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Vector, Vector, Number, Number]) -> Update:
-    """One update of z = w v1', what v1' adds to q1, and nu = w lam; exact for constant M, else but for velocity terms of order h."""
+    """One update of z = w v1', the part of q1 due to v1', and nu = w lam; exact for constant M, else up to velocity terms of order h."""
     z, nu = x
     p0, q0, dq, v_free, w, ratio = data
     q, v = q0 + (z + dq), v_free + ratio * z
@@ -88,8 +88,8 @@ def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Vector, Vec
 def begun(p0: Vector, q0: Vector, h: Number) -> tuple[Memory, Report]:
     """Return v0, a0 and v'(0) such that lam has no error of first order in the first steps, and a report.
 
-    v'(0) is that of (1.18), and a0 approximates v'((alpha_m - alpha_f) h), the time that the averages a belong to, up to h^2. The
-    normal part of v0 is off by h^2 as it is later on: where it starts at zero, the multiplier must bring it there::
+    v'(0) is that of (1.18), and a0 approximates v'((alpha_m - alpha_f) h), at the time to which the averages a belong, up to h^2. The
+    normal part of v0 has an error of h^2, as in later steps. If it were zero at the start, the multiplier would have to produce it::
 
         v0 = v + C h^2 M^-1 G^T (G M^-1 G^T)^-1 G v'',     C = 1/6 - beta - (alpha_m - alpha_f)/2
     """

@@ -1,4 +1,4 @@
-"""First variational integrator of the GGL principle, explicit in p, GGL_VI in metis, which says that it is not symplectic."""
+"""First variational integrator of the GGL principle, explicit in p: GGL_VI in metis, which describes it as not symplectic."""
 
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.language import G, Gv_q, H_p, H_q, curvature, g, mass, norm, rows, solve, solve_2m, zero
@@ -24,7 +24,7 @@ Unknowns = tuple[Vector, Multiplier, Multiplier]
 
 
 def update(x: Unknowns, data: tuple[Vector, Vector, Vector, Number]) -> Update:
-    """One Newton update of q1 - q0, h lam and h gam1, for the momentum p_free that p1 is without lam."""
+    """One Newton update of q1 - q0, h lam and h gam1, given p_free, the value of p1 for lam = 0."""
     dq, a, b = x
     p_free, p0, q0, h = data
     G0, q1 = G(q0), q0 + dq
@@ -47,7 +47,7 @@ def update(x: Unknowns, data: tuple[Vector, Vector, Vector, Number]) -> Update:
 
 
 def start(p0: Vector, q0: Vector, h: Number) -> tuple[Multiplier, Report]:
-    """Return h gam of the start, which is zero, and a report."""
+    """Return h gam at the start, which is zero, and a report."""
     return zero(q0), linear(1.0, 0.0)
 
 
@@ -61,7 +61,7 @@ def step(p0: Vector, q0: Vector, b0: Multiplier, h: Number) -> tuple[Vector, Vec
         q1 = q0 + h M^-1 (p1 + G(q1)^T gam1)
         0  = g(q1),        0 = G(q1) M^-1 p1
 
-    The map from (p1, q0) to (p2, q1) is a symplectic Euler step of the augmented Hamiltonian, and keeps dp1 ^ dq0 exactly. It differs from
+    The map (p1, q0) -> (p2, q1) is a symplectic Euler step of the augmented Hamiltonian, and preserves dp1 ^ dq0 exactly. It differs from
     dp1 ^ dq1 by h dp1 ^ d(M^-1 G(q1)^T gam1), of second order in h: the defect of the two-form of a state does not grow with the number of
     steps.
     """

@@ -1,4 +1,4 @@
-"""Constrained implicit Euler: (1.19) with every argument at the new point, HLW Fig. 1.2; it loses energy at once."""
+"""Constrained implicit Euler: (1.19) with every argument at the new point, HLW Fig. 1.2; it dissipates energy from the first step."""
 
 from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.constrain import project_momentum

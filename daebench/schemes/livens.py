@@ -1,4 +1,4 @@
-"""Energy-momentum scheme of Livens' principle: independent velocities beside the momenta, and discrete derivatives of the Lagrangian."""
+"""Energy-momentum scheme of Livens' principle: independent velocities besides the momenta, and discrete derivatives of the Lagrangian."""
 
 from daebench.schemes.energy_momentum import along
 from daebench.schemes.kernels.claims import Claims, Member
@@ -62,14 +62,14 @@ def start(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Report]:
 def step(p0: Vector, q0: Vector, v0: Vector, h: Number) -> tuple[Vector, Vector, Vector, tuple[Multiplier], Report]:
     """Return p1, q1, v1, lam in the middle of the step, and a report.
 
-    With m for the mean of both ends, and discrete derivatives in q that are those at the midpoint and a correction along dq::
+    With m for the mean of both ends, and discrete derivatives in q that are those at the midpoint plus a correction along dq::
 
         q1 - q0 = h vm,       p1 - p0 = h (D_q L - DG^T lam),       pm = (M(q0) + M(q1))/2 vm,       0 = g(q1)
         2 D_q L.dq = L(q1, v0) - L(q0, v0) + L(q1, v1) - L(q0, v1),       DG dq = g(q1) - g(q0)
 
-    By construction it keeps E = p.v - L(q, v) of its three fields. Since pm = M v holds for means only, p - M v is
+    By construction it conserves E = p.v - L(q, v) of its three fields. Since pm = M v holds only for means, p - M v is
     -(M(q1) - M(q0)) (v1 - v0)/2 minus its value one step before, of second order, and the error of H(p, q) = E + 1/2 (p - M v)^T M^-1 (p -
-    M v) is of fourth order in h. For constant M the momentum is M v, the scheme is that of ``energy_momentum.py``, and H is kept. The map
+    M v) is of fourth order in h. For constant M, p = M v, the scheme is that of ``energy_momentum.py``, and H is conserved. The map
     of (p, q, v) is symmetric; the map of (p, q), which begins with p = M v, is symmetric for constant M only.
     """
     guess = h * v0

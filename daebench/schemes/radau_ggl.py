@@ -1,4 +1,4 @@
-"""Radau IIA on the formulation of Gear, Gupta and Leimkuhler, which keeps both g = 0 and G H_p = 0, each by a separate multiplier."""
+"""Radau IIA on the formulation of Gear, Gupta and Leimkuhler, which enforces both g = 0 and G H_p = 0, each by a separate multiplier."""
 
 from functools import partial
 

@@ -1,6 +1,6 @@
 """Conformal RATTLE: the damping F = -c p by its exact flow, half a step on either side of a step of RATTLE for all other forces.
 
-The flow of the damping contracts the two-form by exp(-c h), and RATTLE keeps it: together they contract it exactly like the motion,
+The flow of the damping contracts the two-form by exp(-c h), and RATTLE preserves it: together they contract it exactly like the motion,
 McLachlan and Perlmutter, J. Geom. Phys. 39 (2001), and for RATTLE Bhatt, Floyd and Moore, J. Sci. Comput. 66 (2016).
 """
 
@@ -30,7 +30,7 @@ def damped(p: Vector, q: Vector, t: Number) -> tuple[Vector, Report]:
     ::
 
         p' = -c p - G^T lam,      0 = G M^-1 p + g_t        so that the tangent part p_T of p decays as exp(-c t) p_T
-        p_t' = -g_t^T lam + c p.v                           so that K is kept
+        p_t' = -g_t^T lam + c p.v                           so that K is conserved
     """
     e, G0 = rate_of_time(q), G(q)
     momenta = p - dot(p, e) * e

@@ -33,7 +33,7 @@ print(time.perf_counter() - began)
 def first_step(problem: str, case: str, method: str, h: float, *, repeat: int, **more: Any) -> tuple[float, float]:
     """Return wall-clock seconds from a fresh process to the end of its first step: on an empty cache, and the best on a full one.
 
-    ``more`` is handed to :func:`daebench.run`; DaebenchError is raised if that fails.
+    ``more`` is passed to :func:`daebench.run`; DaebenchError is raised if that fails.
     """
     with tempfile.TemporaryDirectory() as folder:
         given = "".join(f", {name}={value!r}" for name, value in more.items())

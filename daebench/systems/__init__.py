@@ -1,1 +1,1 @@
-"""What a problem is, as the book writes it, and how its file is found and read."""
+"""Definitions of problems in the notation of the book, and how their files are found and read."""

@@ -1,4 +1,4 @@
-"""Assumptions that symbols carry: SymPy simplifies by them, so that each has to hold wherever a run goes."""
+"""Assumptions about symbols. SymPy simplifies by them, so each must hold wherever a run goes."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -8,30 +8,30 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 
 TOLD_FIRST = ("positive", "negative", "zero", "integer", "nonnegative", "nonpositive", "nonzero")
-"""Assumptions from which others follow, in the order in which one is named."""
+"""Assumptions from which others follow, in the order in which messages name them."""
 
 
 def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (), *, advice: str = "") -> None:
-    """Accept symbols that are assumed to be real, and no more than a run keeps true.
+    """Check that symbols are assumed to be real, and that a run preserves any further assumption.
 
-    A run goes where its equations lead it, through zero too: where sqrt(q**2) has become q because q was declared positive, the forces
-    are those of another system beyond.
+    A run goes where its equations lead it, possibly through zero. If sqrt(q**2) has become q because q was declared positive, the forces
+    beyond zero are those of another system.
 
     Parameters
     ----------
     what : str
-        What they are, as "position".
+        Their role, for example "position".
     symbols : iterable of Symbol
         The symbols.
     domain : sequence of Expr
-        Expressions that a run keeps greater than 0; a coordinate among them may be declared positive, and minus a coordinate negative.
+        Expressions that a run keeps positive; a coordinate among them may be declared positive, and minus a coordinate negative.
     advice : str
-        What else may be done, as the end of a sentence.
+        Alternative remedy, as the end of a sentence.
 
     Raises
     ------
     InvalidProblem
-        Naming the symbol and the assumption.
+        If an assumption is not preserved; the message names the symbol and the assumption.
     """
     for symbol in symbols:
         assumption = "positive" if symbol in domain else "negative" if -symbol in domain else "real"
@@ -39,13 +39,13 @@ def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (),
         if extra := [name for name, value in symbol.assumptions0.items() if allowed.get(name) is not value]:
             excess = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), extra[0])
             raise InvalidProblem(
-                f"the {what} {symbol} is declared {excess}, which a run need not keep: SymPy has simplified by it, as sqrt(x**2) to x, and "
-                f"where it does not hold the equations differ; declare it only by real=True{advice}."
+                f"the {what} {symbol} is declared {excess}, which a run need not preserve: SymPy simplifies by it, as sqrt(x**2) to x, and "
+                f"where it does not hold the equations differ; declare it with real=True only{advice}."
             )
 
 
 def require_checked(parameters: Iterable[Any]) -> None:
-    """Accept parameters assumed to be real or positive, which their values are held against; InvalidProblem names any other assumption."""
+    """Check that parameters are declared real or positive, as their values are checked to be; InvalidProblem names any other assumption."""
     for symbol in parameters:
         allowed = sp.Symbol("x", real=True, positive=symbol.is_positive).assumptions0
         if any(allowed.get(name) is not value for name, value in symbol.assumptions0.items()):

@@ -1,4 +1,4 @@
-"""A constrained system of nodes in a row, each tied to the one before it: what happens at one node, however many there are."""
+"""A constrained system of nodes in a row, each coupled to the one before it, defined by one node for any number of nodes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from daebench.systems.picture import Exact, Picture
 
 @dataclass(frozen=True, kw_only=True)
 class ConstrainedChain:
-    """A constrained Hamiltonian system whose constraints and masses join neighbours, H = 1/2 p^T M^-1 p + U(q) with constant M.
+    """A constrained Hamiltonian system whose constraints and masses couple neighbours, H = 1/2 p^T M^-1 p + U(q) with constant M.
 
     ::
 
@@ -24,8 +24,8 @@ class ConstrainedChain:
         v^T M v = sum_k v_k^T mass v_k + sum_joints (v_{k-1}, v_k)^T joint_mass (v_{k-1}, v_k)
         U       = pull (sum_k U(q_k) + sum_joints joint_U(q_{k-1}, q_k))
 
-    In this order, node by node, G, M and [[M, G^T], [G, 0]] are banded, and so is G M^-1 G^T where M is diagonal. A joint leads from
-    node k - 1 to node k; to node 0 one leads only where there is an anchor, a point at rest in the place of node -1.
+    In this order, node by node, G, M and [[M, G^T], [G, 0]] are banded, and so is G M^-1 G^T if M is diagonal. A joint connects
+    node k - 1 with node k. Node 0 has a joint only if there is an anchor, a point at rest in place of node -1.
 
     Parameters
     ----------
@@ -34,36 +34,36 @@ class ConstrainedChain:
     here, before : sequence of Symbol, shape(b,)
         Positions of node k, and of node k - 1.
     node : Symbol
-        The number k, which initial values, masses and constraints may contain.
+        The number k, on which initial values, masses and constraints may depend.
     joints : sequence of Expr
         Constraints in ``before`` and ``here``.
     own : sequence of Expr
-        Constraints in ``here`` alone.
+        Constraints in ``here`` only.
     anchor : sequence of Expr, optional, shape(b,)
         The point at rest.
     mass : Matrix, shape(b, b)
         Inertia of each node's own parts.
     joint_mass : Matrix, optional, shape(2 b, 2 b)
-        Inertia of what joins two nodes.
+        Inertia of the part that joins two nodes.
     pull : Expr
-        What all potential energies have as a factor, as the strength of gravity, in the parameters.
+        Common factor of all potential energies, such as the strength of gravity, in terms of the parameters.
     U : Expr
         Potential energy of each node's own parts, in ``here``.
     joint_U : Expr, optional
-        Potential energy of what joins two nodes, in ``before`` and ``here``.
+        Potential energy of the part that joins two nodes, in ``before`` and ``here``.
     parameters, cases : mapping
-        As for :class:`daebench.systems.constrained.ConstrainedHamiltonian`; the q and p of a case are those of node k.
+        As in :class:`daebench.systems.constrained.ConstrainedHamiltonian`; q and p of a case are those of node k.
     speeds : bool
-        Whether the p of the cases are velocities, from which the momenta p = M v are made.
+        Whether the p of the cases are velocities, from which the momenta p = M v are computed.
     more : callable, optional
-        ``more(q, p)`` returns what else the system written out declares, as chart and closed form; called for few nodes alone.
+        ``more(q, p)`` returns further declarations of the written-out system, such as chart and closed form; called for few nodes only.
     drawn : callable, optional
-        ``drawn(q)`` returns the chain's picture, for any number of nodes; without it, it is the one that ``more`` returns, if it does.
+        ``drawn(q)`` returns the chain's picture, for any number of nodes. Without it, the picture is the one that ``more`` returns, if any.
 
     Raises
     ------
     InvalidProblem
-        If there is no node, a size does not fit, or a symbol stands where it may not.
+        If there is no node, sizes do not match, or an expression contains a symbol that it may not depend on.
     """
 
     nodes: int
@@ -95,7 +95,7 @@ class ConstrainedChain:
         if any(size != needed for size, needed in sizes):
             raise InvalidProblem(f"nodes have {b} positions; before, anchor, mass and joint_mass of a chain must have the same number.")
         if not 0 < self.m < self.d:
-            raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one and fewer than positions.")
+            raise InvalidProblem(f"{self.m} constraints on {self.d} positions; there must be at least one, and fewer than positions.")
         for name, matrix in (("mass", self.mass), ("joint_mass", self.joint_mass)):
             if matrix is not None and sp.simplify(matrix - matrix.T) != sp.zeros(*matrix.shape):
                 raise InvalidProblem(f"{name} of the chain is not symmetric.")
@@ -148,12 +148,12 @@ class ConstrainedChain:
 
     @property
     def q(self) -> tuple[sp.Symbol, ...]:
-        """The positions, shape(d,), as they are written out."""
+        """The positions, shape(d,), of the written-out system."""
         return coordinates(self.d)[0]
 
     @property
     def picture(self) -> Picture | None:
-        """How the chain looks, if it is declared."""
+        """Picture of the chain, if it is declared."""
         if self.drawn:
             return self.drawn(self.q)
         return self.more(*coordinates(self.d)).get("picture") if self.more else None
@@ -175,7 +175,7 @@ class ConstrainedChain:
 
     @property
     def joined(self) -> range:
-        """Nodes to which a joint leads."""
+        """Nodes with a joint to the node before."""
         return range(0 if self.anchor is not None else 1, self.nodes)
 
     @property
@@ -185,7 +185,7 @@ class ConstrainedChain:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        """Exact text of the mathematics, without the values of parameters, for content hashes."""
         parts = [self.nodes, self.here, self.before, self.node, self.joints, self.own, self.anchor, self.mass, self.joint_mass, self.U]
         parts += [self.pull, self.joint_U]
         cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
@@ -194,7 +194,7 @@ class ConstrainedChain:
     def inertia(self, k: int, node: Exact | None = None) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
         """Return the blocks M_{k, k-1}, M_{k, k} and M_{k, k+1} of the mass matrix, each shape(b, b).
 
-        ``node`` stands for k in them, by default its value; the joints that there are, are those of node k.
+        ``node`` replaces k in them; by default it is the value of k. Only the joints of node k are included.
         """
         b, n = self.b, self.nodes
         at = sp.Integer(k) if node is None else sp.sympify(node)
@@ -209,7 +209,7 @@ class ConstrainedChain:
         return sp.Matrix(J[b:, :b]) if k > 0 else zero, here, sp.Matrix(beyond[:b, b:]) if k + 1 < n else zero
 
     def written_out(self) -> ConstrainedHamiltonian:
-        """Return the system with a symbol for each position and momentum: for few nodes."""
+        """Return the system with a symbol for each position and momentum; only for few nodes."""
         n, b = self.nodes, self.b
         q, p = coordinates(self.d)
         M = sp.zeros(self.d, self.d)

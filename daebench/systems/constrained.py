@@ -1,4 +1,4 @@
-"""A problem as the book writes it: SymPy expressions and numbers, and nothing about how it is solved."""
+"""A problem in the notation of the book: SymPy expressions and numbers, without reference to methods."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from daebench.systems.picture import Picture as Picture
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """Named initial values, with the parameter values that belong to them.
+    """Named initial values, with their parameter values.
 
     Parameters
     ----------
@@ -26,9 +26,9 @@ class Case:
     parameters : mapping of str to number
         Values that replace the problem's defaults in this case.
     about : str
-        Where the case comes from and what it shows, in one line.
+        Source of the case and what it shows, in one line.
     on_singular : str
-        What a run does where G loses rank, unless another is asked for: "stop", "continue" or "least-squares".
+        Action of a run if G loses rank, unless a run requests another: "stop", "continue" or "least-squares".
     """
 
     q: Sequence[Exact]
@@ -40,17 +40,17 @@ class Case:
 
 @dataclass(frozen=True, kw_only=True)
 class KineticFlow:
-    """The flow over time t of the kinetic energy on the manifold, HLW (1.45) with H^[1] = T: motion with U left out, in closed form.
+    """The flow over time t of the kinetic energy on the manifold, HLW (1.45) with H^[1] = T: motion without U, in closed form.
 
-    ``kinetic_flows`` has the flows that are known. Each is best given as the start plus a change that is small where t is,
-    which is what a step adds to the state.
+    ``kinetic_flows`` contains the known flows. Write each as the start plus a change that is small for small t, because a step adds this
+    change to the state.
 
     Parameters
     ----------
     t : Symbol
         Time over which the flow is taken.
     p, q : sequence of Expr, shape(d,)
-        Momenta and positions after it, in t and the problem's q, p and parameters. They are to hold at zero momentum too.
+        Momenta and positions after it, in t and the problem's q, p and parameters. They must also be defined at zero momentum.
     """
 
     t: sp.Symbol
@@ -65,12 +65,12 @@ class Chart:
     Parameters
     ----------
     eta, xi : sequence of Symbol, shape(n,)
-        The coordinates: those like momenta or velocities, and those like positions; n = d - m, or d - rank G where a case solves redundant
+        The coordinates: eta like momenta or velocities, and xi like positions; n = d - m, or d - rank G if a case solves redundant
         constraints by least squares.
     p, q : sequence of Expr, shape(d,)
         chi: momenta and positions in eta, xi and the problem's parameters.
     inverse_eta, inverse_xi : sequence of Expr, shape(n,)
-        The coordinates in p, q and the problem's parameters. They are used on the manifold alone.
+        The coordinates in p, q and the problem's parameters. They are used only on the manifold.
     """
 
     eta: Sequence[sp.Symbol]
@@ -83,34 +83,34 @@ class Chart:
 
 @dataclass(frozen=True, kw_only=True)
 class ConstrainedHamiltonian:
-    """A holonomically constrained Hamiltonian system, HLW (1.9), which may depend on time and be acted on by forces without potential.
+    """A holonomically constrained Hamiltonian system, HLW (1.9), which may depend on time and have forces without a potential.
 
     ::
 
         q' = H_p(p, q, t)      p' = -H_q(p, q, t) + F(q, q', t) - G(q, t)^T lam      0 = g(q, t)      G = g_q
 
-    With t or F it is treated in extended phase space, where the state has the time as its last
-    position, and what the energy has lost to F, to drivers and to the time in H as its last momentum.
+    With t or F it is treated in extended phase space. The last position of its state is the time; the last momentum is the energy
+    lost to F, to drivers and to the time dependence of H.
 
     Parameters
     ----------
     q, p : sequence of Symbol, shape(d,)
         Positions and momenta.
     g : sequence of Expr, shape(m,)
-        Constraints, functions of q. They may be redundant, and m >= d, as long as rank G leaves freedom at the start of each case.
+        Constraints, functions of q. They may be redundant, even m >= d, as long as rank G < d at the start of each case.
     H : Expr, optional
-        Hamiltonian H(p, q); or else give M and U.
+        Hamiltonian H(p, q); alternatively give M and U.
     M : Matrix, shape(d, d), optional
         Symmetric mass matrix, constant or depending on q, for H = 1/2 p^T M^-1 p + U(q). It is never inverted symbolically
         unless it is diagonal.
     U : Expr, optional
         Potential energy U(q), given together with M.
     t : Symbol, optional
-        The time, where g, H, M, U or F contain it. Motions start at t = 0.
+        The time, if g, H, M, U or F contain it. Motions start at t = 0.
     force : sequence of Expr, optional, shape(d,)
-        Forces F that have no potential, as those of dampers and motors, functions of q, v or p, and t.
+        Forces F without a potential, such as those of dampers and motors, functions of q, v or p, and t.
     v : sequence of Symbol, optional, shape(d,)
-        The velocities q' = H_p, as ``force`` has them.
+        The velocities q' = H_p, as symbols for ``force``.
     parameters : mapping of Symbol to number
         The run-time parameters with their present values.
     cases : mapping of str to Case
@@ -120,17 +120,17 @@ class ConstrainedHamiltonian:
     closed_form : callable, optional
         ``closed_form(t, q0, p0, parameters) -> (q, p)`` with mpmath numbers, at mpmath's working precision.
     kinetic_flow : KineticFlow, optional
-        Flow of the kinetic energy on the manifold, where it has a closed form: what splitting needs.
+        Flow of the kinetic energy on the manifold, if it has a closed form; splitting methods need it.
     chart : Chart, optional
-        Local coordinates of the manifold: what the form ``local`` needs.
+        Local coordinates of the manifold; the form ``local`` needs them.
     picture : Picture, optional
-        How the problem looks.
+        Picture of the problem.
 
     Raises
     ------
     InvalidProblem
-        If a part is not what it must be, sizes do not fit, an expression has an undeclared symbol, a symbol is used twice, H or g
-        contains a function that is not twice differentiable, a position or momentum is declared to be more than real, or H and (M, U) are
+        If a part is of a wrong type, sizes do not match, an expression has an undeclared symbol, a symbol is used twice, H or g
+        contains a function that is not twice differentiable, a position or momentum is declared more than real, or H and (M, U) are
         both given or both missing.
     """
 
@@ -173,12 +173,12 @@ class ConstrainedHamiltonian:
 
     @property
     def in_time(self) -> bool:
-        """Whether energy may come and go: there is a time, or a force without potential."""
+        """Whether the energy may change: there is a time, or a force without a potential."""
         return self.t is not None or self.force is not None
 
     @cached_property
     def fingerprint(self) -> str:
-        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        """Exact text of the mathematics, without the values of parameters, for content hashes."""
         parts = [self.q, self.p, self.g, self.H, self.M, self.U, list(self.parameters), list(self.integrals.values())]
         if self.in_time:
             parts += [self.t, self.force, self.v]
@@ -245,7 +245,7 @@ class ConstrainedHamiltonian:
             check_real(f"{name} of the chart", several(f"{name} of the chart", getattr(chart, name)))
         n = self._size_of_chart(chart)
         if any(len(part) != n for part in (chart.eta, chart.xi, chart.inverse_eta, chart.inverse_xi)):
-            raise InvalidProblem(f"the chart must have {n} eta and {n} xi, as many as positions less constraints, and an inverse of each.")
+            raise InvalidProblem(f"the chart must have {n} eta and {n} xi, positions minus constraints, and an inverse of each.")
         if len(chart.p) != self.d or len(chart.q) != self.d:
             raise InvalidProblem(f"the chart has {len(chart.q)} positions and {len(chart.p)} momenta; both must be {self.d}.")
         if len(set(y)) < 2 * n or set(y) & {*state_symbols, *self.parameters}:
@@ -258,7 +258,7 @@ class ConstrainedHamiltonian:
                 raise InvalidProblem(f"{where} contains {', '.join(sorted(map(str, extra)))}, which it may not depend on; declare it.")
 
     def _size_of_chart(self, chart: Chart) -> int:
-        """Return how many eta a chart has to have: as many as it has xi where constraints may be redundant."""
+        """Return the required number of eta: positions minus constraints, or the number of xi if constraints may be redundant."""
         least = self.d - self.m
         redundant = any(case.on_singular == "least-squares" for case in self.cases.values())
         return min(max(len(chart.xi), least, 1), self.d - 1) if redundant else least

@@ -1,4 +1,4 @@
-"""What can be said of a definition before any number is put in: its parts are what they must be, and H and g have second derivatives."""
+"""Checks of a definition before numbers are inserted: types and sizes of its parts, and existence of second derivatives of H and g."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -10,7 +10,7 @@ from daebench.errors import InvalidProblem
 from daebench.systems.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real, several
 
 Problem = Any
-"""A ConstrainedHamiltonian. Its class calls these functions when it is made, so that its type cannot be imported here."""
+"""A ConstrainedHamiltonian. Its class calls these functions when it is constructed, so its type cannot be imported here."""
 
 KINKED: tuple[type, ...] = (
     sp.Abs,
@@ -26,14 +26,14 @@ KINKED: tuple[type, ...] = (
     sp.Mod,
 )
 KINKED += (sp.re, sp.im, sp.arg, sp.conjugate)
-"""Functions that have no second derivative somewhere, or of whose second derivative SymPy makes a distribution."""
+"""Functions without a second derivative at some point, or whose second derivative is a distribution in SymPy."""
 
 OPEN: tuple[type, ...] = (sp.Derivative, sp.Subs, sp.Integral, sp.Sum, sp.Product, sp.Limit)
-"""Operations that SymPy has not carried out."""
+"""Operations that SymPy leaves unevaluated."""
 
 
 def check_parts(problem: Problem) -> None:
-    """Accept a definition whose parts are of the right types; InvalidProblem names the part, and what it is instead."""
+    """Check that the parts of a definition are of the right types; InvalidProblem names the part, and its type."""
     for name, symbols in (("q", problem.q), ("p", problem.p)):
         check_coordinates(name, symbols)
     check_time_and_force(problem)
@@ -55,7 +55,7 @@ def check_parts(problem: Problem) -> None:
 
 
 def check_time_and_force(problem: Problem) -> None:
-    """Accept a time, velocities and forces of the right types and sizes; InvalidProblem names the part."""
+    """Check that time, velocities and forces are of the right types and sizes; InvalidProblem names the part."""
     check_coordinates("t", [] if problem.t is None else [problem.t])
     check_coordinates("v", problem.v or [])
     check_real("force", several("force", problem.force or []))
@@ -65,18 +65,18 @@ def check_time_and_force(problem: Problem) -> None:
 
 
 def check_mass(M: Any) -> None:
-    """Accept a matrix of real expressions in which no position is without mass; InvalidProblem names the entry."""
+    """Check that a mass matrix has real entries and that every position has mass; InvalidProblem names the entry."""
     if not isinstance(M, sp.MatrixBase):
-        raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, and is a {type(M).__name__}.")
+        raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, but is a {type(M).__name__}.")
     check_real("M", list(M))
     for k in range(min(M.shape)):
         if not any(M.row(k)):
             why = f"row {k + 1} is 0, so that position {k + 1} has no mass"
-            raise InvalidProblem(f"the mass matrix M is singular: {why}; give it one, or take its momentum out with another choice of q.")
+            raise InvalidProblem(f"the mass matrix M is singular: {why}; give it one, or eliminate it by another choice of q.")
 
 
 def check_second_derivatives(problem: Problem) -> None:
-    """Accept a definition whose H, or M and U, and g are made of functions that are twice differentiable."""
+    """Check that H, or M and U, and g are made of functions that are twice differentiable."""
     state = {*problem.q, *problem.p, problem.t, *(problem.v or ())}
     parts = {f"g[{k}]": constraint for k, constraint in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
     parts |= {f"force[{k}]": force for k, force in enumerate(problem.force or ())}
@@ -87,21 +87,19 @@ def check_second_derivatives(problem: Problem) -> None:
 
 
 def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None:
-    """Accept an expression of known functions that are twice differentiable in the state; InvalidProblem names any other function."""
+    """Check that an expression consists of known functions that are twice differentiable in the state; InvalidProblem names any other."""
     functions = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
     for function in sorted(functions, key=lambda one: (one.count_ops(), str(one))):
         if isinstance(function, AppliedUndef):
-            raise InvalidProblem(f"{name} contains {function}, a function that is not defined; write out what it is.")
+            raise InvalidProblem(f"{name} contains {function}, a function that is not defined; write out its definition.")
         if isinstance(function, OPEN):
-            raise InvalidProblem(f"{name} contains {function}, which SymPy has not carried out; call doit(), or write out its value.")
+            raise InvalidProblem(f"{name} contains {function}, which SymPy has left unevaluated; call doit(), or write out its value.")
         if function.free_symbols & set(state):
-            raise InvalidProblem(
-                f"{name} contains {function}, which is not twice differentiable; write {name} with smooth functions alone."
-            )
+            raise InvalidProblem(f"{name} contains {function}, which is not twice differentiable; write {name} with smooth functions only.")
 
 
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:
-    """Return the error for symbols that an expression may not depend on; one may have the name of a declared one, and not be it."""
+    """Return the error for symbols that an expression may not contain. One may have the name of a declared symbol but differ from it."""
     if same := {str(symbol) for symbol in set(extra) - set(known)} & {str(symbol) for symbol in known}:
         names = ", ".join(sorted(same))
         return InvalidProblem(

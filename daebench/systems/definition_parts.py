@@ -1,4 +1,4 @@
-"""What the parts of a definition must be, whatever its kind: symbols, parameters and their values, named cases, and real expressions."""
+"""Checks of the parts that definitions of every kind have: symbols, parameters and their values, named cases, and real expressions."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -8,44 +8,44 @@ import sympy as sp
 from daebench.errors import BadInput, InvalidProblem, real
 
 DEEPEST = 100
-"""Most operations within each other in an expression: SymPy calls itself several times for each."""
+"""Maximum nesting depth of operations in an expression: SymPy recurses several times for each level."""
 
 LARGEST = 100_000
-"""Most operations of an expression as it is written out: SymPy takes minutes for its derivatives."""
+"""Maximum number of operations of a written-out expression: for more, SymPy takes minutes to differentiate it."""
 
 LONGEST = 100
-"""Most characters of the name of a case, an integral or a part."""
+"""Maximum length of the name of a case, an integral or a part."""
 
 ON_SINGULAR = ("stop", "continue", "least-squares")
 
 
 def check_coordinates(name: str, symbols: Any) -> None:
-    """Accept a sequence of symbols; InvalidProblem names any other entry. Their assumptions are checked in ``assumptions``."""
+    """Check that all entries of a sequence are symbols; InvalidProblem names any other entry. ``assumptions`` checks their assumptions."""
     for entry in several(name, symbols):
         if not isinstance(entry, sp.Symbol):
             raise InvalidProblem(f"{name} contains {entry!r}, which is not a SymPy Symbol.")
 
 
 def check_parameters(parameters: Any) -> None:
-    """Accept a mapping of symbols to numbers; InvalidProblem names the parameter whose value is not a number."""
+    """Check a mapping of symbols to numbers; InvalidProblem names a parameter whose value is not a number."""
     if not isinstance(parameters, Mapping):
         raise InvalidProblem(f"the parameters are {parameters!r}; they must be a mapping of symbols to numbers.")
     check_coordinates("the parameters", parameters)
     for symbol, value in parameters.items():
-        _require_number(f"the parameter {symbol}", value, "give a number, and let nothing else in the file have its name")
+        _require_number(f"the parameter {symbol}", value, "give a number, and use its name for nothing else in the file")
 
 
 def check_distinct(symbols: Iterable[sp.Symbol], what: str) -> None:
-    """Accept symbols of different names, by which tables and generated code know them; InvalidProblem names those used twice."""
+    """Check that symbols have different names, which tables and generated code use; InvalidProblem names those used twice."""
     names = [str(symbol) for symbol in symbols]
     if twice := {name for name in names if names.count(name) > 1}:
         raise InvalidProblem(f"{', '.join(sorted(twice))} stands for more than one {what}; rename one.")
 
 
 def check_cases(cases: Any, kind: str, states: Sequence[str], parameters: Mapping[sp.Symbol, float]) -> None:
-    """Accept named cases of the class ``kind`` whose parts are of the right types; ``states`` are those that are initial values.
+    """Check named cases of the class ``kind`` and the types of their parts; ``states`` are the parts with initial values.
 
-    A number that a case sets belongs to one of the parameters; a whole number may belong to a structural parameter, which only the file
+    A number that a case sets belongs to one of the parameters. A whole number may belong to a structural parameter, which only the file
     knows. InvalidProblem names the case and the part.
     """
     if not isinstance(cases, Mapping):
@@ -61,7 +61,7 @@ def check_cases(cases: Any, kind: str, states: Sequence[str], parameters: Mappin
 
 
 def _check_settings(name: str, case: Any, parameters: set[str]) -> None:
-    """Accept what a case has beside initial values."""
+    """Check the parts of a case other than initial values."""
     if not isinstance(case.parameters, Mapping):
         raise InvalidProblem(f"the parameters of case {name!r} are {case.parameters!r}; they must be a mapping of names to numbers.")
     for parameter, value in case.parameters.items():
@@ -77,7 +77,7 @@ def _check_settings(name: str, case: Any, parameters: set[str]) -> None:
 
 
 def check_functions(what: str, functions: Any) -> None:
-    """Accept a mapping of names to real expressions; InvalidProblem names the mapping, name or expression that is not one."""
+    """Check a mapping of names to real expressions; InvalidProblem names the wrong mapping, name or expression."""
     if not isinstance(functions, Mapping):
         raise InvalidProblem(f"{what}s are {functions!r}; they must be a mapping of names to expressions.")
     for name, expression in functions.items():
@@ -86,9 +86,9 @@ def check_functions(what: str, functions: Any) -> None:
 
 
 def check_real(name: str, values: Sequence[Any]) -> None:
-    """Accept expressions that may be real numbers, of a size that can be derived.
+    """Check that expressions can be real numbers, and are small enough to differentiate.
 
-    InvalidProblem names an equation, a value that is not an expression, and one with an imaginary unit, infinity or NaN.
+    InvalidProblem names an equation, a value that is not an expression, or one with an imaginary unit, infinity or NaN.
     """
     for k, value in enumerate(values):
         where = f"{name}[{k}]" if len(values) > 1 else name
@@ -110,18 +110,18 @@ def check_real(name: str, values: Sequence[Any]) -> None:
 
 
 def check_size(name: str, expression: sp.Basic) -> None:
-    """Accept an expression that is not so large, or so deep, that its derivatives cannot be written."""
+    """Check that an expression is not too large, or too deep, for its derivatives to be written."""
     size, depth = extent(expression)
     if depth > DEEPEST:
-        raise InvalidProblem(f"{name} has {depth} operations within each other, and at most {DEEPEST} can be derived; write it flatter.")
+        raise InvalidProblem(f"{name} has operations nested {depth} deep, but at most {DEEPEST} can be differentiated; write it flatter.")
     if size > LARGEST:
-        raise InvalidProblem(f"{name} has {size:.3g} operations written out, and at most {LARGEST} can be derived; write it shorter.")
+        raise InvalidProblem(f"{name} has {size:.3g} operations written out, but at most {LARGEST} can be differentiated; shorten it.")
 
 
 def extent(expression: sp.Basic) -> tuple[int, int]:
-    """Return how many nodes an expression has as it is written out, and how deep it is; what is shared is looked at once."""
+    """Return the number of nodes of a written-out expression, and its depth; shared subexpressions are visited once."""
     known: dict[int, tuple[int, int]] = {}
-    arguments: dict[int, tuple[sp.Basic, ...]] = {}  # held, so that no other object takes the place of one of them
+    arguments: dict[int, tuple[sp.Basic, ...]] = {}  # held, so that no other object gets the id of one of them
     stack = [expression]
     while stack:
         node = stack[-1]
@@ -136,9 +136,9 @@ def extent(expression: sp.Basic) -> tuple[int, int]:
 
 
 def several(name: str, values: Any) -> list[Any]:
-    """Return values as a list; refuse what is not a sequence."""
+    """Return values as a list; refuse anything that is not a sequence."""
     if isinstance(values, str) or not hasattr(values, "__len__"):
-        raise InvalidProblem(f"{name} is {values!r}, and must be a sequence; write [{values!r}].")
+        raise InvalidProblem(f"{name} is {values!r}, but must be a sequence; write [{values!r}].")
     return list(values)
 
 

@@ -1,12 +1,12 @@
-"""Extended phase space: a system in time, or under forces without potential, as one whose energy is constant.
+"""Extended phase space: a system that depends on time, or has forces without a potential, as a system of constant energy.
 
 The time becomes the last position and its conjugate, p_t, the last momentum::
 
     K = H(p, q, t) + p_t       t' = K_{p_t} = 1       p_t' = -H_t - g_t^T lam - F.v       g(q, t) = 0,     G v + g_t = 0
 
-K is constant along every motion: -p_t is the energy that the time in H, the drivers g(q, t) and the forces F have put into the system
-since the start, where it is 0. Without F the extended system is Hamiltonian, and a scheme that is symplectic there treats it as such; H
-is what ``K - p_t`` says. The error of K is the defect of the balance H - H0 = work, whatever F is.
+K is constant along every motion: -p_t is the energy that the time in H, the drivers g(q, t) and the forces F have added to the system
+since the start, where it is 0. Without F the extended system is Hamiltonian, and a symplectic scheme is symplectic on it. H
+equals K - p_t. The error of K is the defect of the balance H - H0 = work, for any F.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,8 +21,8 @@ from daebench.systems.constrained import Chart, ConstrainedHamiltonian, KineticF
 def extended(problem: ConstrainedHamiltonian) -> ConstrainedHamiltonian:
     """Return a problem in time as a record with t and p_t among its coordinates, shape(d + 1,), without its forces.
 
-    M has a 1 in the place of the time, which has no mass: what follows from it is :mod:`daebench.compiler.constrained.extended`'s
-    concern. A problem whose forces do not depend on time gets a time of its own.
+    M has a 1 in the row of the time, which has no mass; :mod:`daebench.compiler.constrained.extended` takes account of
+    this. A problem whose forces do not depend on time also gets a time.
     """
     t, p_t = time_symbols(problem)
     return replace(
@@ -42,21 +42,21 @@ def extended(problem: ConstrainedHamiltonian) -> ConstrainedHamiltonian:
 
 
 def time_symbols(problem: ConstrainedHamiltonian) -> tuple[sp.Symbol, sp.Symbol]:
-    """Return the symbols of the time and of its conjugate, of names that nothing else has."""
+    """Return the symbols of the time and of its conjugate, with names that are not in use."""
     taken = {str(symbol) for symbol in [*problem.q, *problem.p, *(problem.v or ()), *problem.parameters]}
     names = [next(name for name in (stem, f"{stem}_", f"{stem}__") if name not in taken) for stem in ("t", "p_t")]
     return (problem.t or sp.Symbol(names[0], real=True)), sp.Symbol(names[1], real=True)
 
 
 def force(problem: ConstrainedHamiltonian, p: Sequence[sp.Expr], velocity: Sequence[sp.Expr]) -> sp.Matrix:
-    """Return (F, -F.v) at given momenta and velocities, shape(d + 1,): what is added to p' and to p_t' beside derivatives of H."""
+    """Return (F, -F.v) at given momenta and velocities, shape(d + 1,): the terms of p' and p_t' besides derivatives of H."""
     values = dict(zip([*problem.p, *(problem.v or ())], [*p[: problem.d], *velocity[: problem.d if problem.v else 0]], strict=True))
     F = [sp.sympify(entry).xreplace(values) for entry in problem.force or [0] * problem.d]
     return sp.Matrix([*F, -sp.Add(*(F[k] * velocity[k] for k in range(problem.d)))])
 
 
 def _closed_form(problem: ConstrainedHamiltonian) -> Callable[..., Any]:
-    """Return the closed form with the time behind the positions, and with the p_t that keeps K constant behind the momenta."""
+    """Return the closed form with the time after the positions, and with the p_t of constant K after the momenta."""
     given, d = problem.closed_form, problem.d
     assert given is not None
 
@@ -78,7 +78,7 @@ def energy(problem: ConstrainedHamiltonian) -> Callable[..., Any]:
 
 
 def hamiltonian(problem: ConstrainedHamiltonian) -> sp.Expr:
-    """Return H(p, q, t) as an expression, of a declared problem; where M is given it is inverted symbolically."""
+    """Return H(p, q, t) as an expression, for a declared problem; if M is given it is inverted symbolically."""
     if problem.H is not None:
         return sp.sympify(problem.H)
     p = sp.Matrix(list(problem.p))
@@ -86,7 +86,7 @@ def hamiltonian(problem: ConstrainedHamiltonian) -> sp.Expr:
 
 
 def _kinetic_flow(flow: KineticFlow, t: sp.Symbol, p_t: sp.Symbol) -> KineticFlow:
-    """Return the flow of the kinetic energy and of p_t, in which the time goes on; g must not depend on it."""
+    """Return the flow of the kinetic energy and of p_t, in which the time advances; g must not depend on time."""
     return replace(flow, p=(*flow.p, p_t), q=(*flow.q, t + flow.t))
 
 

@@ -1,4 +1,4 @@
-"""Flows of the kinetic energy on manifolds on which geodesics have a closed form: spheres, rotations, and products of such."""
+"""Flows of the kinetic energy on manifolds whose geodesics have a closed form: spheres, rotations, and products of these."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from daebench.systems.picture import Exact
 TIME = sp.Symbol("t", real=True)
 
 TINY = sp.Rational(1, 10**37)
-"""Added to w^2, so that sin(w t)/w is t at rest, in single precision too; beside any speed that matters it is lost."""
+"""Added to w^2, so that sin(w t)/w is t at rest, in single precision too; it is negligible against any speed that matters."""
 
 
 def sphere(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: Exact, length: Exact) -> KineticFlow:
@@ -71,7 +71,7 @@ def rotation(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, c: Exact) -> Kin
 
 
 def product(*factors: KineticFlow) -> KineticFlow:
-    """Return the flow on a product of manifolds of kinetic energies that are not coupled: each factor moves for itself.
+    """Return the flow on a product of manifolds whose kinetic energies are not coupled: each factor moves by itself.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def product(*factors: KineticFlow) -> KineticFlow:
 
 
 def _turn(w: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Return sin(w t) and 1 - cos(w t) by the tangent of the half angle, of which any value gives a rotation exactly.
+    """Return sin(w t) and 1 - cos(w t) from the tangent of the half angle, for which every rounded value gives an exact rotation.
 
-    Without it the rounding of cos(w t), the same in every step of a uniform motion, would add up.
+    Otherwise the rounding of cos(w t), equal in every step of a uniform motion, would accumulate.
     """
     tau = sp.tan(w * TIME / 2)
     share = 2 / (1 + tau**2)
@@ -98,4 +98,4 @@ def _turn(w: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 def _same_length(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol]) -> None:
     if len(q) != len(p):
-        raise InvalidProblem(f"the kinetic flow is given {len(q)} positions and {len(p)} momenta; give one momentum for each position.")
+        raise InvalidProblem(f"the kinetic flow has {len(q)} positions and {len(p)} momenta; give one momentum for each position.")

@@ -1,4 +1,4 @@
-"""A Poisson system on a periodic lattice: what happens at one site and its neighbours, however many sites there are."""
+"""A Poisson system on a periodic lattice, defined by one site and its neighbours for any number of sites."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,10 +13,10 @@ from daebench.systems.picture import Picture, Point
 from daebench.systems.poisson import DarbouxMap, Part, PoissonCase, PoissonSystem
 
 SMALLEST = 3
-"""The fewest sites at which a site has two neighbours."""
+"""Smallest number of sites for which a site has two neighbours."""
 
 VERIFIED_ON = 4
-"""Sites of the lattice on which the structure is verified: the fewest at which not all sites are neighbours."""
+"""Number of sites of the lattice on which the structure is verified: the smallest for which not all sites are neighbours."""
 
 _VERIFIED: set[str] = set()
 """Fingerprints of the lattices whose identities have been verified in this process."""
@@ -29,11 +29,11 @@ class LatticePart:
     Parameters
     ----------
     h : Expr
-        Its density, in the fields of a site and of the site to the left.
+        Its density, in the fields at a site and at the site to the left.
     t : Symbol
         Time over which the flow is taken.
     here : sequence of Expr, shape(s,)
-        Fields of a site after it, in t and the fields of the site and its two neighbours before.
+        Fields at a site after it, in t and the previous fields at the site and its two neighbours.
     """
 
     h: sp.Expr
@@ -43,14 +43,14 @@ class LatticePart:
 
 @dataclass(frozen=True, kw_only=True)
 class LatticeDarboux:
-    """Canonical coordinates of each site, HLW (3.13), and the way back; see :class:`daebench.systems.poisson.DarbouxMap`.
+    """Canonical coordinates of each site, HLW (3.13), and the inverse map; see :class:`daebench.systems.poisson.DarbouxMap`.
 
     Parameters
     ----------
     q, p : Symbol
         The coordinates, {q, p} = 1.
     Q, P : Expr
-        What they are as functions of the fields of the site.
+        The coordinates as functions of the fields at the site.
     here : sequence of Expr, shape(2,)
         The fields as functions of q and p.
     """
@@ -64,7 +64,7 @@ class LatticeDarboux:
 
 @dataclass(frozen=True, kw_only=True)
 class PoissonLattice:
-    """A Poisson system of N sites with s fields each, whose energy couples neighbours and whose bracket does not.
+    """A Poisson system of N sites with s fields each, whose energy couples neighbours; its bracket does not.
 
     ::
 
@@ -92,13 +92,13 @@ class PoissonLattice:
     parts : mapping of str to LatticePart
         Parts of the Hamiltonian whose flows have closed forms.
     splittings : mapping of str to sequence of str
-        As for :class:`daebench.systems.poisson.PoissonSystem`.
+        As in :class:`daebench.systems.poisson.PoissonSystem`.
     darboux : LatticeDarboux, optional
         Canonical coordinates, for two fields.
     point : sequence of Expr, shape(2,)
-        Where a site is drawn in the plane, in ``here``, ``site`` and the parameters; a line joins the sites. Empty where it is not.
+        Position of a site in the drawing, in ``here``, ``site`` and the parameters; a line joins the sites. Empty for no drawing.
     axes : sequence of str, shape(2,)
-        What the coordinates of the points are.
+        Meaning of the coordinates of the points.
 
     Raises
     ------
@@ -125,13 +125,13 @@ class PoissonLattice:
 
     def __post_init__(self) -> None:
         if self.sites < SMALLEST:
-            raise InvalidProblem(f"a lattice of {self.sites} sites has none with two neighbours; it needs at least {SMALLEST}.")
+            raise InvalidProblem(f"in a lattice of {self.sites} sites no site has two neighbours; it needs at least {SMALLEST} sites.")
         for name, symbols in (("here", self.here), ("left", self.left), ("right", self.right)):
             check_coordinates(name, symbols)
         check_parameters(self.parameters)
         check_cases(self.cases, "PoissonCase", ("y",), self.parameters)
         if not isinstance(self.b, sp.MatrixBase) or self.b.shape != (len(self.here), len(self.here)):
-            raise InvalidProblem("the structure matrix b of a site must be a SymPy Matrix of as many rows and columns as here has symbols.")
+            raise InvalidProblem("the structure matrix b of a site must be a SymPy Matrix with a row and a column for each symbol of here.")
         check_real("b", list(self.b))
         check_real("h", [self.h])
         for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
@@ -142,7 +142,7 @@ class PoissonLattice:
             _VERIFIED.add(self.fingerprint)
 
     def _check_symbols(self) -> None:
-        """Refuse an expression that depends on what it may not; that of a written-out lattice would be another one."""
+        """Check that expressions depend only on allowed symbols; others would have another meaning in a written-out lattice."""
         require_plain("field", [*self.here, *self.left, *self.right])
         require_plain("time", [part.t for part in self.parts.values()])
         require_checked(self.parameters)
@@ -166,12 +166,12 @@ class PoissonLattice:
 
     @property
     def y(self) -> list[sp.Symbol]:
-        """The state, shape(n,), as it is written out."""
+        """The state, shape(n,), of the written-out system."""
         return [symbol for fields in self._fields(self.sites) for symbol in fields]
 
     @property
     def picture(self) -> Picture | None:
-        """How a state looks: a line through the points of all sites."""
+        """Picture of a state: a line through the points of all sites."""
         if not self.point:
             return None
         fields = self._fields(self.sites)
@@ -184,11 +184,11 @@ class PoissonLattice:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        """Exact text of the mathematics, without the values of parameters, for content hashes."""
         return f"{self.sites} sites of {self.expanded(SMALLEST).fingerprint}"
 
     def expanded(self, sites: int, *, verify: bool = False) -> PoissonSystem:
-        """Return the system of so many sites, written out; its identities are verified for few sites, when the lattice is made."""
+        """Return the written-out system with this many sites. Its identities are verified for few sites, when the lattice is made."""
         symbols = self._fields(sites)
 
         def at(expression: sp.Expr, k: int) -> sp.Expr:

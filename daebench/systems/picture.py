@@ -1,4 +1,4 @@
-"""How a problem looks: what is drawn of a state."""
+"""Pictures of problems: the drawing of a state."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from typing import Any
 import sympy as sp
 
 Exact = Any
-"""An exact number or expression: int, str as in "9.81", or a SymPy expression in the problem's parameters."""
+"""An exact number or expression: int, str such as "9.81", or a SymPy expression in the problem's parameters."""
 
 Point = Sequence[Exact]
 """A point of the plane or of space, shape(2,) or shape(3,), in the problem's positions, or its state y, and parameters."""
@@ -15,7 +15,7 @@ Point = Sequence[Exact]
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """How a problem looks: what is drawn at given positions.
+    """Picture of a problem: the parts that are drawn at given positions.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class Picture:
     over : sequence of (Symbol, lower bound, upper bound)
         The two coordinates of the surface.
     axes : sequence of str, shape(2,) or shape(3,)
-        What the coordinates are where they are not the lengths x, y and z.
+        Names of the coordinates, if they are not the lengths x, y and z.
     points : mapping of str to point
-        Named points, as the joints of a mechanism, whose places at its end a run tells in JSON. They are not drawn.
+        Named points, such as the joints of a mechanism; a run reports their final positions in JSON. They are not drawn.
     """
 
     rods: Sequence[Sequence[Point]] = ()

@@ -1,4 +1,4 @@
-"""A Poisson system as the book writes it: y' = B(y) grad H(y), with what is known of its structure."""
+"""A Poisson system in the notation of the book: y' = B(y) grad H(y), with its known structure."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import InitVar, dataclass, field
@@ -24,7 +24,7 @@ from daebench.systems.poisson_checks import check_casimirs, check_darboux, check
 
 @dataclass(frozen=True, kw_only=True)
 class PoissonCase:
-    """Named initial values, with the parameter values that belong to them.
+    """Named initial values, with their parameter values.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class PoissonCase:
     parameters : mapping of str to number
         Values that replace the problem's defaults in this case.
     about : str
-        Where the case comes from and what it shows, in one line.
+        Source of the case and what it shows, in one line.
     """
 
     y: Sequence[Exact]
@@ -62,7 +62,7 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class DarbouxMap:
-    """Canonical coordinates z = (Q, P, C) of a Poisson system, HLW (3.13), and the way back.
+    """Canonical coordinates z = (Q, P, C) of a Poisson system, HLW (3.13), and the inverse map.
 
     The signs are those of the canonical bracket (2.3): {Q_i, P_j} = delta_ij, all other brackets vanish, so that Q' = K_P, P' = -K_Q.
 
@@ -71,7 +71,7 @@ class DarbouxMap:
     q, p, c : sequence of Symbol
         The coordinates; as many q as p.
     Q, P, C : sequence of Expr
-        What they are as functions of y.
+        The coordinates as functions of y.
     y : sequence of Expr, shape(n,)
         The state as a function of q, p, c and the problem's parameters.
     """
@@ -87,16 +87,16 @@ class DarbouxMap:
 
 @dataclass(frozen=True, kw_only=True)
 class Lift:
-    """A constrained system of the catalogue whose motion is carried to that of the Poisson system by a map of its state.
+    """A constrained system of the catalogue whose motion is mapped to that of the Poisson system by a function of its state.
 
     Parameters
     ----------
     problem : str
-        Name of the constrained problem; it has the parameters of the Poisson system by name.
+        Name of the constrained problem; its parameters have the names of those of the Poisson system.
     q, p : sequence of Expr
-        A state (q, p) on its manifold over each y, in the problem's y and parameters.
+        A state (q, p) on its manifold that is mapped to y, in the problem's y and parameters.
     y : callable
-        ``y(p, q, parameters)`` returns the state for sequences of numbers p and q, complex ones too; it is a Poisson map.
+        ``y(p, q, parameters)`` returns the state for sequences of numbers p and q, which may be complex; it is a Poisson map.
     """
 
     problem: str
@@ -126,7 +126,7 @@ class PoissonSystem:
     integrals : mapping of str to Expr
         First integrals besides H and the Casimir functions.
     domain : sequence of Expr
-        Expressions in y that stay greater than 0; a run that leaves this domain ends there.
+        Expressions in y that stay positive; a run that leaves this domain ends there.
     parameters : mapping of Symbol to number
         The run-time parameters with their present values.
     cases : mapping of str to PoissonCase
@@ -137,22 +137,22 @@ class PoissonSystem:
         Parts of the Hamiltonian whose flows have closed forms.
     splittings : mapping of str to sequence of str
         Names of splittings, each with its parts in the order in which their flows act; the first is the default. The parts of each add
-        up to H, but for a Casimir function or a constant.
+        up to H, except for a Casimir function or a constant.
     darboux : DarbouxMap, optional
-        Canonical coordinates: what the form ``darboux`` needs.
+        Canonical coordinates; the form ``darboux`` needs them.
     lift : Lift, optional
-        A constrained system above this one: what the form ``lifted`` needs.
+        A constrained system that is mapped to this one; the form ``lifted`` needs it.
     picture : Picture, optional
-        How a state looks.
+        Picture of a state.
     verify : bool
-        Whether the identities are verified; what is written out from a lattice was verified there, for few sites.
+        Whether the identities are verified. Those of a lattice have been verified for few sites, so its written-out system needs no check.
 
     Raises
     ------
     InvalidProblem
-        If sizes do not fit, an expression has an undeclared symbol, a coordinate is declared to be more than the domain keeps, B is
-        not skew-symmetric, the Jacobi identity fails (with the triple at which it does), a Casimir function is none, a part's flow
-        is not that of the part, the parts do not add up, or the canonical coordinates are not canonical.
+        If sizes do not match, an expression has an undeclared symbol, a coordinate has an assumption that the domain does not imply, B is
+        not skew-symmetric, the Jacobi identity fails (with the triple at which it does), a declared Casimir function is not one, a part's
+        flow is not the flow of the part, the parts do not add up to H, or the canonical coordinates are not canonical.
     """
 
     y: Sequence[sp.Symbol]
@@ -187,7 +187,7 @@ class PoissonSystem:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Exact text of everything that decides the mathematics, the values of parameters apart, for content hashes."""
+        """Exact text of the mathematics, without the values of parameters, for content hashes."""
         expressions = [
             self.y,
             self.B,
@@ -221,7 +221,7 @@ class PoissonSystem:
         if not self.n:
             raise InvalidProblem("a Poisson system needs at least one coordinate y.")
         if not isinstance(self.B, sp.MatrixBase):
-            raise InvalidProblem(f"the structure matrix B must be a SymPy Matrix, and is a {type(self.B).__name__}.")
+            raise InvalidProblem(f"the structure matrix B must be a SymPy Matrix, but is a {type(self.B).__name__}.")
         if self.B.shape != (self.n, self.n):
             raise InvalidProblem(f"the structure matrix B has shape {self.B.shape}, but there are {self.n} coordinates.")
         check_real("B", list(self.B))
@@ -243,7 +243,7 @@ class PoissonSystem:
     def _check_darboux_sizes(self, map_: DarbouxMap) -> None:
         pairs = len(map_.q) == len(map_.Q) == len(map_.p) == len(map_.P) and len(map_.c) == len(map_.C)
         if not pairs or not 2 * len(map_.q) + len(map_.c) == len(map_.y) == self.n:
-            raise InvalidProblem(f"the canonical coordinates must be as many q as p, with c {self.n} in all, and an expression of each.")
+            raise InvalidProblem(f"the canonical coordinates must be as many q as p, with c {self.n} in all, with an expression for each.")
         new = {*map_.q, *map_.p, *map_.c}
         if new & {*self.y, *self.parameters} or len(new) < self.n:
             raise InvalidProblem("a canonical coordinate is used twice, or is a coordinate or parameter too; rename it.")
@@ -251,7 +251,7 @@ class PoissonSystem:
 
     def _check_symbols(self) -> None:
         domain = [sp.sympify(condition) for condition in self.domain]
-        require_plain("coordinate", self.y, domain, advice=", or add it to the domain, so that a run ends where it is left")
+        require_plain("coordinate", self.y, domain, advice=", or add it to the domain, so that a run ends where it leaves the domain")
         require_plain("time", [part.t for part in self.parts.values()])
         require_checked(self.parameters)
         check_distinct([*self.y, *self.parameters], "coordinate or parameter")
@@ -263,7 +263,7 @@ class PoissonSystem:
                 raise InvalidProblem(f"{where} is not a real number everywhere: it contains an imaginary unit, infinity or NaN.")
 
     def _expressions(self) -> list[tuple[str, Any, set[sp.Symbol]]]:
-        """Return what every expression is, and what it may depend on besides the parameters."""
+        """Return a description of every expression, with the symbols other than parameters that it may contain."""
         state = set(self.y)
         expressions: list[tuple[str, Any, set[sp.Symbol]]] = [("B", self.B, state), ("H", self.H, state)]
         expressions += [(f"Casimir function {name}", casimir, state) for name, casimir in self.casimirs.items()]
@@ -274,5 +274,5 @@ class PoissonSystem:
             expressions += [(f"part {name}", part.H, state), (f"the flow of part {name}", sp.Matrix(list(part.y)), state | {part.t})]
         if (map_ := self.darboux) is not None:
             expressions += [("the canonical coordinates", sp.Matrix([*map_.Q, *map_.P, *map_.C]), state)]
-            expressions += [("the way back from canonical coordinates", sp.Matrix(list(map_.y)), {*map_.q, *map_.p, *map_.c})]
+            expressions += [("the inverse of the canonical coordinates", sp.Matrix(list(map_.y)), {*map_.q, *map_.p, *map_.c})]
         return expressions

@@ -1,16 +1,16 @@
-"""What makes a Poisson system one, verified when it is constructed: HLW VII.2.2-VII.2.4, VII.3 and VII.4.2.
+"""Verification of a Poisson system when it is constructed: HLW VII.2.2-VII.2.4, VII.3 and VII.4.2.
 
-Each check writes its identity as expressions that must vanish; ``vanishing.first_nonzero`` decides, by expanding where that is cheap and
-else by 50 digits at random points of the domain, with the parameters as random positive numbers: an identity is to hold for all of them.
+Each check writes its identity as expressions that must vanish. ``vanishing.first_nonzero`` decides, by expansion if that is cheap,
+otherwise with 50 digits at random points of the domain and random positive parameters: an identity must hold for all parameters.
 
 - skewness: each entry and its mirror image add up to zero;
 - the Jacobi identity (2.10): one cyclic sum for each triple i < j < k to which any entry of B contributes, which determines all of them
-  by antisymmetry; the other sums are empty, so that a sparse B costs what its entries cost;
+    by antisymmetry; the other sums are empty, so that the cost of a sparse B is proportional to its entries;
 - Casimir functions: every component of B grad C;  integrals: {F, H};
 - the flow of a part: y(0) is the state, and y' - B(y) grad H_part(y) vanishes along it at *every* time, which by uniqueness of solutions
   leaves no other map than the flow;
-- the parts of a splitting: every component of B grad(sum - H), so that they may miss H by a Casimir function or a constant;
-- canonical coordinates: all brackets (3.13), and the way back after the way there, component by component.
+- the parts of a splitting: every component of B grad(sum - H), so that they may differ from H by a Casimir function or a constant;
+- canonical coordinates: all brackets (3.13), and the inverse map applied after the map, component by component.
 """
 
 from collections import defaultdict
@@ -24,10 +24,10 @@ from daebench.errors import InvalidProblem
 from daebench.systems.vanishing import first_nonzero
 
 System = Any
-"""A PoissonSystem. Its class calls these functions when it is made, so that its type cannot be imported here."""
+"""A PoissonSystem. Its class calls these functions when it is constructed, so its type cannot be imported here."""
 
 Sparse = dict[int, sp.Expr]
-"""A vector by its components that are not zero."""
+"""A vector, given by its nonzero components."""
 
 
 def check_skew(system: System) -> None:
@@ -84,25 +84,25 @@ def check_splitting(system: System) -> None:
     for name, parts in system.splittings.items():
         rest = sp.Add(*(system.parts[part].H for part in parts)) - system.H
         claims = {_names(system, i): component for i, component in field(system, rest).items()}
-        _refuse(system, claims, f"the parts of splitting {name!r} do not add up to H: they miss {{where}}' by {{what}}.")
+        _refuse(system, claims, f"the parts of splitting {name!r} do not add up to H: the error of {{where}}' is {{what}}.")
 
 
 def check_darboux(system: System) -> None:
-    """Verify that canonical coordinates are canonical, HLW (3.13) with the signs of (2.3), and lead back to the state.
+    """Verify that canonical coordinates are canonical, HLW (3.13) with the signs of (2.3), and that their inverse gives the state.
 
-    InvalidProblem names the two coordinates whose bracket is wrong, or the component of the state that does not come back.
+    InvalidProblem names the two coordinates whose bracket is wrong, or the component of the state that the inverse does not give.
     """
     if (map_ := system.darboux) is None:
         return
     brackets = _canonical_brackets(system, map_)
-    _refuse(system, brackets, "the canonical coordinates are not canonical: the bracket of {where} differs from what it must be by {what}.")
+    _refuse(system, brackets, "the canonical coordinates are not canonical: the bracket of {where} is wrong by {what}.")
     z = dict(zip([*map_.q, *map_.p, *map_.c], [*map_.Q, *map_.P, *map_.C], strict=True))
     misses = {str(coordinate): sp.sympify(back).xreplace(z) - coordinate for coordinate, back in zip(system.y, map_.y, strict=True)}
-    _refuse(system, misses, "the way back from canonical coordinates misses {where} by {what}.")
+    _refuse(system, misses, "the inverse of the canonical coordinates gives {where} with an error of {what}.")
 
 
 def gradient(F: sp.Expr, index: Mapping[sp.Symbol, int]) -> Sparse:
-    """Return grad F; each term is differentiated with respect to the coordinates it has alone, so that long sums cost linear time."""
+    """Return grad F. Each term is differentiated only with respect to its own coordinates, so that long sums take linear time."""
     slopes: dict[int, list[sp.Expr]] = defaultdict(list)
     for term in sp.Add.make_args(sp.sympify(F)):
         for symbol in term.free_symbols & index.keys():
@@ -125,14 +125,14 @@ def _check_flow(system: System, name: str, part: Any) -> None:
         raise InvalidProblem(f"the time {part.t} of part {name!r} is a coordinate or parameter too; rename one.")
     after, right = [sp.sympify(y) for y in part.y], field(system, part.H)
     start = {str(coordinate): y.xreplace({part.t: sp.Integer(0)}) - coordinate for coordinate, y in zip(system.y, after, strict=True)}
-    _refuse(system, start, f"the flow of part {name!r} does not start at the state: at time 0 it misses {{where}} by {{what}}.")
+    _refuse(system, start, f"the flow of part {name!r} does not start at the state: at time 0 the error of {{where}} is {{what}}.")
     along = dict(zip(system.y, after, strict=True))
     rates = {str(coordinate): y.diff(part.t) - right.get(i, sp.S.Zero).xreplace(along) for i, (coordinate, y) in enumerate(along.items())}
-    _refuse(system, rates, f"the flow of part {name!r} is not that of B grad H: it misses {{where}}' by {{what}}.", time=[part.t])
+    _refuse(system, rates, f"the flow of part {name!r} is not that of B grad H: the error of {{where}}' is {{what}}.", time=[part.t])
 
 
 def _canonical_brackets(system: System, map_: Any) -> dict[str, sp.Expr]:
-    """Return by how much the brackets of the coordinates differ from those of (3.13), {Q_i, P_i} = 1 and all others 0."""
+    """Return the differences between the brackets of the coordinates and those of (3.13), {Q_i, P_i} = 1 and all others 0."""
     index = _index(system)
     symbols, functions = [*map_.q, *map_.p, *map_.c], [*map_.Q, *map_.P, *map_.C]
     slopes, fields = [gradient(F, index) for F in functions], [field(system, F) for F in functions]
@@ -144,7 +144,7 @@ def _canonical_brackets(system: System, map_: Any) -> dict[str, sp.Expr]:
 
 
 def _refuse(system: System, claims: Mapping[str, sp.Expr], sentence: str, *, sign: int = 1, time: list[sp.Symbol] | None = None) -> None:
-    """Raise InvalidProblem for the first claim that does not vanish, with its name and what it is in the places of the sentence."""
+    """Raise InvalidProblem for the first claim that does not vanish, with its name and value inserted in the sentence."""
     symbols = [*system.y, *system.parameters, *(time or [])]
     if violation := first_nonzero({name: sign * sp.sympify(claim) for name, claim in claims.items()}, symbols, system.domain):
         raise InvalidProblem(sentence.format(where=violation[0], what=violation[1]))
@@ -155,7 +155,7 @@ def _index(system: System) -> dict[sp.Symbol, int]:
 
 
 def _names(system: System, *indices: int) -> str:
-    """Return coordinates by name: one as it is, more in parentheses."""
+    """Return coordinates by name: a single one as it is, several in parentheses."""
     names = ", ".join(str(system.y[i]) for i in indices)
     return names if len(indices) == 1 else f"({names})"
 

@@ -1,4 +1,4 @@
-"""Public names that have changed: the old name works for one release and warns."""
+"""Public names that have changed: an old name works for one release, with a warning."""
 
 import sys
 import warnings
@@ -13,11 +13,11 @@ NAMES = {
     "scene_of": "initial_value_problem",
     "setting_of": "initial_value_problem",
 }
-"""New names of ``daebench`` by their old ones."""
+"""New names of ``daebench``, by their old ones."""
 
 
 def current_name(name: str) -> str:
-    """Return the name under which something of ``daebench`` is found today, with a FutureWarning where it was renamed."""
+    """Return the present name of an object of ``daebench``, with a FutureWarning if it was renamed."""
     if name not in NAMES:
         return name
     _warn(f"daebench.{name}", f"daebench.{NAMES[name]}", level=4)
@@ -25,7 +25,7 @@ def current_name(name: str) -> str:
 
 
 def renamed_here(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a module, which gives what has an old name under its new one, with a warning."""
+    """Return the ``__getattr__`` of a module, which returns an object for its old name, with a warning."""
 
     def get(name: str) -> Any:
         if name not in names:
@@ -37,7 +37,7 @@ def renamed_here(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
 
 
 class OldAttribute:
-    """The old name of an attribute or method; it warns and gives what is found under the new ``name``."""
+    """The old name of an attribute or method; it warns and returns the value of the new ``name``."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -46,7 +46,7 @@ class OldAttribute:
         self.old = old
 
     def __get__(self, instance: Any, owner: type) -> Any:
-        """Return what is found under the new name."""
+        """Return the value under the new name."""
         if instance is None:
             return self
         _warn(f"{owner.__name__}.{self.old}", self.name)
@@ -54,7 +54,7 @@ class OldAttribute:
 
 
 def old_keywords(**names: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Return a decorator that takes old names of keyword arguments too, with a warning; ``names`` has the new ones by the old ones."""
+    """Return a decorator that also accepts old names of keyword arguments, with a warning; ``names`` maps old names to new ones."""
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         @wraps(function)

@@ -1,9 +1,9 @@
-"""Whether expressions vanish identically: by algebra where that is cheap, else by numbers of 50 digits at random points.
+"""Test whether expressions vanish identically: by algebra if that is cheap, otherwise with 50 digits at random points.
 
-An expression of moderate size that SymPy expands to 0 is zero, and that is a proof. Every other one is evaluated with 50 digits at three
-random points inside the declared domain, all its symbols of order one; it is taken to vanish if at each of them it is below 1e-30 times one
-plus the sum of the moduli of its terms. An analytic function that is not zero passes only by an accident of probability zero. The points
-come from a fixed seed, so that a verdict does not change from one run to the next.
+If SymPy expands an expression of moderate size to 0, that proves that it is zero. Every other expression is evaluated with 50 digits at
+three random points inside the declared domain, with all symbols of order one. It counts as zero if at each point it is below 1e-30 times
+one plus the sum of the moduli of its terms. A nonzero analytic function passes only with probability zero. The points come from a fixed
+seed, so that a verdict does not change from run to run.
 """
 
 import random
@@ -17,28 +17,28 @@ from daebench.errors import InvalidProblem
 DIGITS, ZERO = 50, "1e-30"
 POINTS, TRIES = 3, 400
 SMALL = 60
-"""Operations up to which an expression is expanded before it is evaluated."""
+"""Number of operations up to which an expression is expanded before it is evaluated."""
 
 Found = tuple[str, str]
 Point = list[Any]
 
 
 def first_nonzero(claims: Mapping[str, sp.Expr], symbols: Sequence[sp.Symbol], domain: Sequence[sp.Expr]) -> Found | None:
-    """Return the name of the first expression that does not vanish, and what it is instead; None if all vanish.
+    """Return the name of the first expression that does not vanish, and its value; None if all vanish.
 
     Parameters
     ----------
     claims : mapping of str to Expr
         Named expressions in ``symbols``.
     symbols : sequence of Symbol
-        All that vary independently, parameters too; those that are declared positive are sampled so.
+        All independent variables, including parameters; symbols that are declared positive are sampled so.
     domain : sequence of Expr
-        Expressions in ``symbols`` that are positive where the claims are to hold.
+        Expressions in ``symbols`` that are positive wherever the claims must hold.
 
     Raises
     ------
     InvalidProblem
-        If no points are found in the domain at which the expressions have values.
+        If no points are found in the domain at which the expressions are defined.
     """
     open_ = {name: expression for name, expression in claims.items() if not expands_to_zero(expression)}
     if not open_:
@@ -59,7 +59,7 @@ def expands_to_zero(expression: sp.Expr) -> bool:
 
 
 def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], domain: Sequence[sp.Expr]) -> list[tuple[Any, bool]]:
-    """Return for each expression its largest modulus over the points, and whether that counts as zero everywhere."""
+    """Return for each expression its largest modulus over the points, and whether that counts as zero."""
     import mpmath as mp
 
     terms = [list(sp.Add.make_args(expression)) for expression in expressions]
@@ -79,13 +79,13 @@ def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], doma
             if not left:
                 return verdicts
     raise InvalidProblem(
-        f"no {POINTS} points were found inside the domain at which the identities of the problem have values; "
+        f"no {POINTS} points were found inside the domain at which the identities of the problem are defined; "
         "declare the domain in coordinates of order one, or the coordinates as positive symbols."
     )
 
 
 def _at(values: Any, inside: Any, point: Point) -> list[list[Any]] | None:
-    """Return the terms of all expressions at a point, or None if it is outside the domain or one of them has no finite value there."""
+    """Return the terms of all expressions at a point; None if it is outside the domain or a value there is not finite."""
     import mpmath as mp
 
     try:
@@ -98,7 +98,7 @@ def _at(values: Any, inside: Any, point: Point) -> list[list[Any]] | None:
 
 
 def _candidates(symbols: Sequence[sp.Symbol]) -> Iterator[Point]:
-    """Yield points of exact numbers: by turns with signs where the symbols allow them and all positive, and of four sizes."""
+    """Yield points of exact numbers, of four sizes, alternately with any signs that the symbols allow and all positive."""
     import mpmath as mp
 
     draw = random.Random(1)
@@ -109,7 +109,7 @@ def _candidates(symbols: Sequence[sp.Symbol]) -> Iterator[Point]:
 
 
 def _text(expression: sp.Expr, size: Any) -> str:
-    """Return a short expression as it is, and of a long one its size."""
+    """Return a short expression unchanged, and the size of a long one."""
     import mpmath as mp
 
     text = str(sp.expand(expression)) if expression.count_ops() <= SMALL else ""

@@ -18,12 +18,12 @@ class Agreement:
     Parameters
     ----------
     reference : Reference
-        What was compared with.
+        The reference.
     rows : ndarray of int, shape(n,)
         Rows of the reference.
     digits : ndarray, shape(n, size)
-        Of q1, q2, ..., p1, p2, ..., or y1, ...: -log10 of the error in units of the largest modulus of q, p or y in the reference; infinite
-        where there is none, and minus infinity where a number is not finite.
+        Digits of q1, q2, ..., p1, p2, ..., or y1, ...: -log10 of the error in units of the largest modulus of q, p or y in the reference.
+        Infinite for zero error, and minus infinity for a number that is not finite.
     """
 
     reference: Reference
@@ -31,7 +31,7 @@ class Agreement:
     digits: Array
 
     def lack(self, asked: float) -> str:
-        """Return where there are fewer digits than asked for, at first and at worst, as text."""
+        """Return, as text, where there are fewer digits than requested: the first place and the worst."""
         first = int(np.flatnonzero(np.any(self.digits < asked, axis=1))[0])
         worst = int(np.argmin(np.min(self.digits, axis=1)))
         lines = [f"The trajectory does not agree with {self.reference.name} to {asked:g} digits."]
@@ -50,20 +50,20 @@ def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreem
     Parameters
     ----------
     reference : Reference
-        What to compare with.
+        The reference.
     t : array_like, shape(n,)
-        Times, s, each one that is stored.
+        Times, s, each of which is stored.
     states : array_like, shape(n, components)
         Positions q and momenta p, or y, at these times.
 
     Raises
     ------
     BadInput
-        If a time is not stored, the states are those of another kind of problem, or the shapes do not fit.
+        If a time is not stored, the states belong to another kind of problem, or the shapes do not match.
     """
     kind, rows = reference.kind, _rows(reference, _times(t))
     if set(states) != set(kind.state):
-        raise BadInput(f"{reference.name} has states {kind.told}; give {' and '.join(kind.external)}, and nothing else.")
+        raise BadInput(f"{reference.name} has states {kind.told}; give only {' and '.join(kind.external)}.")
     sizes = [reference.values[part].shape[1] for part in kind.external]
     duty = f"{' and '.join(kind.external)} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
     given = states[kind.external[0]] if len(sizes) == 1 else [states[part] for part in kind.external]

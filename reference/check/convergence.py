@@ -1,4 +1,4 @@
-"""Errors of runs with smaller and smaller steps against a certified reference, and the orders fitted to them."""
+"""Errors of runs with decreasing steps against a certified reference, and the orders fitted to them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,19 +15,19 @@ from daebench.runs.external_state import external_state
 from daebench.runs.ivp import Array
 
 Solve = Callable[..., Any]
-"""``solve(p, q, h, t)`` returns p and q at the times t, shape(n, d) each; of a Poisson system ``solve(y, h, t)`` returns y."""
+"""``solve(p, q, h, t)`` returns p and q at the times t, shape(n, d) each; for a Poisson system ``solve(y, h, t)`` returns y."""
 
 ON_GRID = 1e-9
-"""A time is a whole number of steps if it is so within this part of a step."""
+"""Tolerance, as a fraction of a step, within which a time counts as a whole number of steps."""
 
 MOST_STEPS = 2**28
-"""Steps of a run at most: more are a slip of the pen."""
+"""Largest number of steps of a run; a larger number is taken for a typing error."""
 
 ROUNDINGS = 10.0
-"""What rounding, of the start and on the way, makes of a state before it is amplified, in units of one rounding."""
+"""Effect of rounding, at the start and later, on a state before amplification, in units of one rounding."""
 
 FAR = 1000.0
-"""Errors that stop falling so many times above rounding do so for another reason."""
+"""Factor above rounding: if errors stop falling at a larger multiple, rounding is not the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +37,15 @@ class Convergence:
     Parameters
     ----------
     reference : Reference
-        What they are measured against.
+        The reference that errors are measured against.
     t : ndarray, shape(n,)
-        Stored times at which they are measured, s.
+        Stored times at which errors are measured, s.
     h : ndarray, shape(k,)
         Step sizes, s, largest first.
     errors : dict of str to ndarray, shape(k,)
         For "q" and "p", or "y": the largest Euclidean norm of the error over the times.
     floor : dict of str to float
-        For each of them: what the reference's bound and amplified rounding make up.
+        For each part, the sum of the reference's bound and of amplified rounding.
     """
 
     reference: Reference
@@ -60,7 +60,7 @@ class Convergence:
         return {part: fit_order(self.h, error, floor=self.floor[part]) for part, error in self.errors.items()}
 
     def table(self) -> str:
-        """Return step sizes, errors, their local slopes, and why a point was left out, as text."""
+        """Return step sizes, errors, their local slopes, and reasons for omitted points, as text."""
         lines = [f"{'h':>12}" + "".join(f"{f'error of {part}':>14} {'slope':>6}  {'':<14}" for part in self.errors)]
         for k, h in enumerate(self.h):
             lines.append(f"{h:12.6g}" + "".join(self._cells(part, k) for part in self.errors))
@@ -81,13 +81,13 @@ class Convergence:
                 faults.setdefault(self._advice(part), []).append(part)
         lines = [f"The order in {' and '.join(parts)} cannot be determined: {advice}" for advice, parts in faults.items()]
         return lines + [
-            f"The order in {part} is {fit.slope:.2f} (standard error {fit.slope_error:.2g}), and {claimed:g} was claimed."
+            f"The order in {part} is {fit.slope:.2f} (standard error {fit.slope_error:.2g}), but {claimed:g} was claimed."
             for part, fit in self.fits.items()
             if fit.slope + 2 * fit.slope_error < asked
         ]
 
     def _advice(self, part: str) -> str:
-        """Return why there is no asymptotic part, and what to change."""
+        """Return why there is no asymptotic range, and what to change."""
         reasons = self.fits[part].reasons
         lost = {reason: reasons.count(reason) for reason in ("failed", "round-off", "pre-asymptotic")}
         finest = self.errors[part][np.isfinite(self.errors[part])][-1:]
@@ -124,18 +124,18 @@ def convergence(solve: Solve, reference: Reference, *, t_end: float, h: float, h
     solve : callable
         See :data:`Solve`.
     reference : Reference
-        What errors are measured against.
+        The reference that errors are measured against.
     t_end : float
-        Last time, s, one of the reference's.
+        Last time, s; one of the times of the reference.
     h : float
-        Largest step size, s; t_end is a whole number of them.
+        Largest step size, s; t_end is a multiple of it.
     halvings : int
-        How often it is halved.
+        Number of halvings.
 
     Raises
     ------
     BadInput
-        If a number is not what it must be, or ``solve`` returns something else than it should.
+        If a number is not valid, or ``solve`` returns a value of a wrong form.
     """
     __tracebackhide__ = True
     rows = _common(reference, positive("t_end", t_end), positive("h", h), whole("halvings", halvings))
@@ -147,7 +147,7 @@ def convergence(solve: Solve, reference: Reference, *, t_end: float, h: float, h
 
 
 def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDArray[np.intp]:
-    """Return the rows of the stored times up to t_end that are whole numbers of the largest step."""
+    """Return the rows of the stored times up to t_end that are multiples of the largest step."""
     name, steps = reference.name, reference.t / h
     if halvings < 2:
         raise BadInput(f"halvings = {halvings} must be at least 2: an order needs three step sizes.")
@@ -181,7 +181,7 @@ def _solved(solve: Solve, reference: Reference, t: Array, h: float) -> dict[str,
 
 
 def _largest(error: Array) -> float:
-    """Return the largest Euclidean norm of rows; what overflows is as good as infinite."""
+    """Return the largest Euclidean norm of rows; an overflow counts as infinite."""
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(np.sqrt(np.sum(error**2, axis=1))))
 

@@ -1,4 +1,4 @@
-"""Digits in which a user's trajectory agrees with a certified reference, and the time and component in which it leaves."""
+"""Digits in which a user's trajectory agrees with a certified reference, and the time and component of its first departure."""
 
 import decimal
 from collections.abc import Mapping
@@ -18,21 +18,21 @@ from daebench.runs.ivp import Array
 Rows = NDArray[np.intp]
 
 WITHIN = 0.01
-"""A trajectory has left the reference once it is this part of the motion away."""
+"""Fraction of the motion that a trajectory must differ by to count as having left the reference."""
 
 BETWEEN = 500
-"""Most rows between stored times that are compared: each takes several short integrations."""
+"""Largest number of compared rows between stored times: each takes several short integrations."""
 
 DIGITS = (12, 9, 6, 3)
-"""Digits whose loss is told."""
+"""Numbers of digits whose loss is reported."""
 
 SPARE = decimal.Context(prec=60)
-"""For differences of decimal numbers of any length that matters."""
+"""Context for differences of decimal numbers, with enough digits for every relevant number."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where something happens: time, s, and column."""
+    """Place of an event: time, s, and column."""
 
     t: float
     column: str
@@ -47,15 +47,15 @@ class Column:
     name : str
         q1, ..., p1, ..., lam1, ..., or y1, ...
     digits : float
-        -log10(largest error / size); never more than the reference's bound and the digits of the file allow.
+        -log10(largest error / size); limited by the reference's bound and the digits of the file.
     error : float
         Largest difference from the reference.
     t : float
-        When, s.
+        Time of the largest difference, s.
     size : float
         Largest modulus of its part, such as q, in the whole reference.
     allowed : float
-        Digits that the reference's bound and the digits of the file allow at most.
+        Largest number of digits that the reference's bound and the digits of the file allow.
     """
 
     name: str
@@ -68,32 +68,32 @@ class Column:
 
 @dataclass(frozen=True)
 class FileAgreement:
-    """What a comparison of a file with a reference finds.
+    """Result of the comparison of a file with a reference.
 
     Parameters
     ----------
     file, reference : str
-        What was compared with what.
+        The compared file, and the reference.
     rows, compared, passed_over, beyond : int
-        Rows of the file; those compared; those between stored times that were left out; those after the horizon.
+        Numbers of rows: of the file; compared; omitted between stored times; after the horizon.
     horizon, double_horizon : float
-        Last time of the reference, s, and that after which no run in double precision can follow.
+        Last time of the reference, s, and the time beyond which no run in double precision can follow.
     ignored : tuple of str
-        Columns of the file that are no components.
+        Columns of the file that are not components.
     missing : tuple of str
-        Components of the reference that the file has not.
+        Components of the reference that the file does not contain.
     columns : tuple of Column
-        One a component.
+        One for each component.
     within : float
-        Part of the motion beyond which the trajectory has left.
+        Fraction of the motion beyond which the trajectory has left.
     left : Place or None
-        Where it does so first.
+        First place at which it leaves.
     lost : mapping of int to (Place or None)
-        Where the file first agrees to fewer than 12, 9, 6 and 3 digits.
+        First places at which the file agrees to fewer than 12, 9, 6 and 3 digits.
     t_end : float
-        Last time compared, s.
+        Last compared time, s.
     possible : float
-        Digits that a run in double precision keeps of the rounding of a state on its way until then.
+        Digits that a run in double precision can have until then, given the growth of the rounding of a state on its way.
     """
 
     file: str
@@ -115,7 +115,7 @@ class FileAgreement:
 
     @property
     def worst(self) -> Column:
-        """The component that agrees least."""
+        """The component with the fewest digits."""
         return min(self.columns, key=lambda column: column.digits)
 
     @property
@@ -125,10 +125,10 @@ class FileAgreement:
 
 
 def agreement(path: Path, name: str, folder: Path | None = None, *, within: float = WITHIN, between: int = BETWEEN) -> FileAgreement:
-    """Return in how many digits a file agrees with a reference.
+    """Return the number of digits in which a file agrees with a reference.
 
     At stored times the difference is that of decimal numbers, so that a program of any precision can be compared. Between them the
-    reference is integrated from the nearest stored state, and as many of the rows are compared as are asked for, evenly chosen.
+    reference is integrated from the nearest stored state, and the requested number of rows is compared, evenly chosen.
 
     Parameters
     ----------
@@ -137,18 +137,18 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
     name : str
         PROBLEM-CASE.
     folder : Path, optional
-        Where references are kept; by default those that come with daebench, and the user's own.
+        Folder of references; by default those of daebench, and the user's own.
     within : float
-        Part of the motion beyond which the trajectory has left.
+        Fraction of the motion beyond which the trajectory has left.
     between : int
-        Most rows between stored times that are compared.
+        Largest number of compared rows between stored times.
 
     Raises
     ------
     BadInput
         If the reference does not exist, the file is not valid, or it has components that the problem does not have.
     Damaged
-        If the reference is.
+        If the reference is damaged.
     """
     within, between = positive("within", within), whole("between", between)
     if between < 0:
@@ -204,7 +204,7 @@ def _inside(given: TrajectoryFile, reference: Reference) -> Rows:
 
 
 def _chosen(t: Array, stored: Array, most: int) -> Rows:
-    """Return the rows to compare: all at stored times, and so many of the others as are asked for, evenly chosen."""
+    """Return the rows to compare: all at stored times, and the requested number of others, evenly chosen."""
     others = np.flatnonzero(~np.isin(t, stored))
     if len(others) > most:
         others = others[np.unique(np.linspace(0, len(others) - 1, most).round().astype(int))] if most else others[:0]
@@ -212,7 +212,7 @@ def _chosen(t: Array, stored: Array, most: int) -> Rows:
 
 
 def _errors(given: TrajectoryFile, reference: Reference, rows: Rows) -> tuple[Array, Array, Array]:
-    """Return times, moduli of differences, and what of them the reference's bound and the digits of the file do not tell."""
+    """Return times, absolute differences, and the part of them that the reference's bound and the digits of the file leave undetermined."""
     t = given.values["t"][rows]
     states = states_at(reference, t)
     places = np.searchsorted(reference.t, t)
@@ -239,7 +239,7 @@ def _column(name: str, error: Array, allowed: Array, size: float, t: Array) -> C
 
 
 def _first(happens: NDArray[np.bool_], relative: Array, t: Array, names: list[str]) -> Place | None:
-    """Return the first time at which something happens, and the component that is furthest then."""
+    """Return the first time of an event, and the component with the largest difference at that time."""
     rows = np.flatnonzero(happens.any(axis=1))
     if not rows.size:
         return None

@@ -1,4 +1,4 @@
-"""Errors of IDA on a certified motion, tolerance by tolerance, beside its own estimate of them."""
+"""Errors of IDA on a certified motion, for several tolerances, with its own error estimates."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
@@ -14,28 +14,28 @@ from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request, WorkLimit
 
 EXPONENTS = (10, 11, 12, 13, 14)
-"""Tolerances 1e-10 ... 1e-14; each run's own estimate takes the next one too."""
+"""Tolerances 1e-10 ... 1e-14; the error estimate of each run uses the next one too."""
 
 WORK_LIMIT = WorkLimit(calls=3_000_000, slow_calls=100_000, slow_part=1000)
-"""When a run is given up; its status says so."""
+"""Limit at which a run is given up, as its status then says."""
 
 MARKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Times, s, up to which errors are given besides the end."""
 
 TIGHT, UNTIL, ESTIMATES = 2, 10.0, 3.0
-"""IDA has to agree with the reference within three of its own estimates, up to this time, s, at one of the tolerances from 1e-12 on."""
+"""Times, s, up to which IDA has to agree with the reference within three of its own estimates, at one of the tolerances from 1e-12 on."""
 
 ROUNDINGS = 4.0
-"""What rounding alone may make of an error over a time so short that no step makes one, in units of that of the largest position."""
+"""Error that rounding alone may cause over a time too short for a step, in units of the rounding of the largest position."""
 
 Keep = Callable[[str, Callable[[], dict[str, Any]]], dict[str, Any]]
 
 
 def ida_errors(ivp: Ivp, t: Array, reference: Mapping[str, Array], keep: Keep, until: float = np.inf) -> list[dict[str, Any]]:
-    """Return one record a formulation and tolerance: largest errors, own estimate |S(tol) - S(tol/10)|, work and status.
+    """Return one record for each formulation and tolerance: largest errors, own estimate |S(tol) - S(tol/10)|, work and status.
 
-    The estimate is null where the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
-    null where it is not.
+    The estimate is null if the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
+    or null if it is not lost.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def ida_errors(ivp: Ivp, t: Array, reference: Mapping[str, Array], keep: Keep, u
     reference : mapping of str to ndarray
         q, p and lam, or y, at these times, rounded to double precision.
     keep : callable
-        ``keep(stage, make)`` returns what was made now or in an earlier run that was interrupted.
+        ``keep(stage, make)`` returns the result of a stage, made now or in an earlier run that was interrupted.
     until : float
-        Time of the first rank loss, s, beyond which IDA may take another branch and need not agree.
+        Time of the first rank loss, s, after which IDA may take another branch and need not agree.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def _records(ivp: Ivp, name: str, t: Array, reference: Mapping[str, Array], keep
 
 
 def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact: Mapping[str, Array], lead: str) -> None:
-    """Require that one of the tight runs is as near to the reference as its own estimate says, or as rounding allows, for a while."""
+    """Require that one of the tight runs agrees with the reference within its own estimate, or within rounding, for some time."""
     n, discrepancies, rounding = len(t), [], ROUNDINGS * EPS * float(np.abs(exact[lead]).max())
     for run, finer in pairwise(runs):
         error, estimate = (float(_distances(run, other, exact)[lead][:n].max()) for other in (exact, finer))
@@ -84,7 +84,7 @@ def _require_agreement(ivp: Ivp, runs: Sequence[dict[str, Any]], t: Array, exact
 
 def _record(run: dict[str, Any], finer: dict[str, Any], t: Array, exact: Mapping[str, Array], lead: str) -> dict[str, Any]:
     error, difference = _distances(run, exact, exact), _distances(run, finer, exact)
-    whole = len(difference[lead]) == len(t)  # or the finer run stopped, and there is no estimate
+    whole = len(difference[lead]) == len(t)  # otherwise the finer run stopped, and there is no estimate
     lost = np.flatnonzero(error[lead] > LOST * np.abs(exact[lead]).max())
     return {
         "method": run["method"],
@@ -118,7 +118,7 @@ def _run(ivp: Ivp, name: str, tol: float, t: Array) -> dict[str, Any]:
 
 
 def _distances(one: Mapping[str, Any], other: Mapping[str, Any], parts: Iterable[str]) -> dict[str, Array]:
-    """Return the largest modulus of the differences at each time that both reached, by part."""
+    """Return the largest modulus of the differences at each time that both runs reached, by part."""
     distances = {}
     for part in parts:
         a, b = np.array(one[part]), np.array(other[part])

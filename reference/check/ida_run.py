@@ -1,4 +1,4 @@
-"""Stored digits held against IDA, and its error against what the certificate has for it."""
+"""Check of stored digits against IDA, and of its error against that in the certificate."""
 
 from collections.abc import Iterator
 
@@ -15,19 +15,19 @@ TOL, IDA_END = 1e-12, 10.0
 """Tolerance of IDA, and the end of its runs, s."""
 
 IDA_SAFETY = 3.0
-"""|S(tol) - S(tol/10)|, the largest of a run, was between 0.62 and 1.92 times the largest true error of IDA in 70 cases."""
+"""Factor on the error estimate: |S(tol) - S(tol/10)|, the largest of a run, was 0.62 to 1.92 times IDA's largest true error in 70 cases."""
 
 VAGUE, FEWEST = 1e-3, 8
-"""IDA is compared with until its error may be this part of the motion, and must be below for so many outputs."""
+"""The comparison with IDA ends when its error may be this fraction of the motion. At least this many outputs must come before."""
 
 TABLE_FACTOR = 10.0
-"""An error and the one that the certificate has for it are of the same order of magnitude if they differ by less."""
+"""Largest ratio of an error to that in the certificate for which both count as of the same order of magnitude."""
 
 
 def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
-    """Return the run of IDA as far as it tells anything, and the checks that it reached its end with the certificate's error.
+    """Return the run of IDA as far as it is informative, and the checks that it reached its end with the error in the certificate.
 
-    At rank loss it may take another branch, so that it is stopped before. A tenth of the tolerance may be too near to round-off for it:
+    It is stopped before a rank loss, where it may take another branch. A tenth of the tolerance may be too near to round-off for IDA;
     then its error is estimated as far as that run came.
     """
     n = min(followed(reference), int(np.searchsorted(reference.t, min((IDA_END, *reference.rank_losses)), "right")))
@@ -50,7 +50,7 @@ def by_ida(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
 
 
 def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
-    """Compare errors of IDA with those of the certificate, which are the same if they end at the same time, and else larger."""
+    """Compare errors of IDA with those in the certificate, which are equal if they end at the same time, and otherwise larger."""
     rows = [row for row in reference.certificate["ida"] if row["method"] == ida and row["tol"] == TOL]
     if not rows:
         yield Check(f"the certificate's row of {ida} at tol = {TOL:g}", "is there", "is not", False)

@@ -1,4 +1,4 @@
-"""Stored digits held against their own definition in multiprecision: the start, what is conserved, multipliers, rank, and bounds."""
+"""Checks of stored digits against their definition in multiprecision: start, conserved quantities, multipliers, rank, and bounds."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,19 +18,19 @@ from daebench.reference.make.rank_loss import rank_losses
 from daebench.runs.ivp import Array
 
 DIGITS = 60
-"""Decimal digits of the evaluation: more than those that the certificate was made with."""
+"""Decimal digits of the evaluation; more than the certificate was made with."""
 
 SLACK = 1.01
-"""Certificates have three digits."""
+"""Relative tolerance for numbers of certificates, which have three digits."""
 
 NOTHING = 10.0 ** (10 - DIGITS)
-"""Part of the largest number that rounding of the evaluation may make of one that is zero."""
+"""Bound for the computed value of a number that is zero, as a fraction of the largest number."""
 
 NEAR = 1e-6
-"""Times of rank loss are the same within this part of the distance of outputs."""
+"""Tolerance for times of rank loss, as a fraction of the distance of outputs."""
 
 HALF_UNIT = 0.5 * 10.0 ** (1 - STORED_DIGITS)
-"""Half a unit in the last stored place of a number whose first digits are 10...; what rounding it may make, relatively."""
+"""Relative rounding: half a unit in the last stored place of a number whose first digits are 10..."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class Stored:
     Parameters
     ----------
     reference : Reference
-        What is stored.
+        The stored reference.
     definition : Definition
-        What it should be of.
+        The definition that it should belong to.
     """
 
     reference: Reference
@@ -64,12 +64,12 @@ class Stored:
 
     @cached_property
     def states(self) -> list[list[Any]]:
-        """Rows of the parts of the state, one after the other."""
+        """Rows of the parts of the state, concatenated."""
         return [[x for part in row for x in part] for row in zip(*(self.parts[part] for part in self.definition.kind.state), strict=True)]
 
 
 def checks(stored: Stored) -> Iterator[Check]:
-    """Yield the checks of the stored digits, see the module."""
+    """Yield the checks of the stored digits, see the module's docstring."""
     with mp.workdps(DIGITS):
         digit_checks = [_start(stored), *_drifts(stored), *_derived(stored)]
     with mp.workdps(20):
@@ -90,7 +90,7 @@ def _start(stored: Stored) -> Check:
 
 
 def _drifts(stored: Stored) -> Iterator[Check]:
-    """Compare errors of what is conserved with the certificate, and with what the bounds of the state explain."""
+    """Compare errors of conserved quantities with the certificate, and with the changes that the bounds of the state explain."""
     rows = [stored.mathematics.conserved(x) for x in stored.states]
     claimed = stored.reference.certificate["drift"]
     yield agreed("quantities of the certificate's drift", sorted(rows[0]), sorted(claimed))
@@ -117,10 +117,10 @@ def _explained(stored: Stored, name: str, k: int) -> Any:
 
 
 def _derived(stored: Stored) -> Iterator[Check]:
-    """Compare what follows from the state, as lam(p, q) does by HLW (1.12), with what is stored of it, in units of its bound.
+    """Compare stored functions of the state, such as lam(p, q) of HLW (1.12), with their values, in units of their bounds.
 
-    At the start the state is the exact one, whose rounding no bound covers. Near rank loss, what rounding of the stored state makes of
-    it is added to the bound.
+    At the start the state is the exact one, whose rounding no bound covers. Near a rank loss, the effect of rounding the stored state
+    is added to the bound.
     """
     kind, reference = stored.definition.kind, stored.reference
     states = [[x for part in stored.definition.start_numbers() for x in part], *stored.states[1:]]
@@ -135,7 +135,7 @@ def _derived(stored: Stored) -> Iterator[Check]:
 
 
 def _rank(stored: Stored) -> list[Check]:
-    """Compare the smallest singular value of what must not lose rank, G H_pp G^T, along the motion with the certificate's."""
+    """Compare the smallest singular value of G H_pp G^T, which must not lose rank, along the motion with that in the certificate."""
     made = stored.mathematics
     values = np.array([made.smallest_singular_value(x) for x in stored.states])
     rank, t = stored.reference.certificate["rank"], stored.reference.t
@@ -151,7 +151,7 @@ def _rank(stored: Stored) -> list[Check]:
 
 
 def _losses(stored: Stored, values: Array) -> Iterator[Check]:
-    """Compare the times of rank loss with those that the closed form gives, and the singular values at all outputs."""
+    """Compare the times of rank loss with those from the closed form, and the singular values at all outputs."""
     rank, t = stored.reference.certificate["rank"], stored.reference.t
     lost = rank_losses(stored.mathematics, t, values) if stored.mathematics.crosses else []
     claimed = rank.get("lost", [])
@@ -165,12 +165,12 @@ def _losses(stored: Stored, values: Array) -> Iterator[Check]:
 
 
 def _same(what: str, claimed: float, value: float) -> Check:
-    """Check that a number is the certificate's, which has three digits."""
+    """Check that a number equals that in the certificate, to its three digits."""
     return Check(what, f"{claimed:.3g}", f"{value:.3g}", claimed / SLACK <= value <= claimed * SLACK)
 
 
 def _bounds(reference: Reference) -> Iterator[Check]:
-    """Look at what any bound must be: at least the rounding of the number, never falling, and small enough to be worth storing."""
+    """Check properties of any bound: at least the rounding of the number, never decreasing, and small enough to be worth storing."""
     for part, bound in reference.bound.items():
         numbers = np.abs(reference.values[part])
         spare = float(np.min(bound - HALF_UNIT * _leading(numbers)))
@@ -182,6 +182,6 @@ def _bounds(reference: Reference) -> Iterator[Check]:
 
 
 def _leading(numbers: Array) -> Array:
-    """Return the power of ten that each number begins at, 0 for zero."""
+    """Return the power of ten of the first digit of each number, 0 for zero."""
     with np.errstate(divide="ignore"):
         return np.where(numbers > 0, 10.0 ** np.floor(np.log10(numbers)), 0.0)

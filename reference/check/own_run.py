@@ -1,4 +1,4 @@
-"""Stored digits held against a method of our own: one run through all of them, and short ones from each row to the next."""
+"""Checks of stored digits against a method of our own: one run through all rows, and short runs from each row to the next."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -13,27 +13,27 @@ from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 
 FINEST = 512
-"""Steps from output to output of the last run that is tried."""
+"""Steps from output to output of the finest run."""
 
 SAFETY = 2.0
-"""|S(h) - S(h/2)| is the error of S(h), which that of S(h/2) is far below, until both are rounding."""
+"""Factor on the error estimate |S(h) - S(h/2)|, which is the error of S(h) until both errors are rounding."""
 
 ENOUGH = 100 * WORTH
-"""A run whose own error may be more than this part of the motion tells too little."""
+"""Fraction of the motion above which the error of a run is too large for a useful check."""
 
 SHORT_ROUNDINGS = 40.0
-"""What rounding leaves from one row to the next, in units of the rounding of the start times the growth of neighbours: 10 at most where it
-was measured, for multipliers of the chain."""
+"""Effect of rounding from one row to the next, in units of the rounding of the start times the growth of neighbours. Measured values are
+at most 10, for multipliers of the chain."""
 
 NEAR = 1000.0
-"""Sums that are not compensated lose three digits at most, in any run that is made here."""
+"""Largest factor by which uncompensated sums increase rounding in runs made here: three digits."""
 
 SHIFT = 2.0**-30
 """Relative change of a parameter by which its effect is measured."""
 
 
 def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
-    """Return the run through all rows, its step halved until what halving changes is rounding, and the check of its error."""
+    """Return the run through all rows, with its step halved until halving changes only rounding, and the check of its error."""
     ivp, n = reference.ivp(), followed(reference)
     name = method_of(reference, ivp)
     rounding = {part: rounding_of(reference, part, n) for part in reference.values}
@@ -48,14 +48,14 @@ def throughout(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
 
 
 def method_of(reference: Reference, ivp: Ivp) -> str:
-    """Return the name of our own method for a reference and its initial value problem, whose definition takes SymPy to read."""
+    """Return the name of our own method for a reference and its initial value problem; reading its definition imports SymPy."""
     return own_name(ivp, crosses=bool(reference.rank_losses))
 
 
 def _halved(reference: Reference, ivp: Ivp, rounding: Parts, count: int) -> tuple[int, Parts, Parts] | None:
-    """Return steps from output to output, states, and |S(h) - S(h/2)| so far, where that is rounding or the step the finest.
+    """Return steps from output to output, states, and |S(h) - S(h/2)| so far, when that is rounding or the step is the finest.
 
-    Where sums are not compensated, rounding grows with the number of steps: the halving ends where it no longer gains anything.
+    If sums are not compensated, rounding grows with the number of steps: the halving ends when it gains nothing more.
     """
     coarse, refinement, n = None, None, len(next(iter(rounding.values())))
     while count <= FINEST:
@@ -72,14 +72,14 @@ def _halved(reference: Reference, ivp: Ivp, rounding: Parts, count: int) -> tupl
 
 
 def _exhausted(last: Parts, estimate: Parts, rounding: Parts) -> bool:
-    """Return whether halving the step has changed nothing for the better, and what is left is not far from rounding."""
+    """Return whether halving the step has brought no improvement, and the remaining error is close to rounding."""
     return all(estimate[part].max() > last[part].max() / 2 and np.all(last[part] <= NEAR * rounding[part]) for part in rounding)
 
 
 def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
-    """Return what becomes of each stored row by the next one: it sees what one run cannot, after errors have grown.
+    """Return the result of integrating each stored row to the next, which shows what one run cannot show after its errors have grown.
 
-    All runs of a row begin at its rounded digits; steps are halved as above, and begin with a quarter of those that the row before took.
+    All runs from a row begin at its rounded digits; steps are halved as above, beginning with a quarter of the number of the previous row.
     """
     n, ivp = len(reference.t), reference.ivp()
     method = method_of(reference, ivp)
@@ -101,7 +101,7 @@ def row_by_row(reference: Reference) -> tuple[Recomputed | None, list[Check]]:
 
 
 def _inexact(reference: Reference, ivp: Ivp, count: int, states: Parts) -> Parts:
-    """Return what it does that double precision does not have every parameter exactly, from runs with changed ones."""
+    """Return the effect of the rounding of parameters to double precision, from runs with changed parameters."""
     moved = {part: np.zeros_like(values) for part, values in states.items()}
     for name, text in reference.certificate["definition"]["parameters"].items():
         value = ivp.parameters[name]
@@ -116,20 +116,20 @@ def _inexact(reference: Reference, ivp: Ivp, count: int, states: Parts) -> Parts
 
 
 def _short_rounding(reference: Reference, part: str) -> Array:
-    """Return what rounding may leave of a part from one row to the next, shape(n, 1)."""
+    """Return the largest effect of rounding on a part from one row to the next, shape(n, 1)."""
     growth = np.maximum(1.0, reference.step_amplification) * suffered(reference, part)
     return np.asarray(SHORT_ROUNDINGS * EPS * reference.size(part) * growth)[:, None]
 
 
 def _precise(reference: Reference, name: str, limit: Parts) -> Check:
-    """Check that a run knows itself to be good enough for a comparison."""
+    """Check that the estimated error of a run is small enough for a comparison."""
     n = len(next(iter(limit.values())))
     error = max(float(limit[part].max()) / reference.size(part) for part in limit)
     return at_most(f"own error of {name} up to t = {reference.t[n - 1]:g}, as a part of the motion", ENOUGH, error)
 
 
 def stepped(reference: Reference, ivp: Ivp, n: int, count: int) -> Parts | None:
-    """Return the run of our own method with so many steps from output to output, or None if it stops early."""
+    """Return the run of our own method with this many steps from output to output, or None if it stops early."""
     request = Request(value=_step(reference, count), steps=(n - 1) * count, every=count, watch=(), count=False)
     run = solved(ivp, method_of(reference, ivp), request)
     return None if run.failure else run.states

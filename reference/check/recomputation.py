@@ -1,4 +1,4 @@
-"""A run in double precision held against stored digits: what it may be wrong by, and the digits that agree."""
+"""Comparison of a run in double precision with stored digits: its error estimate, and the digits that agree."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ from daebench.runs.ivp import Array
 Parts = Mapping[str, Array]
 
 ROUNDINGS = 10.0
-"""What rounding of the start and of each step leaves, in units of the rounding of a start: 3 at most where it was measured."""
+"""Effect of rounding the start and each step, in units of the rounding of a start; measured values are at most 3."""
 
 WORTH = 1e-6
-"""A comparison ends where rounding alone may be this part of the motion."""
+"""Fraction of the motion at which a comparison ends, because rounding alone may be as large."""
 
 TOLD = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 """Times at which digits of agreement are given, s."""
@@ -23,14 +23,14 @@ TOLD = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 @dataclass(frozen=True)
 class Recomputed:
-    """A run in double precision and what is known of its error.
+    """A run in double precision with its error estimate.
 
     Parameters
     ----------
     method : str
         Its name, with its step size or tolerance.
     states, limit : mapping of str to ndarray, shape(n, components)
-        Every part at the first n stored times, and by how much it may be wrong.
+        Every part at the first n stored times, and the largest error that it may have.
     """
 
     method: str
@@ -38,7 +38,7 @@ class Recomputed:
     limit: Parts
 
     def checks(self, reference: Reference) -> Iterator[Check]:
-        """Yield one check a part: the largest difference in units of what it may be."""
+        """Yield one check for each part: the largest difference in units of the allowed error."""
         for part, limit in self.limit.items():
             ratio = np.max(np.abs(self.states[part] - reference.values[part][: len(limit)]) / limit, axis=1)
             k = int(np.argmax(ratio))
@@ -57,20 +57,20 @@ class Recomputed:
 
 
 def followed(reference: Reference) -> int:
-    """Return how many stored times a run in double precision is compared at: those at which rounding is below a millionth."""
+    """Return the number of stored times at which runs in double precision are compared: those at which rounding is below a millionth."""
     lost = np.flatnonzero(_rounded(reference) > WORTH)
     return int(lost[0]) if lost.size else len(reference.t)
 
 
 def rounding_of(reference: Reference, part: str, n: int) -> Array:
-    """Return what rounding may leave of a part at the first n stored times, shape(n, 1).
+    """Return the largest effect of rounding on a part at the first n stored times, shape(n, 1).
 
     ::
 
         u (10 A(t) size + t rate)      u = 2^-53, A the worst amplification, rate the largest |dx/dt|
 
-    The second term is a clock that is wrong by u: the weights of a composition do not add up to 1 to the last bit. For multipliers near
-    rank loss both are multiplied by the condition of G M^-1 G^T.
+    The second term is the effect of a clock with error u: the weights of a composition do not add up to 1 to the last bit. For multipliers
+    near rank loss both terms are multiplied by the condition number of G M^-1 G^T.
     """
     rate = float(np.abs(np.diff(reference.values[part], axis=0)).max()) / float(reference.t[1])
     rounding = reference.size(part) * _rounded(reference)[:n] + EPS * rate * reference.t[:n]
@@ -78,7 +78,7 @@ def rounding_of(reference: Reference, part: str, n: int) -> Array:
 
 
 def suffered(reference: Reference, part: str) -> Array:
-    """Return by how much more than elsewhere a part may suffer from rounding at each row, shape(n,)."""
+    """Return the factor by which rounding affects a part more than elsewhere at each row, shape(n,)."""
     return reference.conditioning if part == "lam" else np.ones(len(reference.t))
 
 

@@ -1,20 +1,20 @@
-"""Records of a verification: one a check, digits of agreement, and alterations that no check could have seen."""
+"""Records of a verification: one for each check, digits of agreement, and alterations that no check can detect."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at.
+    """One check.
 
     Parameters
     ----------
     what : str
-        What was looked at.
+        The checked quantity.
     expected, found : str
-        What it should be, and what it is.
+        Its required value, and its actual value.
     ok : bool
-        Whether the one is the other.
+        Whether the check holds.
     """
 
     what: str
@@ -30,14 +30,14 @@ class Digits:
     Parameters
     ----------
     method : str
-        What recomputed them.
+        The method that recomputed the numbers.
     part : str
         "q", "p" or "lam"; or "y".
     at : tuple of (float, float)
-        A time, s, and the digits up to that time: -log10 of the largest error in units of the part's largest modulus. The last time is
-        that of the whole comparison.
+        A time, s, and the digits up to that time: -log10 of the largest error in units of the part's largest modulus. The last time
+        is that of the whole comparison.
     visible : float
-        Smallest alteration of a stored number that the comparison is sure to see at that last time, in units of the part.
+        Smallest alteration of a stored number that the comparison is certain to detect up to that last time, in units of the part.
     """
 
     method: str
@@ -53,18 +53,18 @@ class Digits:
 
 @dataclass(frozen=True)
 class Verification:
-    """What was found out about one reference.
+    """Result of the verification of one reference.
 
     Parameters
     ----------
     name : str
         PROBLEM-CASE.
     checks : tuple of Check
-        What was looked at, in order.
+        The checks, in order.
     digits : tuple of Digits
-        How far recomputations agree.
+        Digits in which recomputations agree.
     unseen : str
-        What could be altered without any check seeing it, as a sentence.
+        Alterations that no check can detect, as a sentence.
     """
 
     name: str
@@ -79,10 +79,10 @@ class Verification:
 
 
 def agreed(what: str, expected: object, actual: object) -> Check:
-    """Return the check that two things are equal."""
+    """Return the check that two values are equal."""
     return Check(what, str(expected), str(actual), expected == actual)
 
 
 def at_most(what: str, limit: float, value: float, place: str = "") -> Check:
-    """Return the check that a number does not exceed a limit; what is not a number does."""
+    """Return the check that a number does not exceed a limit; NaN fails."""
     return Check(what, f"<= {limit:.2e}", f"{value:.2e}{place}", bool(value <= limit))

@@ -1,4 +1,4 @@
-"""A stored reference held against everything that can be known of it without the library that made it."""
+"""Verification of a stored reference by everything that can be known of it without the library that made it."""
 
 import hashlib
 import json
@@ -27,42 +27,42 @@ from daebench.reference.make.amplification import LOST
 from daebench.reference.make.mathematics import mathematics
 
 Progress = Callable[[float, str], None]
-"""Told the fraction done and what is being done."""
+"""Called with the completed fraction and the present activity."""
 
 NUMBER = re.compile(r"-?\d+(\.\d*)?(e[-+]?\d+)?")
 """A stored number."""
 
 KEYS = ("horizon", "drift", "ida", "amplification", "bound")
-"""What a certificate has besides the definition and the data; of a constrained problem "rank" too."""
+"""Entries of a certificate besides the definition and the data; for a constrained problem "rank" too."""
 
 
 def verify(name: str, folder: Path | None = None, progress: Progress | None = None) -> Verification:
-    """Return what is found of a reference.
+    """Return the result of the verification of a reference.
 
     ::
 
         definition     its text, hash and parameters are those of today's problem
         layout         columns, rows, times and bounds are those of the certificate
-        digits         start, what is conserved, multipliers and rank in multiprecision
-        motion         a method of order 8 of our own, throughout and from row to row, and IDA, each within what it knows of its own error
+        digits         start, conserved quantities, multipliers and rank in multiprecision
+        motion         a method of order 8 of our own, throughout and from row to row, and IDA, each within its own error estimate
 
-    What cannot be looked at because something before it does not hold is a check that fails.
+    If something cannot be checked because an earlier check does not hold, that is a failed check.
 
     Parameters
     ----------
     name : str
         PROBLEM-CASE.
     folder : Path, optional
-        Where references are kept; by default those that come with daebench, and the user's own.
+        Folder of references; by default those of daebench, and the user's own.
     progress : callable, optional
-        Told the fraction done and what is being done.
+        Called with the completed fraction and the present activity.
 
     Raises
     ------
     BadInput
         If the reference does not exist.
     Damaged
-        If a file is missing, truncated, or not what its checksum says.
+        If a file is missing, truncated, or does not match its checksum.
     """
     callback = progress or (lambda fraction, doing: None)
     callback(0.0, f"{name}: definition")
@@ -88,13 +88,13 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
 
 
 def _outside(reference: Reference) -> tuple[Definition | None, list[Check]]:
-    """Return today's definition, if there is one, and the checks of what surrounds the digits."""
+    """Return today's definition, if there is one, and the checks of everything except the digits."""
     definition: Definition | None = None
     checks: list[Check] = []
     try:
         definition = define(reference.problem, reference.case)
         for check in chain(_definition(reference, definition), _layout(reference, definition)):
-            checks.append(check)  # one by one: what was found before an error is kept
+            checks.append(check)  # one by one, so that checks before an error are not lost
     except (KeyError, IndexError, ValueError, TypeError, BadInput) as error:
         reason = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
         checks.append(Check("certificate", "complete, and of a problem of the catalogue", reason, False))
@@ -113,7 +113,7 @@ def _definition(reference: Reference, definition: Definition) -> Iterator[Check]
 
 
 def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
-    """Compare the columns, rows, times and bounds with the certificate and with what a reference is."""
+    """Compare the columns, rows, times and bounds with the certificate and with the form of a reference."""
     certificate, made = reference.certificate, mathematics(definition)
     with mp.workdps(20):
         sizes = {part: len(x) for part, x in made.parts([x for part in definition.start_numbers() for x in part]).items()}
@@ -154,7 +154,7 @@ def _times(reference: Reference) -> Iterator[Check]:
 
 
 def _horizons(reference: Reference) -> Iterator[Check]:
-    """Look whether the horizon of double precision is where the amplification says."""
+    """Check that the horizon of double precision is where the amplification puts it."""
     growth, horizon = reference.certificate["amplification"], reference.double_horizon
     least, most = (_first(reference, reference.worst_amplification * EPS > LOST * factor) for factor in (1 / SLACK, SLACK))
     yield Check("horizon of double precision", f"{least:g} to {most:g}", f"{horizon:g}", least <= horizon <= most)
@@ -168,12 +168,12 @@ def _horizons(reference: Reference) -> Iterator[Check]:
 
 
 def _first(reference: Reference, lost: NDArray[np.bool_]) -> float:
-    """Return the first stored time at which something holds, infinity if there is none."""
+    """Return the first stored time at which a condition holds; infinity if there is none."""
     return float(reference.t[np.argmax(lost)]) if lost.any() else np.inf
 
 
 def _unseen(reference: Reference, digits: list[Digits]) -> str:
-    """Say what could be altered without any check seeing it."""
+    """Return a sentence on the alterations that no check can detect."""
     if not digits:
         return ""
     state = reference.kind.state
@@ -188,10 +188,10 @@ def _unseen(reference: Reference, digits: list[Digits]) -> str:
 
 
 def _passed(reference: Reference) -> str:
-    """Say what is not looked at where a motion passes rank loss."""
+    """Return a sentence on what is not checked for a motion that passes a rank loss."""
     if not reference.rank_losses:
         return ""
     first = f"{reference.rank_losses[0]:g}"
     return (
-        f" IDA is held against the motion up to its first rank loss at t = {first} alone, and our own method is run in the problem's chart."
+        f" IDA is compared with the motion only up to its first rank loss at t = {first}, and our own method is run in the problem's chart."
     )

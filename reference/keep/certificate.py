@@ -1,4 +1,4 @@
-"""Certificate of certified digits: all that is known of them, computed and put into words."""
+"""Certificates of certified digits: everything that is known of them, computed and put into words."""
 
 import decimal
 from typing import Any
@@ -40,11 +40,11 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
     Parameters
     ----------
     definition : Definition
-        What is certified.
+        The definition to certify.
     times : list of mpmath number
         Output times, equidistant, the first 0.
     stages : Stages
-        Keeps what is done.
+        Storage of the finished stages.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
 
 
 def _rank(name: str, computations: Computations, certified: Certified) -> dict[str, Any]:
-    """Return what is known of what must not lose rank, and of where it does; nothing where there is no such thing."""
+    """Return the facts about the rank of the matrix that must not lose it, and about rank losses; empty if there is no such matrix."""
     made = computations.mathematics
     if not made.regular:
         return {}
@@ -98,7 +98,7 @@ def _rank(name: str, computations: Computations, certified: Certified) -> dict[s
 
 
 def _command(name: str, times: list[Any]) -> str:
-    """Return the command that makes the same reference."""
+    """Return the command that makes this reference."""
     t_end, spacing = float(times[-1]), int(1 / times[1])
     return f"daebench reference build {name} --t-end {t_end!r} --spacing {spacing}"
 
@@ -113,7 +113,7 @@ def columns(certified: Certified) -> dict[str, list[str]]:
 
 
 def drifts(computations: Computations, text: dict[str, list[str]]) -> dict[str, float]:
-    """Return the largest change of what is conserved, and modulus of what is zero, of stored digits, evaluated with 50 digits."""
+    """Return the largest change of conserved quantities, and the largest modulus of vanishing ones, from stored digits with 50 digits."""
     made, kind = computations.mathematics, computations.definition.kind
     with mp.workdps(WORK_DIGITS):
         state = [column for name, column in text.items() if name.rstrip("0123456789") in kind.state]
@@ -128,5 +128,5 @@ def _changes(rows: list[list[Any]], from_zero: bool) -> list[Any]:
 
 
 def _short(x: Any) -> float:
-    """Return a number to three digits, away from zero, for it is a bound or is read as one."""
+    """Return a number to three digits, rounded away from zero, because it is a bound or is read as one."""
     return float(decimal.Context(prec=3, rounding=decimal.ROUND_UP).create_decimal_from_float(float(x)))

@@ -1,4 +1,4 @@
-"""The definition of a reference: one case of one problem in exact numbers, and the text and hash that stand for it."""
+"""The definition of a reference: one case of one problem in exact numbers, with its text and hash."""
 
 import hashlib
 import json
@@ -21,14 +21,14 @@ from daebench.systems.poisson import PoissonSystem
 
 @dataclass(frozen=True)
 class Definition:
-    """One case of one problem, every number of it exact.
+    """One case of one problem, with exact numbers.
 
-    A parameter is the decimal number that its shortest double stands for: 9.81 is 981/100 and not the double beside it.
+    The value of a parameter is the decimal number of its shortest representation: 9.81 is 981/100, not the double nearest to it.
 
     Parameters
     ----------
     ivp : InitialValueProblem
-        The same in double precision.
+        The same problem in double precision.
     structure : mapping of str to int
         Structural parameters of the case.
     """
@@ -43,17 +43,17 @@ class Definition:
 
     @property
     def kind(self) -> StateLayout:
-        """What a state consists of."""
+        """Parts of a state."""
         return KINDS[self.ivp.facts.KIND]
 
     @property
     def derivation(self) -> Any:
-        """What follows from the problem's definition."""
+        """Quantities derived from the problem's definition."""
         return self.ivp.source.derivation
 
     @cached_property
     def problem(self) -> Any:
-        """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem, which a lattice is written out to."""
+        """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem; a lattice is written out as one."""
         problem = self.derivation.problem
         return problem.expanded(problem.sites) if isinstance(problem, PoissonLattice) else problem
 
@@ -69,13 +69,13 @@ class Definition:
 
     @cached_property
     def start(self) -> list[list[sp.Expr]]:
-        """Initial values as exact expressions, a list a part of the state: q and p, or y."""
+        """Initial values as exact expressions, one list for each part of the state: q and p, or y."""
         case = self.problem.cases[self.ivp.case]
         return [self.settled(getattr(case, part)) for part in self.kind.state]
 
     @property
     def crosses(self) -> bool:
-        """Whether the motion may pass where G loses rank: the case goes on there, and closed form and chart do not need G."""
+        """Whether the motion may pass a rank loss of G: the case continues there, and closed form and chart do not need G."""
         if not isinstance(self.problem, ConstrainedHamiltonian) or self.problem.cases[self.ivp.case].on_singular != "continue":
             return False
         return self.problem.closed_form is not None and self.problem.chart is not None
@@ -90,7 +90,7 @@ class Definition:
 
     @cached_property
     def text(self) -> dict[str, Any]:
-        """The mathematics in words of SymPy: what the hash is taken of."""
+        """The mathematics as text of SymPy, of which the hash is taken."""
         problem = self.problem
         case = problem.cases[self.ivp.case]
         return {
@@ -110,7 +110,7 @@ class Definition:
 
 
 def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:
-    """Return what makes the equations of motion, in words of SymPy."""
+    """Return the expressions that determine the equations of motion, as text of SymPy."""
     if isinstance(problem, PoissonSystem):
         casimirs = {name: str(casimir) for name, casimir in problem.casimirs.items()}
         return {"B": str(sp.Matrix(problem.B).tolist()), "H": str(problem.H), "casimirs": casimirs}
@@ -119,7 +119,7 @@ def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:
 
 
 def _forces(declared: Any) -> dict[str, Any]:
-    """Return forces without potential and the velocities in them, in words of SymPy; nothing where there are none."""
+    """Return forces without a potential and the velocities in them, as text of SymPy; empty if there are none."""
     force = getattr(declared, "force", None)
     return {} if force is None else {"force": [str(entry) for entry in force], "v": [str(symbol) for symbol in declared.v or ()]}
 

@@ -1,4 +1,4 @@
-"""A reference at any time: the stored digits where there are some, else a short way from the nearest of them in double precision."""
+"""Values of a reference at any time: stored digits if there are any, otherwise a short integration from the nearest ones."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,13 +13,13 @@ from daebench.reference.solution import EPS, SAFETY, ReferenceSolution, integrat
 from daebench.runs.ivp import Array, Ivp
 
 EXACT_DIGITS = 50
-"""Digits of a closed form: multipliers at the double that is nearest to a rank loss have 17 of them left."""
+"""Digits of a closed form. At the double nearest to a rank loss, multipliers still have 17 of them."""
 
 TINY = 1e-40
-"""Error of a number that is zero, as a part of the motion."""
+"""Error of a number that is zero, as a fraction of the motion."""
 
 BESIDE = 1e-7
-"""Relative distance of the neighbour from which the growth of a rounded start is measured."""
+"""Relative distance of the neighbour with which the growth of a rounded start is measured."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class At:
     states : mapping of str to ndarray, shape(n, components)
         Every part of the reference: positions, momenta and multipliers lam(p, q), or y.
     bound : mapping of str to ndarray
-        Largest error of each number, of the same shapes; that of rounding stored digits to double precision included.
+        Largest error of each number, in the same shapes; it includes the rounding of stored digits to double precision.
     row : ndarray of int, shape(n,)
-        Row of the reference where the time is a stored one, else -1.
+        Row of the reference if the time is stored, otherwise -1.
     """
 
     t: Array
@@ -53,21 +53,21 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
     """Return the states at these times, in the order given.
 
     Between stored times the index-reduced equation, HLW (1.18), or y' = B(y) grad H(y), is integrated forwards or backwards from the
-    nearest stored state by DOP853. The bound is that of :func:`daebench.reference.solution.integrated` and ten times what becomes of the
-    rounding of that state on the way, as a neighbour of it shows. A motion that passes rank loss, which that equation cannot, is worked out
-    anew from its closed form with 50 digits, and the bound is that of rounding it to double precision.
+    nearest stored state by DOP853. The bound is that of :func:`daebench.reference.solution.integrated` plus ten times the growth of the
+    rounding of that state on the way, measured with a neighbour. That equation cannot pass a rank loss; a motion that does is computed
+    from its closed form with 50 digits, and the bound is that of rounding it to double precision.
 
     Parameters
     ----------
     reference : Reference
-        Whose states are wanted.
+        The reference.
     times : array_like, shape(n,)
         Times, s, from 0 to the horizon.
 
     Raises
     ------
     BadInput
-        If a time is not a number, or outside of the reference.
+        If a time is not a number, or outside the reference.
     RunFailed
         If the integration stops.
     """
@@ -87,7 +87,7 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
 
 
 Found = tuple[NDArray[np.intp], Mapping[str, Array], Mapping[str, Any]]
-"""Places of times, states there, and bounds."""
+"""Indices of times, states at these times, and bounds."""
 
 
 def _integrated(ivp: Ivp, reference: Reference, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
@@ -116,18 +116,18 @@ def _require_inside(reference: Reference, t: Array) -> None:
     outside = t[~((t >= 0) & (t <= reference.horizon))]
     if outside.size:
         reach = f"which reaches from 0 to its horizon at {reference.horizon:g}"
-        raise BadInput(f"t = {float(outside[0])!r} is outside of {reference.name}, {reach}.")
+        raise BadInput(f"t = {float(outside[0])!r} is outside {reference.name}, {reach}.")
 
 
 def _nearest(stored: Array, t: Array) -> NDArray[np.intp]:
-    """Return the index of the nearest stored time, the earlier of two that are as near."""
+    """Return the index of the nearest stored time; of two equally near ones, the earlier."""
     after = np.minimum(np.searchsorted(stored, t), len(stored) - 1)
     before = np.maximum(after - 1, 0)
     return np.where(t - stored[before] <= stored[after] - t, before, after)
 
 
 def _ways(stored: Array, nearest: NDArray[np.intp], t: Array, row: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
-    """Yield the places of times that lie on one side of one stored time, ordered by their distance from it."""
+    """Yield the indices of times on one side of one stored time, ordered by their distance from it."""
     between = np.flatnonzero(row < 0)
     distance = t[between] - stored[nearest[between]]
     side = 2 * nearest[between] + (distance > 0)
@@ -136,7 +136,7 @@ def _ways(stored: Array, nearest: NDArray[np.intp], t: Array, row: NDArray[np.in
 
 
 def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[ReferenceSolution, dict[str, float]]:
-    """Return the motion from stored state k to times on one side of it, and ten times what its rounding may grow to."""
+    """Return the motion from stored state k to times on one side of it, and ten times the growth of its rounding."""
     start = reference.restarted(ivp, k)
     distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
     signed = distances if t[0] > reference.t[k] else -distances
@@ -146,7 +146,7 @@ def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[Refere
 
 
 def _growth(start: Ivp, state: Sequence[str], solution: ReferenceSolution, furthest: Array) -> dict[str, float]:
-    """Return ten times what the rounding of a state may grow to on the way to a time, as neighbours in each of its parts show."""
+    """Return ten times the growth of the rounding of a state on the way to a time, measured with neighbours in each of its parts."""
     growth = dict.fromkeys(solution.states, 0.0)
     for name in state:
         value = getattr(start, f"{name}0")

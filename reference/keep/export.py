@@ -1,4 +1,4 @@
-"""A reference as a file of another kind: CSV for every language, JSON, NPZ for NumPy, Parquet for tables; written whole or not at all."""
+"""Export of a reference to other formats: CSV for every language, JSON, NPZ for NumPy, Parquet for tables; written whole or not at all."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,7 @@ from daebench.runs.ivp import Array
 
 
 def text_of(reference: Reference, at: At) -> dict[str, list[str]]:
-    """Return columns t, q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings: stored digits where there are some, else 17."""
+    """Return columns t, q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings: stored digits if there are any, otherwise 17."""
     columns = {"t": [repr(float(t)) for t in at.t]}
     for name, values in _columns(at.states).items():
         stored = reference.text[name]
@@ -29,23 +29,23 @@ def _columns(parts: Mapping[str, Array], prefix: str = "") -> dict[str, Array]:
 
 
 def write(path: Path, kind: str, reference: Reference, times: Sequence[float] | None = None) -> None:
-    """Write a reference at these times, by default at all that are stored, as a file.
+    """Write a reference to a file at these times, by default at all stored times.
 
     Parameters
     ----------
     path : Path
-        The file; it is replaced if it is there.
+        The file; an existing one is replaced.
     kind : str
         One of ``WRITERS``.
     reference : Reference
-        Whose states are written.
+        The reference.
     times : sequence of float, optional
         Times, s.
 
     Raises
     ------
     BadInput
-        If the kind is unknown, or takes a package that is not installed, or a time is outside of the reference.
+        If the format is unknown, or needs a package that is not installed, or a time is outside the reference.
     """
     if kind not in WRITERS:
         raise unknown("format", kind, WRITERS)
@@ -80,8 +80,8 @@ def _parquet(path: Path, _: Reference, at: At) -> None:
     try:
         pd.DataFrame(columns).to_parquet(path, engine="pyarrow", index=False)
     except ImportError as error:
-        raise BadInput("to write Parquet takes pyarrow, which is not installed; install it by pip install 'daebench[scale]'.") from error
+        raise BadInput("writing Parquet needs pyarrow, which is not installed; install it by pip install 'daebench[scale]'.") from error
 
 
 WRITERS: dict[str, Callable[[Path, Reference, At], None]] = {"csv": _csv, "json": _json, "npz": _npz, "parquet": _parquet}
-"""Formats and how each is written."""
+"""Formats, with the function that writes each."""

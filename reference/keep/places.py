@@ -1,4 +1,4 @@
-"""Folders of references, those of daebench and the user's own, and names that a reference may have."""
+"""Folders of references, those of daebench and the user's own, and the names that references may have."""
 
 import os
 import re
@@ -7,14 +7,14 @@ from pathlib import Path
 from daebench.errors import BadInput
 
 DATA = Path(__file__).parent.parent / "data"
-"""Where the references that come with the package are."""
+"""Folder of the references that come with the package."""
 
 NAME = re.compile(r"\w[\w.,+-]{0,150}", re.ASCII)
-"""A name: it becomes that of a folder and of a file, so that nothing in it may be read as a path, a drive or an option."""
+"""Pattern of names. A name becomes that of a folder and of a file, so it must not look like a path, a drive or an option."""
 
 
 def own_folder() -> Path:
-    """Return the folder of the user's own references: DAEBENCH_REFERENCES, or one in the platform's folder of data for this user."""
+    """Return the folder of the user's own references: DAEBENCH_REFERENCES, or one in the platform's data folder of this user."""
     chosen = os.environ.get("DAEBENCH_REFERENCES")
     if chosen:
         return Path(chosen)
@@ -24,17 +24,17 @@ def own_folder() -> Path:
 
 
 def folders(folder: Path | None = None) -> tuple[Path, ...]:
-    """Return the folders in which references are looked for, the first before the second.
+    """Return the folders in which references are searched, in this order.
 
     Parameters
     ----------
     folder : Path, optional
-        The only one; by default those that come with daebench and then the user's own, if there are some.
+        The only folder to search; by default the references of daebench and then the user's own, if there are any.
 
     Raises
     ------
     BadInput
-        If the folder is not there.
+        If the folder does not exist.
     """
     if folder is None:
         return (DATA, user_folder) if (user_folder := own_folder()).is_dir() else (DATA,)
@@ -44,13 +44,13 @@ def folders(folder: Path | None = None) -> tuple[Path, ...]:
 
 
 def require_name(name: str) -> None:
-    """Go on if a reference may be called so.
+    """Check that a reference may have a name.
 
     Raises
     ------
     BadInput
-        If it may not.
+        If the name is not allowed.
     """
     if not NAME.fullmatch(name) or name.endswith("."):
         shown = ascii(name if len(name) <= 80 else f"{name[:77]}...")
-        raise BadInput(f"{shown} is not a name of a reference: that is PROBLEM-CASE, of letters, digits and . , + - _ alone, and no path.")
+        raise BadInput(f"{shown} is not a name of a reference, which is PROBLEM-CASE, of letters, digits and . , + - _ only, no path.")

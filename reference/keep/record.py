@@ -1,4 +1,4 @@
-"""A certified reference as its users see it: numbers, their bounds, and what is known about them."""
+"""The record of a certified reference: numbers, their bounds, and what is known about them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,25 +19,25 @@ EPS = 2.0**-53
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A trajectory whose every digit was checked.
+    """A trajectory of which every digit has been checked.
 
-    It is kept as a CSV of 34-digit decimal strings, every t exact in double precision, beside a JSON certificate. Parameters are the
-    decimal numbers as they are written: gravity 9.81 is 981/100, not the double beside it. The certificate has
+    It is stored as a CSV of 34-digit decimal strings, with every t exact in double precision, beside a JSON certificate. Parameters are the
+    decimal numbers as written: gravity 9.81 is 981/100, not the nearest double. The certificate contains
 
     - the definition with exact initial values, and its hash;
-    - how the digits were made, and what they were checked by: quadruple precision or a closed form, a second time with another step or
-      method, the motion in other coordinates, and mpmath;
+    - how the digits were made, and how they were checked: by quadruple precision or a closed form, by a second computation with another
+        step or method, by the motion in other coordinates, and by mpmath;
     - a bound for every number at every time, and the amplification of a rounded start;
-    - two horizons: how far the digits are certified, and how far any run in double precision can follow;
+    - two horizons: the end of the certified digits, and the time up to which a run in double precision can follow;
     - drifts of the stored digits, and the smallest singular value of G M^-1 G^T;
-    - what IDA reaches on this motion, tolerance by tolerance: error, its own estimate, and work.
+    - the accuracy that IDA reaches on this motion, for each tolerance: error, its own estimate, and work.
 
     Parameters
     ----------
     name : str
         PROBLEM-CASE.
     certificate : mapping
-        What is known of it, as ``certificate.json`` has it.
+        The content of ``certificate.json``.
     text : mapping of str to sequence of str
         Columns t and q1, ..., p1, ..., lam1, ..., or y1, ..., as decimal strings.
     """
@@ -68,7 +68,7 @@ class Reference:
 
     @cached_property
     def kind(self) -> StateLayout:
-        """What a row consists of."""
+        """Parts of a row."""
         return layout_of_columns(self.text)
 
     @cached_property
@@ -103,7 +103,7 @@ class Reference:
 
     @cached_property
     def bound(self) -> dict[str, Array]:
-        """Largest error of every stored number, of the shapes of ``values``."""
+        """Largest error of every stored number, in the shapes of ``values``."""
         return {part: np.array(self.certificate["bound"][part]) for part in self.kind.names}
 
     @cached_property
@@ -113,12 +113,12 @@ class Reference:
 
     @cached_property
     def worst_amplification(self) -> Array:
-        """The same from any stored time before, shape(n,): what the rounding of every step may grow by."""
+        """The same from any earlier stored time, shape(n,): the largest growth of the rounding of a step."""
         return np.array(self.certificate["amplification"]["worst"])
 
     @cached_property
     def step_amplification(self) -> Array:
-        """The same from the stored time before, shape(n,), 1 at the start."""
+        """The same from the previous stored time, shape(n,), 1 at the start."""
         return np.array(self.certificate["amplification"]["step"])
 
     @property
@@ -128,22 +128,22 @@ class Reference:
 
     @cached_property
     def conditioning(self) -> Array:
-        """By how much more than elsewhere multipliers may suffer from rounding, shape(n,): 1 unless the motion passes rank loss."""
+        """Factor by which rounding affects multipliers more than elsewhere, shape(n,): 1 unless the motion passes a rank loss."""
         rank = self.certificate.get("rank", {})
         return np.array([rank["largest"] / value for value in rank["values"]]) if self.rank_losses else np.ones(len(self.t))
 
     def size(self, part: str) -> float:
-        """Return the largest modulus of a part, 1 if there is nothing but zeros."""
+        """Return the largest modulus of a part; 1 if all its numbers are zero."""
         return float(np.abs(self.values[part]).max()) or 1.0
 
     @property
     def horizon(self) -> float:
-        """Last time stored, s."""
+        """Last stored time, s."""
         return float(self.t[-1])
 
     @property
     def double_horizon(self) -> float:
-        """Time after which no run in double precision can follow, s; infinite if there is none before the horizon."""
+        """Time after which no run in double precision can follow, s; infinite if there is no such time before the horizon."""
         horizon = self.certificate["horizon"]["double"]
         return float("inf") if horizon is None else float(horizon)
 
@@ -155,18 +155,18 @@ class Reference:
         Raises
         ------
         BadInput
-            If the problem of this name has other parameters, or another definition, today.
+            If the problem of this name now has other parameters, or another definition.
         """
         ivp = initial_value_problem(self.problem, self.case)
         if dict(ivp.parameters) != self.parameters:
             raise BadInput(
-                f"{self.name} was made with parameters {self.parameters}, and case {self.case} of {self.problem} has "
+                f"{self.name} was made with parameters {self.parameters}, but case {self.case} of {self.problem} has "
                 f"{dict(ivp.parameters)} today; build the reference again."
             )
-        from daebench.reference.keep.definition import define  # SymPy, which nothing else here takes
+        from daebench.reference.keep.definition import define  # imports SymPy, which nothing else here needs
 
         if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
-            raise BadInput(f"{self.name} was made of another definition of {self.problem} than today's; build the reference again.")
+            raise BadInput(f"{self.name} was made from another definition of {self.problem} than today's; build the reference again.")
         return ivp
 
     def restarted(self, ivp: Ivp, row: int) -> Ivp:
@@ -175,16 +175,16 @@ class Reference:
         Parameters
         ----------
         ivp : InitialValueProblem
-            The problem with its numbers, as :meth:`ivp` gives it.
+            The problem with its numbers, as returned by :meth:`ivp`.
         row : int
-            Which row, from 0.
+            Index of the row, from 0.
         """
         changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.kind.state}
         return replace(ivp, **changes)
 
     def _part(self, part: str) -> Array:
         if part not in self.values:
-            raise AttributeError(f"{self.name} has {', '.join(self.values)}, and no {part}.")
+            raise AttributeError(f"{self.name} has {', '.join(self.values)}, but no {part}.")
         return self.values[part]
 
     def _columns(self, part: str) -> Array:

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class StateLayout:
-    """The parts of a stored row by their names; a component is a name and a number from 1, the initial value of a part a name and 0.
+    """The parts of a stored row, by name. A component is a name with a number from 1; the initial value of a part is a name with 0.
 
     Parameters
     ----------
     state : tuple of str
-        What a state is, in the order in which it is stored.
+        Parts of a state, in the order in which they are stored.
     external : tuple of str
-        The same in the order in which programs take and return it.
+        The same parts in the order in which external programs take and return them.
     derived : tuple of str
         Functions of the state that are stored after it.
     """
@@ -29,7 +29,7 @@ class StateLayout:
 
     @property
     def told(self) -> str:
-        """A state as programs hand it over, in words: (p, q), or y."""
+        """A state as external programs pass it, in words: (p, q), or y."""
         return f"({', '.join(self.external)})" if len(self.external) > 1 else self.external[0]
 
 

@@ -1,4 +1,4 @@
-"""Store of references: a folder each, with a CSV of digits and a JSON certificate, checked whenever they are read."""
+"""Store of references: one folder each, with a CSV of digits and a JSON certificate, which are checked whenever they are read."""
 
 import csv
 import hashlib
@@ -22,13 +22,13 @@ FORMAT = 1
 """Version of the layout of both files."""
 
 UNPRINTABLE = re.compile(rb"[^\t\n\r -~]|\\u00[01789]|\\u20|\\[bf]")
-"""Characters, and their escapes in JSON, that would write over what a terminal shows, or turn it round: a reference has none of them."""
+"""Characters, and their escapes in JSON, that would overwrite or reverse the text of a terminal; a reference contains none of them."""
 
 RESTORE = "restore it from where it came, or build the reference again"
 
 
 class Damaged(DaebenchError):
-    """A stored reference that is not what was written; the message names the file and what was expected."""
+    """A stored reference that is not as it was written; the message names the file and the expected content."""
 
 
 def names(folder: Path | None = None) -> tuple[str, ...]:
@@ -37,12 +37,12 @@ def names(folder: Path | None = None) -> tuple[str, ...]:
     Parameters
     ----------
     folder : Path, optional
-        Where they are kept; by default those that come with daebench, and the user's own.
+        Folder of references; by default those of daebench, and the user's own.
 
     Raises
     ------
     BadInput
-        If the folder is not there.
+        If the folder does not exist.
     """
     return tuple(sorted({name for place in folders(folder) for name in _names(place)}))
 
@@ -52,19 +52,19 @@ def _names(folder: Path) -> set[str]:
 
 
 def kept_in(name: str, folder: Path | None = None) -> Path:
-    """Return the folder that has the reference of this name; where daebench has it, that is daebench's and not the user's own.
+    """Return the folder of the reference of this name; a reference of daebench takes precedence over the user's own.
 
     Parameters
     ----------
     name : str
         PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
     folder : Path, optional
-        As for :func:`names`.
+        As in :func:`names`.
 
     Raises
     ------
     BadInput
-        If there is none; the message has the nearest names.
+        If there is no such reference; the message gives the nearest names.
     """
     require_name(name)
     for place in folders(folder):
@@ -81,12 +81,12 @@ def load(name: str, folder: Path | None = None) -> Reference:
     name : str
         PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
     folder : Path, optional
-        Where references are kept; by default those that come with daebench, and the user's own.
+        Folder of references; by default those of daebench, and the user's own.
 
     Raises
     ------
     BadInput
-        If there is none; the message has the nearest names.
+        If there is no such reference; the message gives the nearest names.
     Damaged
         If a file is missing, truncated or altered.
     """
@@ -123,14 +123,14 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
     case : str, optional
         Named initial values.
     folder : Path, optional
-        Where references are kept; by default those that come with daebench, and the user's own.
+        Folder of references; by default those of daebench, and the user's own.
 
     Raises
     ------
     BadInput
         If the problem or case is unknown, or has no reference; the message says how to build one.
     Damaged
-        As :func:`load`.
+        As in :func:`load`.
     """
     from daebench.methods.initial_value_problem import initial_value_problem
 
@@ -139,26 +139,26 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
     if name not in names(folder):
         references = [reference for reference in names(folder) if reference.startswith(f"{ivp.problem}-")]
         known = f"its references are {', '.join(references)}" if references else f"{ivp.problem} has none yet"
-        advice = f"make it by: daebench reference build {name}" if NAME.fullmatch(name) else "references are of problems that have a name"
+        advice = f"make it with: daebench reference build {name}" if NAME.fullmatch(name) else "only problems with a name have references"
         raise BadInput(f"there is no reference {name}; {known}; {advice}.")
     return load(name, folder)
 
 
 def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[str]], folder: Path) -> Path:
-    """Write a reference in place of the one of this name, if there is one, and return its folder.
+    """Write a reference, replacing one of this name if there is one, and return its folder.
 
-    Both files are written beside the old ones and change places with them at the end: a crash leaves the old reference.
+    Both files are written beside the old ones, and replace them at the end: a crash leaves the old reference.
 
     Parameters
     ----------
     name : str
         PROBLEM-CASE.
     certificate : mapping
-        What is known of it, without "data", "format" and "checksum".
+        The certificate, without "data", "format" and "checksum".
     text : mapping of str to sequence of str
         Columns as decimal strings.
     folder : Path
-        Where it is kept; made where it is missing.
+        Folder of the references; made if it does not exist.
 
     Raises
     ------
@@ -188,13 +188,13 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
 
 
 def checksum(certificate: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of a certificate without its own checksum, keys sorted and no spaces."""
+    """Return the SHA-256 of a certificate without its own checksum, with sorted keys and no spaces."""
     content = {key: value for key, value in certificate.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()).hexdigest()
 
 
 def written(certificate: Mapping[str, Any]) -> str:
-    """Return a certificate as text: an entry a line, and a line for each row of numbers."""
+    """Return a certificate as text: one line for each entry, and one for each row of numbers."""
     return f"{_lines(certificate, _entry)}\n"
 
 
@@ -221,7 +221,7 @@ def _certificate(path: Path) -> dict[str, Any]:
         raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
     _require(path, "checksum", expected, checksum(certificate))
     if layout != FORMAT:
-        raise Damaged(f"{path} has layout {layout}, and this version of daebench reads layout {FORMAT}; build the reference again.")
+        raise Damaged(f"{path} has layout {layout}, but this version of daebench reads layout {FORMAT}; build the reference again.")
     return dict(certificate)
 
 
@@ -236,12 +236,12 @@ def _read(path: Path) -> bytes:
     except OSError as error:
         raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.") from error
     if unprintable := UNPRINTABLE.search(content):
-        raise Damaged(f"{path} is truncated or altered: it has {unprintable[0]!r}, which no terminal should be sent; {RESTORE}.")
+        raise Damaged(f"{path} is truncated or altered: it has {unprintable[0]!r}, which is unsafe for a terminal; {RESTORE}.")
     return content
 
 
 def _old(name: str, folder: Path) -> Path:
-    """Return where the old reference waits while the new one takes its place."""
+    """Return the place of the old reference while the new one replaces it."""
     return folder / f".{name}.old"
 
 
@@ -254,6 +254,6 @@ def _plain(entry: str) -> str:
 
 
 def _place(name: str, folder: Path) -> Path:
-    """Return the folder of a reference, or where its old one waits if the change of places was cut short."""
+    """Return the folder of a reference, or the place of its old version if the replacement was interrupted."""
     place = folder / name
     return place if (place / CERTIFICATE).exists() else _old(name, folder)

@@ -1,4 +1,4 @@
-"""A trajectory as a user's program writes it: a CSV file with a header, read with a sentence for whatever is wrong with it."""
+"""A trajectory written by a user's program: a CSV file with a header, read with a message for every error in it."""
 
 import csv
 import re
@@ -20,14 +20,14 @@ NAME = re.compile(r"([a-z]+)([1-9]\d*)")
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryFile:
-    """Times and components as a file has them.
+    """Times and components of a file.
 
     Parameters
     ----------
     path : Path
         The file.
     text : mapping of str to sequence of str
-        Column t and the components, n numbers each as they are written.
+        Column t and the components, n numbers each, as written.
     ignored : tuple of str
         Other columns.
     lines : sequence of int
@@ -52,7 +52,7 @@ class TrajectoryFile:
     def half_unit(self, name: str) -> float:
         """Return half a unit of the last digit with which the largest number of a column is written.
 
-        The column is taken to be written with as many digits as its longest number has: shorter ones end with zeros.
+        The column is assumed to have as many digits as its longest number: shorter numbers end with zeros.
         """
         largest = float(np.abs(self.values[name]).max())
         digits = max(map(_significant, self.text[name]))
@@ -85,13 +85,13 @@ def read(path: Path, kind: StateLayout) -> TrajectoryFile:
     path : Path
         The file.
     kind : StateLayout
-        Which columns are components; others are left aside.
+        Determines which columns are components; others are ignored.
 
     Raises
     ------
     BadInput
-        If it is not a file, empty, without a column t or any component, with a row of another length, with something that is no finite
-        number, or with times that are negative or descend.
+        If it is not a file, is empty, has no column t or no component, has a row of another length, contains a value that is not a finite
+        number, or has times that are negative or decrease.
     """
     header, rows, lines = _rows(path, kind)
     names = [name.strip() for name in header]
@@ -121,7 +121,7 @@ def _rows(path: Path, kind: StateLayout) -> tuple[list[str], list[list[str]], li
                     rows.append(row)
                     lines.append(reader.line_num)
     except (UnicodeDecodeError, csv.Error) as error:
-        raise BadInput(f"{path} is no CSV file ({error}); {_header(kind)}.") from error
+        raise BadInput(f"{path} is not a CSV file ({error}); {_header(kind)}.") from error
     if not rows:
         raise BadInput(f"{path} is empty; {_header(kind)}.")
     if len(rows) == 1:
@@ -135,7 +135,7 @@ def _is_component(name: str, kind: StateLayout) -> bool:
 
 
 def _header(kind: StateLayout) -> str:
-    """Return what the first line must be."""
+    """Return a description of the first line."""
     first, *others = kind.names
     columns = ", ".join([f"{first}1, {first}2, ...", *(f"{part}1, ..." for part in others)])
     return f"the first line names the columns: t and any of {columns}, separated by commas"
@@ -148,11 +148,11 @@ def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], kin
         raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {_header(kind)}.")
     twice = next((name for name in compress(names, known) if names.count(name) > 1), None)
     if twice is not None:
-        raise BadInput(f"{path}, line 1: column {twice} is there twice; name each column once.")
+        raise BadInput(f"{path}, line 1: column {twice} occurs twice; name each column once.")
 
 
 def _told(names: Sequence[str]) -> str:
-    """Return names as text that is not longer than a line."""
+    """Return names as text of at most one line."""
     text = ", ".join(map(repr, names))
     return text if len(text) <= 80 else f"{text[:77]}..."
 
@@ -175,5 +175,5 @@ def _number(text: str) -> float:
 
 
 def _significant(text: str) -> int:
-    """Return how many significant digits a number is written with."""
+    """Return the number of significant digits of a written number."""
     return len(text.strip().lower().partition("e")[0].lstrip("+-0.").replace(".", ""))

@@ -1,4 +1,4 @@
-"""The same motion by velocities along the manifold, in quadruple precision: for problems that declare no chart."""
+"""The same motion by velocities along the manifold, in quadruple precision, for problems that declare no chart."""
 
 from collections.abc import Iterable
 from functools import cached_property
@@ -22,10 +22,10 @@ class Along:
         v = N u      N = X - M^-1 G^T Z      Z = W^-1 G X      W = G M^-1 G^T      so that G N = 0
         q' = v       N^T M N u' = N^T (-U_q + G'^T Z u)      G' = dG(q(t))/dt
 
-    X, shape(d, n), is constant for a while and spans the null space of G at its beginning: the motion may turn as far as it will. The
-    velocity satisfies G v = 0 at all q, and neither lam nor g'' = 0 enters, so that an error in the formula of the multipliers shows
-    against (1.18). Derivatives of g and U are taken here from the definition. Garcia de Jalon and Bayo, *Kinematic and Dynamic Simulation
-    of Multibody Systems*, Springer 1994, chapter 5, have the method, with other N.
+    X, shape(d, n), is constant for some time and spans the null space of G at the beginning of that time; the motion may turn by any angle.
+    The velocity satisfies G v = 0 at all q, and neither lam nor g'' = 0 is used, so comparison with (1.18) reveals an error in the formula
+    of the multipliers. Derivatives of g and U are taken here from the definition. Garcia de Jalon and Bayo, *Kinematic and Dynamic
+    Simulation of Multibody Systems*, Springer 1994, chapter 5, describe the method, with another N.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Along:
 
     @staticmethod
     def suits(definition: Definition) -> bool:
-        """Return whether a problem is given by M and U, M is constant, and neither time nor forces without potential enter."""
+        """Return whether a problem is given by M and U, with constant M, without time and without forces that have no potential."""
         problem = definition.problem
         if definition.ivp.facts.EXTENDED or problem.M is None:
             return False
@@ -75,7 +75,7 @@ class Along:
         return list(zip([*q, *u], [*v, *solved(A, drive)], strict=True))
 
     def entered(self, x: Vector) -> Vector:
-        """Return q and v of a state: the coordinates u are chosen anew at each output, see :meth:`begun`."""
+        """Return q and v of a state; the coordinates u are chosen anew at each output, see :meth:`begun`."""
         return [*x[: self.d], *mp.lu_solve(_numbers(self.M), mp.matrix(x[self.d :]))]
 
     def left(self, rows: Rows) -> Rows:
@@ -94,7 +94,7 @@ class Along:
         return [*q, *mp.lu_solve(N.T * M * N, N.T * M * v)], [*_entries(X), *_entries(X.T * M * X)]
 
     def ended(self, x: Vector, parameters: Vector) -> Vector:
-        """Return q and v of q and u, with the parameters that :meth:`begun` gave."""
+        """Return q and v from q and u, with the parameters from :meth:`begun`."""
         d, n = self.d, self.n
         X = mp.matrix([parameters[i * n : (i + 1) * n] for i in range(d)])
         return [*x[:d], *(self._along(x[:d], X) * mp.matrix(x[d:]))]

@@ -1,4 +1,4 @@
-"""Growth of perturbations along a motion: the price of a rounded start."""
+"""Growth of perturbations along a motion, and thus of the rounding of a start."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,13 +13,13 @@ from daebench.reference.make.stages import Rows
 from daebench.runs.ivp import Array
 
 BESIDE = mp.mpf("1e-20")
-"""Relative distance of the neighbours: far above quadruple rounding, and linear up to amplifications of 1e16."""
+"""Relative distance of the neighbours: far above quadruple rounding, and in the linear range up to amplifications of 1e16."""
 
 RESOLVED = 1e-11
-"""Part of the largest growth above which that of another direction is not lost in rounding."""
+"""Fraction of the largest growth above which the growth in another direction is not lost in rounding."""
 
 LOST = 0.01
-"""A motion is lost once an error is this part of it; no run can follow once the rounding of one of its states alone has become so much."""
+"""A motion is lost once an error is this fraction of it. No run can follow once the rounding of a single state has grown as much."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Growth:
 
         A(t, s) = max |S^-1 dx(t)| / |S^-1 dx(s)|      S = diag(max |q|, max |p|), or max |y|
 
-    Perturbations of a constrained problem are along the manifold, and those of a Poisson system any.
+    Perturbations of a constrained problem are along the manifold; those of a Poisson system are arbitrary.
     """
 
     start: Array
@@ -39,14 +39,14 @@ class Growth:
 
 
 def amplification(computations: Computations, certified: Certified) -> Growth:
-    """Return how much perturbations grow, from neighbours in quadruple precision, one for each direction.
+    """Return the growth of perturbations, from neighbours in quadruple precision, one for each direction.
 
-    The rounding of a state on the way grows from there, which where a motion converges again is more than from the start.
+    The rounding of an intermediate state grows from there. If the motion converges again, this is more than the growth from the start.
 
     Parameters
     ----------
     computations : Computations
-        The motion, and the way to its neighbours.
+        The motion and its neighbours.
     certified : Certified
         Its certified part.
     """
@@ -64,7 +64,7 @@ def amplification(computations: Computations, certified: Certified) -> Growth:
 def growth(C: Array) -> Growth:
     """Return the growth from columns of a tangent map, shape(n, size, directions), orthonormal at the start.
 
-    Directions that have shrunk to below 1e-11 of the largest are beyond what C resolves and are left out.
+    Directions that have shrunk to below 1e-11 of the largest are not resolved by C and are left out.
     """
     back = np.linalg.pinv(C, rcond=RESOLVED)
     start = np.linalg.norm(C, ord=2, axis=(1, 2))

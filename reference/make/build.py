@@ -1,4 +1,4 @@
-"""One command from a problem's definition to a stored reference; what was interrupted goes on where it stopped."""
+"""From a problem's definition to a stored reference, by one command; an interrupted build continues where it stopped."""
 
 import hashlib
 import json
@@ -26,7 +26,7 @@ from daebench.reference.make.stages import KEPT_DIGITS, Stages, alone
 from daebench.systems.files.package import folder
 
 T_END, SPACING = 100, 8
-"""Last output, s, and outputs a second: each time is exact in double precision."""
+"""Last output, s, and outputs per second: each time is exact in double precision."""
 
 MOST = 100_000
 """Most outputs."""
@@ -52,28 +52,28 @@ def build(
     name : str
         PROBLEM-CASE.
     folder : Path, optional
-        Where it is kept; by default with the user's own, see :func:`daebench.reference.keep.places.own_folder`.
+        Folder for the reference; by default that of the user's own, see :func:`daebench.reference.keep.places.own_folder`.
     t_end : float
-        Last output, s; the horizon may come before.
+        Last output, s; the horizon may be earlier.
     spacing : int
-        Outputs a second, a power of two, so that every time is exact in double precision.
+        Outputs per second, a power of two, so that every time is exact in double precision.
     overwrite : bool
-        Whether it may take the place of one that is there.
+        Whether an existing reference may be replaced.
     progress : callable, optional
-        Told the fraction done and what is being done.
+        Called with the completed fraction and the present activity.
 
     Raises
     ------
     BadInput
         If the problem or case does not exist, heyoka is missing, a number is not valid, or the reference exists already.
     NotCertified
-        If the certification fails; the reference that was there stays.
+        If the certification fails; an existing reference is not changed.
     """
     definition = _defined(name)
     library()
     times = _times(t_end, spacing)
     if (where := taken(name, folder)) and not overwrite:
-        raise BadInput(f"{name} is in {where} already; say that it shall be overwritten, or name another folder for the new one.")
+        raise BadInput(f"{name} exists in {where} already; allow it to be overwritten, or name another folder for the new one.")
     folder = folder or own_folder()
     done = progress or (lambda fraction, doing: None)
     begun: list[str] = []
@@ -95,16 +95,16 @@ def build(
 
 
 def taken(name: str, folder: Path | None = None) -> Path | None:
-    """Return the folder that has a reference of this name already, if the one has that it would be built in.
+    """Return the folder that already has a reference of this name, if it is the one in which it would be built.
 
     Raises
     ------
     BadInput
-        If the name is a path, or daebench has this reference and no folder is named: another one would never be found.
+        If the name is a path, or the reference belongs to daebench and no folder is named, so that a second one would never be found.
     """
     require_name(name)
     if folder is None and name in names(DATA):
-        raise BadInput(f"{name} comes with daebench; to build it anew, name a folder for it, by --out DIR.")
+        raise BadInput(f"{name} comes with daebench; to build it again, name a folder for it with --out DIR.")
     where = folder or own_folder()
     return where if where.is_dir() and name in names(where) else None
 
@@ -113,17 +113,17 @@ def _defined(name: str) -> Definition:
     require_name(name)
     problem, dash, case = name.partition("-")
     if not dash:
-        raise BadInput(f"{name} is not a name of a reference; it is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")
+        raise BadInput(f"{name} is not a name of a reference, which is PROBLEM-CASE, for example spherical_pendulum-fig1.2.")
     return define(problem, case)
 
 
 def _stages(definition: Definition) -> int:
-    """Return how many stages there are at most: five motions, one for each direction, and six runs of IDA in each formulation."""
+    """Return the largest number of stages: five motions, one for each direction, and six runs of IDA in each formulation."""
     return 5 + len(mathematics(definition).directions.T) + 6 * len(ida_names(definition.ivp))
 
 
 def _code(problem: str) -> list[str]:
-    """Return digests of the problem's file and of the files here: what was made by other code is not used."""
+    """Return digests of the problem's file and of the files here; results of other code are not reused."""
     return [
         find_problem(problem).digest,
         *(hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder("daebench.reference").rglob("*.py"))),
@@ -139,7 +139,6 @@ def _times(t_end: float, spacing: int) -> list[Any]:
     if not (math.isfinite(n) and n == int(n) and FEWEST <= n <= MOST):
         after = math.ceil(min(max(n, FEWEST), MOST)) / spacing if math.isfinite(n) else FEWEST / spacing
         raise BadInput(
-            f"t_end = {t_end:g} must be {FEWEST} to {MOST} whole outputs, of which there are {spacing} a second; "
-            f"give {after!r}, or another spacing."
+            f"t_end = {t_end:g} must be {FEWEST} to {MOST} whole outputs at {spacing} per second; give {after!r}, or another spacing."
         )
     return [mp.mpf(k) / spacing for k in range(int(n) + 1)]

@@ -1,4 +1,4 @@
-"""From a definition to certified digits: the reference, a second run of it, an independent one, and the bound that they leave."""
+"""From a definition to certified digits: the reference, a second run of it, an independent one, and the resulting bound."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,48 +12,48 @@ from daebench.reference.make.independent_computations import Computations, State
 from daebench.runs.ivp import Array
 
 WORK_DIGITS, MORE_DIGITS = 50, 70
-"""Decimal digits in which closed forms are worked out, and those of the second run of them."""
+"""Decimal digits with which closed forms are evaluated, first and a second time."""
 
 STORED_DIGITS = 34
 """Significant digits of every stored number."""
 
 SAFETY = 10.0
-"""The bound is so many times the largest difference seen so far."""
+"""Ratio of the bound to the largest difference so far."""
 
 AGAIN: dict[str, Any] = {"tolerance": "1e-33", "parts": 3}
-"""What the second run does differently: runs of the same order with the same steps have the same rounding."""
+"""Options of the second run. With the same order and the same steps it would have the same rounding."""
 
 AGREEMENT = 100.0
-"""An independent motion may be so many times further away than a second run: that run is one sample of the rounding of both, and a
-mistake in the equations would be larger by many orders."""
+"""Ratio by which an independent motion may differ more than a second run, which is only one sample of the rounding of both. A
+mistake in the equations would cause a larger difference by many orders of magnitude."""
 
 WORTH = 1e-17
-"""A reference ends where its bound exceeds this part of the largest number of a part, such as a position: it has all digits of a double."""
+"""Bound at which a reference ends, as a fraction of the largest number of a part, such as a position: all digits of a double are known."""
 
 ROUNDING = 1e-33
-"""Part of the largest modulus that rounding to 34 digits, or to quadruple precision a few times, may make up."""
+"""Error of rounding to 34 digits, or to quadruple precision a few times, as a fraction of the largest modulus."""
 
 FLOOR = 1e-30
-"""Part of the largest modulus that an independent motion may always be away: a way into other coordinates and out of them, such as the
-roots of an exponential less one, may cancel three digits at once, before any error grows."""
+"""Fraction of the largest modulus by which an independent motion may always differ. The maps into other coordinates and back, such as the
+roots of an exponential minus one, may cancel three digits at once, before any error grows."""
 
 SINGULAR = 1e-6
-"""Smallest singular value of G H_pp G^T, as a part of the largest one met, below which a definition is refused."""
+"""Smallest singular value of G H_pp G^T, as a fraction of the largest one along the motion, below which a definition is refused."""
 
 BARELY = 1e-10
-"""The same for outputs of a motion that may pass rank loss: multipliers keep five digits of a double there."""
+"""The same for outputs of a motion that may pass a rank loss; multipliers still have five digits of a double there."""
 
 FEWEST = 8
-"""Fewest outputs before the horizon that make a reference."""
+"""Smallest number of outputs before the horizon in a reference."""
 
 
 class NotCertified(RunFailed):
-    """A definition whose certification failed; the message says at what."""
+    """A definition whose certification failed; the message gives the reason."""
 
 
 @dataclass(frozen=True)
 class Certified:
-    """Digits and what is known of their errors, up to the horizon.
+    """Digits and their error bounds, up to the horizon.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Certified:
     method : str
         How the reference solution was made.
     checks : list of dict
-        What it was held against, and the largest difference.
+        Computations with which it was compared, and the largest differences.
     """
 
     t: list[Any]
@@ -79,17 +79,17 @@ class Certified:
 def certify(computations: Computations) -> Certified:
     """Return the certified digits of a definition.
 
-    Where the problem has a closed form, that is the reference solution: worked out with 50 digits, a second time with 70, and held against
-    the Taylor series in the problem's own coordinates, or in its chart where the motion may pass rank loss, from which it must be no
-    further than that series is uncertain. Else the Taylor series is the reference solution, run a second time with other steps. Both are
-    held against the series in other coordinates where there are some: the chart of a constrained problem without a closed form, or
-    velocities along the manifold where it has none or a long one; the
-    canonical coordinates of a Poisson system, else the constrained system above it, else skewed ones.
+    If the problem has a closed form, this is the reference solution: evaluated with 50 digits, a second time with 70, and compared with
+    the Taylor series in the problem's own coordinates, or in its chart if the motion may pass a rank loss. The difference must not exceed
+    the uncertainty of that series. Otherwise the Taylor series is the reference solution, run a second time with other steps. Both are also
+    compared with the series in other coordinates if there are any: for a constrained problem without a closed form its chart, or
+    velocities along the manifold if it has no chart or a long one; for a Poisson system its
+    canonical coordinates, otherwise the constrained system that is mapped to it, otherwise skewed ones.
 
     Raises
     ------
     NotCertified
-        If there is no second way to the motion, an independent motion disagrees, G loses rank, or nothing is left.
+        If there is no second way to compute the motion, an independent motion disagrees, G loses rank, or too few outputs remain.
     """
     made, name = computations.mathematics, computations.definition.name
     if not made.closed_form and made.other is None:
@@ -116,7 +116,7 @@ def certify(computations: Computations) -> Certified:
 def largest_so_far(
     deviations: Sequence[Mapping[str, Array]], states: States, *, safety: float = SAFETY, floor: float = ROUNDING
 ) -> dict[str, Array]:
-    """Return ten times the largest difference of each component up to each time, and what rounding to the floor makes of it."""
+    """Return ten times the largest difference of each component up to each time, plus the rounding at the floor."""
     largest = sizes(states)
 
     def bound(part: str) -> Array:
@@ -128,19 +128,19 @@ def largest_so_far(
 
 def _require_agreement(name: str, times: Sequence[Any], deviation: Mapping[str, Array], allowed: Mapping[str, Array], what: str) -> None:
     for part in deviation:
-        allowed_here = allowed[part].max(axis=1)  # a component may lie still in one motion by symmetry and not in the other
+        allowed_here = allowed[part].max(axis=1)  # a component may be constant by symmetry in one motion but not in the other
         found_here = deviation[part].max(axis=1)
         wrong = np.flatnonzero(~(found_here <= allowed_here))
         if wrong.size:
             k = wrong[0]
             raise NotCertified(
                 f"{name} was not certified: at t = {mp.nstr(times[k], 9)} the {what} differs in {part} by {found_here[k]:.2g}, "
-                f"and at most {allowed_here[k]:.2g} is explained by its own error; see which of the two is wrong."
+                f"but its own error explains at most {allowed_here[k]:.2g}; find out which of the two is wrong."
             )
 
 
 def _cut(computations: Computations, reference: States, method: str, others: Mapping[str, States]) -> Certified:
-    """Return what lies before the horizon, with the bound that the other motions leave."""
+    """Return the part before the horizon, with the bound from the other motions."""
     bound = largest_so_far([differences(reference, motion) for motion in others.values()], reference)
     largest, n = sizes(reference), len(reference.rows)
     for part, values in bound.items():
@@ -159,12 +159,12 @@ def _largest(reference: States, other: States) -> dict[str, float]:
 
 
 def smallest_singular_values(name: str, computations: Computations, certified: Certified) -> Array:
-    """Return the smallest singular value of what must not lose rank, G H_pp G^T, at each time.
+    """Return the smallest singular value of G H_pp G^T, which must not lose rank, at each time.
 
     Raises
     ------
     NotCertified
-        If it falls below a millionth of its largest, or where rank loss may be passed, is next to nothing at an output.
+        If it falls below a millionth of its largest value, or, for a motion that may pass a rank loss, is almost zero at an output.
     """
     made = computations.mathematics
     least, advice = (BARELY, "choose another distance of outputs") if made.crosses else (SINGULAR, "end the reference before")

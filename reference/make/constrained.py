@@ -1,4 +1,4 @@
-"""The mathematics of a constrained problem for certification: HLW (1.18), the chart, constraints and multipliers."""
+"""Mathematics of a constrained problem for certification: HLW (1.18), the chart, constraints and multipliers."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,7 +23,7 @@ from daebench.systems.constrained import Chart
 from daebench.systems.definition_parts import extent
 
 LONG = 10_000
-"""Operations of a chart, written out, above which velocities along the manifold take its place: SymPy takes two minutes for the
+"""Number of operations of a written-out chart above which velocities along the manifold are used instead: SymPy takes two minutes for the
 derivatives of 125 000, and seconds for those of 3000."""
 
 
@@ -52,12 +52,12 @@ class Constrained:
 
     @property
     def regular(self) -> str:
-        """What must not lose rank."""
+        """The matrix that must not lose rank."""
         return f"G M^-1 G^T{' of independent combinations of constraints' if self.redundant else ''}"
 
     @property
     def series(self) -> str:
-        """What the Taylor series in the first coordinates is, in words."""
+        """Description of the Taylor series in the first coordinates."""
         return f"Taylor series {f'in {Local.name}' if self.crosses else 'of HLW (1.18)'} in quadruple precision"
 
     @property
@@ -67,12 +67,12 @@ class Constrained:
 
     @cached_property
     def first(self) -> Own | Local:
-        """The index-reduced equation in q and p, or the problem's chart where G may lose rank, for lam(p, q) stands in that equation."""
+        """The index-reduced equation in q and p; or the problem's chart if G may lose rank, because that equation contains lam(p, q)."""
         return Local(self.definition) if self.crosses else Own(own_coordinates(self.independent))
 
     @cached_property
     def other(self) -> Local | Along | None:
-        """The problem's chart where it is short, else velocities along the manifold; none where there is a closed form."""
+        """The problem's chart if it is short, otherwise velocities along the manifold; none if there is a closed form."""
         if self.closed_form:
             return None
         chart = self.definition.problem.chart
@@ -93,13 +93,13 @@ class Constrained:
         return [[*q0, *p0], *([*q, *p] for q, p in (form(t, q0, p0, values) for t in times[1:]))]
 
     def parts(self, x: Vector) -> dict[str, Vector]:
-        """Return q, p and the multipliers lam(p, q), HLW (1.12), those of least norm where constraints are redundant."""
+        """Return q, p and the multipliers lam(p, q), HLW (1.12); those of least norm if constraints are redundant."""
         q, p = self._split(x)
         lam = self._of_independent.lam(q, p)
         return {"q": q, "p": p, "lam": self._of_least_norm(q, lam) if self.redundant else lam}
 
     def _of_least_norm(self, q: Vector, nu: Vector) -> Vector:
-        """Return the multipliers of all constraints with the same forces as those of independent combinations of them.
+        """Return the multipliers of all constraints that give the same forces as those of independent combinations of them.
 
         ::
 
@@ -117,7 +117,7 @@ class Constrained:
         return quantities | {name: [value] for name, value in integrals}
 
     def smallest_singular_value(self, x: Vector) -> float:
-        """Return that of G H_pp G^T."""
+        """Return the smallest singular value of G H_pp G^T."""
         return self._of_independent.smallest_singular_value(*self._split(x))
 
     def _split(self, x: Vector) -> tuple[Vector, Vector]:

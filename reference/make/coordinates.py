@@ -1,4 +1,4 @@
-"""Coordinates in which a Taylor series is made, and the way there and back."""
+"""Coordinates for Taylor series, with the map into them and its inverse."""
 
 from typing import Protocol
 
@@ -11,7 +11,7 @@ class Coordinates(Protocol):
 
     @property
     def name(self) -> str:
-        """What they are, in words that follow "in"."""
+        """Description that can follow "in"."""
 
     @property
     def equations(self) -> Equations:
@@ -25,7 +25,7 @@ class Coordinates(Protocol):
 
 
 class Own:
-    """The problem's own coordinates: nothing to be done on the way.
+    """The problem's own coordinates, for which both maps are the identity.
 
     Parameters
     ----------

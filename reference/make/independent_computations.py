@@ -1,4 +1,4 @@
-"""The same motion made in several ways: closed form, Taylor series in the first coordinates, and in others."""
+"""Several computations of the same motion: closed form, Taylor series in the first coordinates, and in others."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,19 +18,19 @@ from daebench.reference.make.taylor import integrated
 from daebench.runs.ivp import Array
 
 PIECES = 8
-"""How often from output to output velocities along the manifold are chosen anew: a crank may turn by more than 90 degrees meanwhile."""
+"""Number of times from output to output that velocities along the manifold are chosen anew: a crank may turn by more than 90 degrees."""
 
 
 @dataclass(frozen=True)
 class States:
-    """States as mpmath numbers, one row a time; what is derived from them is worked out when asked for."""
+    """States as mpmath numbers, one row for each time; derived quantities are computed when they are asked for."""
 
     rows: Rows
     mathematics: Mathematics
 
     @cached_property
     def parts(self) -> dict[str, Rows]:
-        """The rows of each part by its name, multipliers, HLW (1.12), included."""
+        """The rows of each part by its name, including multipliers, HLW (1.12)."""
         states = [self.mathematics.parts(row) for row in self.rows]
         return {part: [state[part] for state in states] for part in states[0]}
 
@@ -44,16 +44,16 @@ Keep = Callable[[str, Callable[[], Rows]], Rows]
 
 
 class Computations:
-    """The same motion made in several ways, at the same times.
+    """Several computations of the same motion, at the same times.
 
     Parameters
     ----------
     definition : Definition
-        What moves.
+        The definition.
     times : sequence of mpmath number
         Output times, the first 0.
     keep : callable
-        Keeps the rows of each stage.
+        Stores the rows of each stage.
     """
 
     def __init__(self, definition: Definition, times: Sequence[Any], keep: Keep) -> None:
@@ -61,7 +61,7 @@ class Computations:
         self.mathematics = mathematics(definition)
 
     def closed_form(self, digits: int) -> States:
-        """Return the problem's closed form, worked out with so many digits."""
+        """Return the problem's closed form, evaluated with this many digits."""
 
         def make() -> Rows:
             with mp.workdps(digits):
@@ -70,7 +70,7 @@ class Computations:
         return self._states(self.keep(f"closed-form-{digits}", make))
 
     def own(self, shift: Sequence[Any] | None = None, stage: str = "taylor", **options: Any) -> States:
-        """Return the Taylor series from the start or beside it, made with the options of :func:`integrated`."""
+        """Return the Taylor series from the start or from a point near it, computed with the options of :func:`integrated`."""
 
         def make() -> Rows:
             start = self._start()
@@ -80,7 +80,7 @@ class Computations:
         return self._states(self.keep(stage, make))
 
     def other(self) -> States:
-        """Return the Taylor series in other coordinates, which there must be."""
+        """Return the Taylor series in other coordinates, which must exist."""
 
         def make() -> Rows:
             other = self.mathematics.other

@@ -15,18 +15,18 @@ from daebench.systems.extended import force, hamiltonian
 
 
 class Local:
-    """Equations in the chart y = (eta, xi) of a definition whose positions depend on xi alone, and the way there and back.
+    """Equations in the chart y = (eta, xi) of a definition whose positions depend only on xi, with the map into it and its inverse.
 
     ::
 
         X^T J X y' = grad K      X = chi'(y)      K = H(chi(y))      X^T J X = [[0, A], [-A^T, C]]
         A xi' = K_eta            A^T eta' = C xi' - K_xi + q_xi^T F
 
-    Where eta are the rates of xi, A is the mass matrix of the motion in xi, symmetric and definite, and is eliminated without pivoting.
-    Else a pivot may vanish along the motion, and the columns of A are orthogonalised.
+    If eta are the rates of xi, A is the mass matrix of the motion in xi, symmetric and definite, and is eliminated without pivoting.
+    Otherwise a pivot may vanish along the motion, and the columns of A are orthogonalised.
 
-    Neither constraints nor multipliers enter, so that an error in them shows against (1.18). F are forces without potential, where there
-    are some.
+    Neither constraints nor multipliers are used, so a comparison with (1.18) reveals an error in them. F are forces without a potential,
+    if there are any.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Local:
         self.chart = chart
         if set(chart.eta) & sp.Matrix(list(chart.q)).free_symbols:
             raise BadInput(
-                f"the chart of {definition.ivp.problem} has positions that depend on eta; certification needs them to depend on xi alone."
+                f"the chart of {definition.ivp.problem} has positions that depend on eta; certification needs them to depend on xi only."
             )
 
     @cached_property
@@ -75,7 +75,7 @@ class Local:
         return list(zip(y, [*turned, *rates], strict=True))
 
     def _pushed(self, say: Translation, P: sp.Matrix, Q: sp.Matrix, velocity: Sequence[Any]) -> list[Any]:
-        """Return q_xi^T F at these positions, momenta and velocities, an expression for each of xi; None where there are no forces."""
+        """Return q_xi^T F at these positions, momenta and velocities, one expression for each of xi; None if there are no forces."""
         xi, own = list(self.chart.xi), self.own.problem
         if not self.definition.ivp.facts.FORCED:
             return [None] * len(xi)
@@ -86,7 +86,7 @@ class Local:
         return [say(entry) for entry in Q.jacobian(xi).T * F]
 
     def _symmetric(self, A: sp.Matrix) -> bool:
-        """Return whether A is symmetric, at a place where nothing is so by chance."""
+        """Return whether A is symmetric, tested at a point without accidental symmetry."""
         place = {x: sp.Rational(k, 17) for k, x in enumerate([*self.chart.eta, *self.chart.xi], 2)}
         numbers = sp.N(A.subs(place), 30)
         return bool(sp.N((numbers - numbers.T).norm()) < 1e-20 * sp.N(numbers.norm()))

@@ -1,4 +1,4 @@
-"""Functions of a problem of either kind that certification evaluates; states are flat lists here, parts one after the other."""
+"""Functions of a problem of either kind that certification evaluates. States are flat lists here, with one part after another."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -15,21 +15,21 @@ class Mathematics(Protocol):
     """One definition at mpmath's working precision, and its equations in quadruple precision."""
 
     zero: tuple[str, ...]
-    """Conserved quantities that vanish; of the others the start has the value."""
+    """Conserved quantities that vanish; the others have their value at the start."""
 
     crosses: bool
-    """Whether it may do so all the same, for nothing but what is derived from the state goes through it."""
+    """Whether it may still lose rank, because only functions derived from the state use it."""
 
     perturbations: str
-    """What ``directions`` are, in words."""
+    """Description of ``directions``."""
 
     @property
     def regular(self) -> str:
-        """What must not lose rank along the motion; "" if nothing can."""
+        """The matrix that must not lose rank along the motion; "" if there is none."""
 
     @property
     def series(self) -> str:
-        """What the Taylor series in the first coordinates is, in words."""
+        """Description of the Taylor series in the first coordinates."""
 
     @property
     def closed_form(self) -> bool:
@@ -37,15 +37,15 @@ class Mathematics(Protocol):
 
     @property
     def first(self) -> Coordinates:
-        """The coordinates in which the motion is made: the problem's own, or where G may lose rank those of its chart."""
+        """The coordinates in which the motion is computed: the problem's own, or those of its chart if G may lose rank."""
 
     @property
     def other(self) -> Coordinates | None:
-        """The coordinates in which the motion is made a second time, if there are any."""
+        """The coordinates in which the motion is computed a second time, if there are any."""
 
     @property
     def directions(self) -> Array:
-        """A basis of the perturbations of the start that are let grow, one a column."""
+        """A basis of the perturbations of the start whose growth is computed, one per column."""
 
     def exact(self, times: Sequence[Any]) -> Rows:
         """Return the closed form at times, the first 0."""
@@ -54,10 +54,10 @@ class Mathematics(Protocol):
         """Return all parts of a row by name."""
 
     def conserved(self, x: Vector) -> dict[str, Vector]:
-        """Return by name what does not change along the motion."""
+        """Return the conserved quantities by name."""
 
     def smallest_singular_value(self, x: Vector) -> float:
-        """Return that of what must not lose rank."""
+        """Return the smallest singular value of the matrix that must not lose rank."""
 
 
 KINDS: dict[str, type[Constrained] | type[Poisson]] = {"constrained": Constrained, "poisson": Poisson}

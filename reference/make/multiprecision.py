@@ -1,4 +1,4 @@
-"""A problem's functions in mpmath numbers: what a certificate says of energy, constraints, multipliers and rank."""
+"""A problem's functions in mpmath numbers, for the energy, constraints, multipliers and rank in a certificate."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -15,7 +15,7 @@ from daebench.reference.make.stages import Vector
 class Functions:
     """H, g, G H_p, first integrals, lam and G H_pp G^T of one definition, at mpmath's working precision.
 
-    They are made from the same expressions as everything else and evaluated by mpmath alone, without the compiled functions.
+    They are made from the same expressions as all other functions, but evaluated by mpmath only, without compiled code.
 
     Parameters
     ----------
@@ -82,14 +82,14 @@ class Functions:
         return G * self._H_pp(*q, *p) * G.T if self.own.explicit else G * self._inverse_mass(q) * G.T
 
     def _inverse_mass(self, q: Vector) -> Any:
-        """Return M^-1, shape(d, d), in which the time, which has no mass, has no part."""
+        """Return M^-1, shape(d, d), with 0 for the time, which has no mass."""
         inverse = mp.inverse(self._M(*q))
         if self.in_time:
             inverse[inverse.rows - 1, inverse.cols - 1] = 0
         return inverse
 
     def lam(self, q: Vector, p: Vector) -> Vector:
-        """Return lam(p, q), shape(m,), from HLW (1.12): what is left of the second derivative of g without it is G H_pp G^T lam.
+        """Return lam(p, q), shape(m,), from HLW (1.12): G H_pp G^T lam equals the second derivative of g without the multiplier term.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Functions:
             return list(mp.lu_solve(self.schur(q, p), rest))
         except ZeroDivisionError:
             where = ", ".join(mp.nstr(x, 9) for x in q)
-            raise RunFailed(f"G M^-1 G^T is singular at q = ({where}): there are no multipliers; choose times that miss it.") from None
+            raise RunFailed(f"G M^-1 G^T is singular at q = ({where}): there are no multipliers; choose other times.") from None
 
     def smallest_singular_value(self, q: Vector, p: Vector) -> float:
         """Return the smallest singular value of G H_pp G^T."""

@@ -1,4 +1,4 @@
-"""The mathematics of a Poisson system for certification: y' = B(y) grad H(y), other coordinates, energy and Casimir functions."""
+"""Mathematics of a Poisson system for certification: y' = B(y) grad H(y), other coordinates, energy and Casimir functions."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -42,13 +42,13 @@ class Poisson:
 
     @cached_property
     def first(self) -> Own:
-        """The equations in y as the problem has them."""
+        """The equations in y of the problem itself."""
         system = self.definition.problem
         return Own(hamiltonian(self.definition, list(system.y), sp.Matrix(system.B), system.H))
 
     @cached_property
     def other(self) -> Canonical | Lifted | Skewed:
-        """Canonical coordinates where the problem declares them, else the constrained system above it, else skewed ones."""
+        """Canonical coordinates if the problem declares them, else the constrained system that is mapped to it, else skewed ones."""
         system = self.definition.problem
         if system.darboux is not None:
             return Canonical(self.definition)
@@ -56,7 +56,7 @@ class Poisson:
 
     @cached_property
     def directions(self) -> Array:
-        """All directions, for rounding keeps no Casimir function; shape(n, n)."""
+        """All directions, because rounding does not preserve Casimir functions; shape(n, n)."""
         return np.eye(self.definition.problem.n)
 
     def exact(self, times: Sequence[Any]) -> Rows:

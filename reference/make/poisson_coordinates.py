@@ -15,7 +15,7 @@ from daebench.runs.make_ivp import make_ivp
 
 
 def compiled(definition: Definition, arguments: Sequence[sp.Symbol], expressions: Sequence[Any]) -> Callable[..., Vector]:
-    """Return expressions with the parameters' values as a function of mpmath numbers that returns a list."""
+    """Return expressions, with the parameters' values inserted, as a function of mpmath numbers that returns a list."""
     return sp.lambdify(list(arguments), definition.settled(expressions), modules="mpmath")  # type: ignore[no-any-return]
 
 
@@ -48,7 +48,7 @@ class Canonical:
 
 
 class Lifted:
-    """The constrained system above a Poisson system: its index-reduced equation, HLW (1.18), and the map of its states to y."""
+    """The constrained system that is mapped to a Poisson system: its index-reduced equation, HLW (1.18), and the map of its states to y."""
 
     def __init__(self, definition: Definition) -> None:
         self.definition, self.lift = definition, definition.problem.lift
@@ -67,7 +67,7 @@ class Lifted:
         return own_coordinates(Definition(make_ivp(source, case, parameters), {}))
 
     def entered(self, x: Vector) -> Vector:
-        """Return q and p of a state above y."""
+        """Return a state q and p that is mapped to y."""
         return compiled(self.definition, self.definition.problem.y, [*self.lift.q, *self.lift.p])(*x)
 
     def left(self, rows: Rows) -> Rows:

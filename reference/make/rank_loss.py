@@ -1,4 +1,4 @@
-"""Times of rank loss along a motion: zeros of the smallest singular value of G H_pp G^T, by the closed form."""
+"""Times of rank loss along a motion: zeros of the smallest singular value of G H_pp G^T, from the closed form."""
 
 from collections.abc import Callable
 
@@ -9,14 +9,14 @@ from daebench.reference.make.mathematics import Mathematics
 from daebench.runs.ivp import Array
 
 DIGITS = 30
-"""Decimal digits of the states that are looked at."""
+"""Decimal digits of the examined states."""
 
 VANISHED = 1e-12
-"""A smallest singular value below this part of the largest one met has vanished: it has a zero of second order, and rounding of its own."""
+"""Fraction of the largest smallest singular value below which it counts as zero. It has a double zero, and is subject to rounding."""
 
 NARROWINGS = 20
-"""Golden sections of the time between three outputs: to 7e-5 of it, over which the square root of the smallest singular value is two
-straight lines that meet at zero."""
+"""Number of golden sections of the time between three outputs. The final interval is 7e-5 of it; there the square root of the smallest
+singular value consists of two straight lines that meet at zero."""
 
 GOLDEN = (5**0.5 - 1) / 2
 
@@ -24,8 +24,8 @@ GOLDEN = (5**0.5 - 1) / 2
 def rank_losses(made: Mathematics, t: Array, singular: Array) -> list[float]:
     """Return the times of rank loss, s, to nine digits.
 
-    Each is looked for on both sides of an output at which the smallest singular value is not above its neighbours', so that outputs must
-    be close enough to have one between two losses.
+    Each is searched for on both sides of an output at which the smallest singular value is not above that of its neighbours. Outputs must
+    therefore be close enough to have one between two losses.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def rank_losses(made: Mathematics, t: Array, singular: Array) -> list[float]:
 
 
 def _lowest(f: Callable[[float], float], a: float, b: float) -> float:
-    """Return where a function of two almost straight lines that meet at zero between a and b does so."""
+    """Return the zero between a and b of a function that consists of two almost straight lines that meet there."""
     x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
     f_x, f_y = f(x), f(y)
     for _ in range(NARROWINGS):

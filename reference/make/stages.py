@@ -1,4 +1,4 @@
-"""The stages of a long piece of work, each kept as a file until all are done: what was interrupted goes on where it stopped."""
+"""Stages of a long computation, each stored in a file until all are done: an interrupted computation continues where it stopped."""
 
 import json
 import shutil
@@ -16,12 +16,12 @@ Vector = list[Any]
 Rows = list[Vector]
 
 KEPT_DIGITS = 60
-"""Digits that numbers keep between stages: more than any difference is measured to."""
+"""Digits of numbers stored between stages, more than any difference needs."""
 
 
 @contextmanager
 def alone(path: Path, name: str) -> Iterator[None]:
-    """Hold a lock on a file, which vanishes with this process, while a reference is built.
+    """Hold a lock on a file while a reference is built; it vanishes with this process.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def alone(path: Path, name: str) -> Iterator[None]:
     import fcntl
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a") as file:  # nothing is lost where it is a link to another file
+    with path.open("a") as file:  # a file that it may link to is not changed
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -43,16 +43,16 @@ def alone(path: Path, name: str) -> Iterator[None]:
 
 
 class Stages:
-    """Results of the stages of a build, kept in a folder until the reference is stored.
+    """Results of the stages of a build, stored in a folder until the reference is complete.
 
     Parameters
     ----------
     folder : Path
-        Where they are kept.
+        Folder of the results.
     key : str
-        What they belong to; those of another key are thrown away.
+        Identity of the build; results with another key are deleted.
     told : callable
-        Told the name of a stage that begins.
+        Called with the name of each stage that begins.
     """
 
     def __init__(self, folder: Path, key: str, told: Callable[[str], None]) -> None:
@@ -64,7 +64,7 @@ class Stages:
             mark.write_text(key, encoding="ascii")
 
     def record(self, stage: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """Return what a stage gives, from the folder if it is there."""
+        """Return the result of a stage, from the folder if it is there."""
         path = self.folder / f"{stage}.json"
         try:
             return dict(json.loads(path.read_text(encoding="ascii")))
@@ -75,7 +75,7 @@ class Stages:
         return dict(json.loads(path.read_text(encoding="ascii")))
 
     def rows(self, stage: str, make: Callable[[], Rows]) -> Rows:
-        """Return rows of mpmath numbers that a stage gives."""
+        """Return the rows of mpmath numbers of a stage."""
 
         def spelled() -> dict[str, Any]:
             return {"rows": [[mp.nstr(x, KEPT_DIGITS) for x in row] for row in make()]}

@@ -1,4 +1,4 @@
-"""Taylor series in quadruple precision by heyoka: motion that no formulation, scheme or solver of ours has a part in."""
+"""Taylor series in quadruple precision by heyoka: motions computed independently of all our formulations, schemes and solvers."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from daebench.methods.solvers.quadruple import library, multiple, quad
 from daebench.methods.solvers.taylor_equations import Equations
 
 MOST_STEPS = 100_000
-"""Most steps from output to output."""
+"""Largest number of steps from output to output."""
 
 
 class Piecewise(Protocol):
@@ -22,7 +22,7 @@ class Piecewise(Protocol):
         """Return the unknowns at an output, and the parameters of the equations up to the next one."""
 
     def ended(self, x: list[Any], parameters: list[Any]) -> list[Any]:
-        """Return what is stored of unknowns at the next output."""
+        """Return the stored form of the unknowns at the next output."""
 
 
 def integrated(
@@ -36,9 +36,9 @@ def integrated(
 ) -> list[list[Any]]:
     """Return the unknowns at ascending times as mpmath numbers, shape(n, unknowns).
 
-    The step never exceeds the distance of outputs: heyoka's step control reads the last two Taylor coefficients, which vanish for
-    symmetric starts at rest, and would take a step that is far too long without a word. Two runs whose steps end at the same times
-    share their rounding, and tell nothing of it.
+    The step never exceeds the distance of outputs. heyoka's step control reads the last two Taylor coefficients, which vanish for
+    symmetric starts at rest; it would then silently take a step that is far too long. Two runs whose steps end at the same times
+    have the same rounding, so their difference does not show it.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def integrated(
     parts : int
         No step is longer than the distance of outputs divided by this.
     pieces : Piecewise, optional
-        Coordinates that are chosen anew at each output, between which rows are passed.
+        Coordinates that are chosen anew at each output; rows pass through them between outputs.
 
     Raises
     ------

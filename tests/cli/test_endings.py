@@ -288,7 +288,7 @@ def test_a_certificate_with_what_is_no_number_is_damaged_and_the_others_are_list
     status, out, err = daebench("reference", "list", "--folder", copied)
     assert (status, err) == (1, "")
     said = " ".join(out.split())
-    assert f"{name}/certificate.json is truncated or altered: it has {number} in the place of a number; restore it" in said
+    assert f"{name}/certificate.json is truncated or altered: it has {number} in place of a number; restore it" in said
     for command in (["show", name], ["verify", name], ["at", "planar_pendulum", "--case", "rotating", "--t", "1"], ["export", name]):
         status, _, err = daebench("reference", *command, "--folder", copied)
         assert status == 1

@@ -57,7 +57,7 @@ def test_files_of_others_are_not_replaced(daebench, tmp_path):
     (tmp_path / "ends.csv").write_text("mine\n", encoding="utf-8")
     status, _, err = daebench(*RUN, "--out", tmp_path)
     assert status == 2
-    assert "ends.csv: the file is there" in err
+    assert "ends.csv: the file exists" in err
     assert (tmp_path / "ends.csv").read_text(encoding="utf-8") == "mine\n"
 
 

@@ -47,7 +47,7 @@ def test_no_command_replaces_the_file_of_another_unasked(daebench, here, one, ot
     assert (status == 2) == collides
     if collides:
         assert contents(here) == before
-        assert f"--out {file}: the file is there, and daebench " in error
+        assert f"--out {file}: the file exists, and daebench " in error
         assert "add --overwrite" in error
         assert daebench(*command, "--out", file, "--overwrite")[0] == 0
         assert contents(here)[file] != before[file]
@@ -64,7 +64,7 @@ def test_a_file_of_nobody_knows_whom_is_kept(daebench, here, name, beside):
         (here / f"{file}.txt").write_text(beside)
     status, _, error = daebench(*command, "--out", file)
     assert status == 2
-    assert "the file is there" in error
+    assert "the file exists" in error
     assert (here / file).read_text() == "my notes"
 
 

@@ -154,7 +154,7 @@ BAD = {
     "method for this kind": (("run", "spherical_pendulum", "--method", "verlet", "--h", "0.1", "--steps", "5"), "is for Poisson systems"),
     "splitting": ((*BODY[:3], "strang@111", *BODY[4:]), "123, 132"),
     "form": (("run", "lotka_volterra", "--method", "darbou:verlet", "--h", "0.1", "--steps", "5"), "did you mean darboux"),
-    "y0 outside": ((*LOTKA, "--steps", "5", "--y0=-1,2"), "outside of its domain u > 0 and v > 0"),
+    "y0 outside": ((*LOTKA, "--steps", "5", "--y0=-1,2"), "outside its domain u > 0 and v > 0"),
     "y0 too long": ((*LOTKA, "--steps", "5", "--y0", "1,2,3"), "2 coordinates"),
     "y0 no number": ((*LOTKA, "--steps", "5", "--y0", "1,x"), "not a finite number"),
     "q0": ((*LOTKA, "--steps", "5", "--q0", "1,2"), "starts from y0; leave out q0"),

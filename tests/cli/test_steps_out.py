@@ -67,7 +67,7 @@ def test_the_file_of_somebody_else_is_kept(daebench, here, ending):
     (here / f"steps.{ending}").write_text("mine")
     status, _, error = daebench(*RUN, "--steps-out", "steps.csv")
     assert status == 2
-    assert f"--steps-out steps.{ending}: the file is there" in error
+    assert f"--steps-out steps.{ending}: the file exists" in error
     assert (here / f"steps.{ending}").read_text() == "mine"
 
 

@@ -193,7 +193,9 @@ def test_a_folder_of_other_things_keeps_its_rights_and_is_trusted_where_others_c
     if trusted:
         assert asked("shared") is True
     else:
-        with pytest.warns(CacheWarning, match=r"can be written to by other users, who could change what is run; compiling in memory"):
+        with pytest.warns(
+            CacheWarning, match=r"can be written to by other users, who could change the code that is run; compiling in memory"
+        ):
             assert asked("shared") is False
     assert mode(kept) == rights
 
@@ -202,7 +204,7 @@ def test_a_folder_of_other_things_keeps_its_rights_and_is_trusted_where_others_c
 def test_a_folder_of_another_user_is_not_used(kept, monkeypatch):
     another = os.geteuid() + 1
     monkeypatch.setattr(sealed.os, "geteuid", lambda: another)
-    with pytest.warns(CacheWarning, match=r"belongs to another user, who could change what is run; compiling in memory"):
+    with pytest.warns(CacheWarning, match=r"belongs to another user, who could change the code that is run; compiling in memory"):
         assert asked("foreign") is False
     assert list(kept.iterdir()) == []
 
@@ -243,7 +245,7 @@ def test_machine_code_that_cannot_be_written_is_said_once_and_the_run_goes_on(ke
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(sealed, "write", full)
-    with pytest.warns(CacheWarning, match=r"cannot keep machine code in .* \(No space left on device\)") as said:
+    with pytest.warns(CacheWarning, match=r"cannot store machine code in .* \(No space left on device\)") as said:
         assert (module.root(3.0), module.root(3j)) == (9.0, -9)
     assert len(said) == 1
 

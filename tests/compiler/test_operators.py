@@ -103,31 +103,31 @@ def test_a_sum_over_stages_is_a_loop_whose_kind_is_known():
 
 
 REFUSED = {
-    "q + nu": "a Vector and a Multiplier are not of one shape",
+    "q + nu": "a Vector and a Multiplier have different shapes",
     "G0 @ nu": "there is no product of Jacobian and Multiplier",
     "G0.T @ q": "there is no product of Jacobian.T and Vector",
     "p * q": "have no such operation",
-    "h + q": "are not of one shape",
-    "h * x": "x is something of unknown kind, which no operator takes; annotate it",
+    "h + q": "have different shapes",
+    "h * x": "x is a value of unknown kind, which no operator takes; annotate it",
     "x + p": "annotate it",
     "x * x": "annotate it",
     "-x": "annotate it",
     "h * K": "K is a tuple, which no operator takes",
     "h * (p, q)": "is a tuple",
     "K * 2": "is a tuple",
-    "k * h": "k is an integer, and no number of the run's type",
-    "k * p": "k is an integer, and no number of the run's type",
-    "sum(K[i] for i in range(STAGES))": "sum adds numbers, and a term is a Vector",
+    "k * h": "k is an integer, not a number of the run's type",
+    "k * p": "k is an integer, not a number of the run's type",
+    "sum(K[i] for i in range(STAGES))": "sum adds numbers, but a term is a Vector",
     "p if h > 0 else nu": "it is a Vector or a Multiplier",
-    "H_p(nu, q)": "nu is a Multiplier, and H_p takes a Vector there",
-    "norm(x)": "there is no norm of something of unknown kind",
+    "H_p(nu, q)": "nu is a Multiplier, but H_p takes a Vector there",
+    "norm(x)": "there is no norm of a value of unknown kind",
     "solve(A, p)": "there is no solve of a Gram, a Vector",
-    "p.T": "stands in a product only",
+    "p.T": "may only appear in a product",
     "A.T": "a Gram has no transpose",
     "V + V": "have no such sum",
     "p ** 2": "have no such operation",
-    "I + A": "the identity and a Gram are not of one shape",
-    "[p]": "no such expressions",
+    "I + A": "the identity and a Gram have different shapes",
+    "[p]": "expressions of this form are not supported in a scheme",
 }
 
 
@@ -155,7 +155,7 @@ def test_a_variable_with_the_name_of_an_operation_is_refused():
 
 def test_a_function_returns_what_its_annotation_says(get_ivp, monkeypatch, tmp_path):
     plant(monkeypatch, tmp_path, "schemes.rattle", "return dp - n, dq, (2 / h**2 * nu", "return dp - n, nu, (2 / h**2 * nu")
-    with pytest.raises(InvalidProblem, match=r"daebench/schemes/rattle\.py, line \d+: .*by its annotation"):
+    with pytest.raises(InvalidProblem, match=r"daebench/schemes/rattle\.py, line \d+: .*its annotation says"):
         FixedStep("rattle", compiled=False).solve(get_ivp("spherical-fast"), Request(value=0.01, steps=1))
 
 
@@ -164,7 +164,7 @@ def test_a_mistake_in_a_scheme_is_one_sentence_when_it_is_run(get_ivp, monkeypat
     with pytest.raises(InvalidProblem) as refusal:
         FixedStep("rattle", compiled=False).solve(get_ivp("spherical-fast"), Request(value=0.01, steps=1))
     assert "schemes/rattle.py, line " in str(refusal.value)
-    assert str(refusal.value).endswith("q0 + nu: a Vector and a Multiplier are not of one shape.")
+    assert str(refusal.value).endswith("q0 + nu: a Vector and a Multiplier have different shapes.")
 
 
 WRONG = """

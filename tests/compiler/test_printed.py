@@ -169,6 +169,6 @@ def test_what_cannot_be_printed_is_refused(daebench):
     )
     assert daebench("show", "planar_pendulum", "--as", "json", "--json") == daebench("show", "planar_pendulum", "--as", "json")
     status, _, err = daebench("show", "ablowitz_ladik", "--as", "c")
-    assert (status, err) == (2, "daebench: the functions of a lattice of 16 sites are loops, and are not written out.\n")
+    assert (status, err) == (2, "daebench: the functions of a lattice of 16 sites are loops and cannot be printed.\n")
     with pytest.raises(BadInput, match="2000 nodes are too many"):
         printed("c", "chain", initial_value_problem("pendulum_chain", parameters={"links": 2000}, consistent=False).source.derivation)

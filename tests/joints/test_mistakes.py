@@ -83,7 +83,7 @@ MISTAKES = {
         lambda: Mechanism(**PLANE | {"ground": {"A": (0, 0), "O": (0, 1)}}),
         "uses one name for two points or directions; rename one",
     ),
-    "both": (lambda: Mechanism(**PLANE | {"ground": {"O": (0, 0, 0)}}), "all of the plane or all of space"),
+    "both": (lambda: Mechanism(**PLANE | {"ground": {"O": (0, 0, 0)}}), "all in the plane or all in space"),
     "gravity": (lambda: Mechanism(**PLANE, gravity=(0, 0, -9)), "gravity has 3 components, but the mechanism has 2 dimensions"),
     "axis": (lambda: Mechanism(**SPACE, joints=[Revolute("rod", "ground", "O")]), "has no axis; give axis=(x, y, z), or use Spherical"),
     "right angle": (

@@ -180,7 +180,7 @@ def test_a_chart_works_with_a_mass_matrix_that_is_not_diagonal():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"xi": ()}, "as many as positions less constraints"),
+        ({"xi": ()}, "positions minus constraints"),
         ({"q": (1,)}, "1 positions and 2 momenta"),
         ({"eta": (sp.Symbol("s", real=True),)}, "used twice"),
         ({"xi": (coordinates(2)[0][0],)}, "rename it"),

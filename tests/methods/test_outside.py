@@ -149,7 +149,7 @@ def test_its_order_is_measured(mine, plain_functions):
     ("words", "sentence"),
     [
         (("bench", "--problem", "spherical_pendulum"), "bench times methods of daebench"),
-        (("precision", "spherical_pendulum"), "precision compares arithmetics of methods of daebench"),
+        (("precision", "spherical_pendulum"), "precision compares kinds of arithmetic for methods of daebench"),
     ],
 )
 def test_commands_on_the_arithmetic_of_daebench_refuse_it_and_do_not_execute_it(folder, daebench, words, sentence):

@@ -56,7 +56,7 @@ def test_a_library_without_the_function_is_refused(library, mine):
         ({"raw": True}, "has no stage multipliers"),
         ({"compensated": True}, "sums over its steps itself"),
         ({"options": {"alpha": 1.0}}, "unknown option of ./mine.py:step"),
-        ({"tol": 1e-3, "h": None}, "is steered by a step size h"),
+        ({"tol": 1e-3, "h": None}, "is controlled by a step size h"),
     ],
 )
 def test_what_code_from_outside_cannot_do_is_refused(mine, settings, sentence):

@@ -145,7 +145,7 @@ def test_a_picture_that_makes_no_sense_is_refused(ivp):
     definition = ivp.source.define()
     x, y = definition.q
     for picture, sentence in (
-        (Picture(masses=[(x, y, 0)], fixed=[(0, 0)]), "all of the plane or all of space"),
+        (Picture(masses=[(x, y, 0)], fixed=[(0, 0)]), "all in the plane or all in space"),
         (Picture(), "needs points"),
         (Picture(masses=[(x, y)], axes=("x",)), "names 1 axes for points with 2 coordinates"),
         (Picture(masses=[(x, definition.p[0])]), "contains p1, which is not a coordinate or parameter"),
@@ -410,7 +410,7 @@ BAD = {
     "folder": ({"--out": "no/a.gif"}, "--out no/a.gif: there is no folder no; make it first."),
     "end": ({"--t-end": "-1"}, "t_end = -1 must be greater than 0."),
     "short": ({"--t-end": "0.01"}, "t_end = 0.01 is less than h = 0.1"),
-    "step": ({"--h": None}, "rattle is steered by a step size h; give one."),
+    "step": ({"--h": None}, "rattle is controlled by a step size h; give one."),
     "both": ({"--seconds": "3", "--speed": "2"}, "leave out one of them."),
     "fps": ({"--fps": "0"}, "fps = 0 must be greater than 0."),
     "many": ({"--fps": "1000"}, "fps = 1000 must be between 1 and 60."),

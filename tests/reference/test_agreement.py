@@ -176,7 +176,7 @@ ROW = ["0.5", "1", "2"]
         ("0,1\n0.5,1\n", "line 1: there is no column t"),
         ("t;q1\n0;1\n", "separated by commas"),
         ("t,x,y\n0,1,2\n", "line 1: there is no component to compare among 't', 'x', 'y'"),
-        ("t,q1,q1\n0,1,2\n", "line 1: column q1 is there twice"),
+        ("t,q1,q1\n0,1,2\n", "line 1: column q1 occurs twice"),
         ("t,q1,q3\n0,1,2\n", "line 1: column q3 is not in planar_pendulum-rotating, which has t, q1, q2, p1, p2, lam1"),
         ("t,q1\n0,1\n\n0.5,1,2\n", "line 4: 3 numbers for the 2 columns of the header"),
         ("t,q1\n0,1\n0.5\n", "line 3: 1 numbers for the 2 columns"),
@@ -209,7 +209,7 @@ def test_what_is_no_text_file_is_refused(references, tmp_path):
             agreement(path, NAME, references)
     binary = tmp_path / "binary.csv"
     binary.write_bytes(bytes(range(128, 256)))
-    with pytest.raises(BadInput, match="is no CSV file"):
+    with pytest.raises(BadInput, match="is not a CSV file"):
         agreement(binary, NAME, references)
 
 

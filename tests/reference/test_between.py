@@ -70,5 +70,5 @@ def test_the_nearest_stored_state_is_where_it_starts_on_either_side(rotating, mo
 
 @pytest.mark.parametrize("t", [-0.1, 4.1, float("nan")], ids=str)
 def test_times_outside_are_refused_with_the_horizon(rotating, t):
-    with pytest.raises(BadInput, match=r"is outside of planar_pendulum-rotating, which reaches from 0 to its horizon at 4\."):
+    with pytest.raises(BadInput, match=r"is outside planar_pendulum-rotating, which reaches from 0 to its horizon at 4\."):
         states_at(rotating, [1.0, t])

@@ -163,7 +163,7 @@ def test_a_failed_certification_leaves_the_old_reference(copied, monkeypatch):
 
 
 BAD = {
-    "no case": ({"name": "planar_pendulum"}, r"is not a name of a reference; it is PROBLEM-CASE"),
+    "no case": ({"name": "planar_pendulum"}, r"is not a name of a reference, which is PROBLEM-CASE"),
     "unknown problem": ({"name": "plane_pendulum-rotating"}, r"unknown problem 'plane_pendulum'; did you mean planar_pendulum"),
     "unknown case": ({"name": "planar_pendulum-rotates"}, r"unknown case of planar_pendulum 'rotates'; did you mean rotating"),
     "spacing": ({"name": NAME, "spacing": 10}, r"10 outputs per second are not a power of two"),

@@ -80,7 +80,7 @@ def test_no_name_is_a_path(name, references, tmp_path, monkeypatch, daebench):
 @pytest.mark.parametrize("name", store.names(places.DATA))
 def test_every_reference_of_daebench_has_a_name(name):
     places.require_name(name)
-    with pytest.raises(BadInput, match=f"{re.escape(name)} comes with daebench; .* by --out DIR"):
+    with pytest.raises(BadInput, match=f"{re.escape(name)} comes with daebench; .* with --out DIR"):
         build(name)
 
 
@@ -116,7 +116,7 @@ def test_nothing_is_overwritten_without_a_terminal(daebench, own, folder, monkey
     status, out, err = daebench("reference", "build", name, *words)
     assert (status, out) == (2, "")
     assert err == f"daebench: {name} is already in {own}; add --overwrite to replace it.\n"
-    with pytest.raises(BadInput, match="say that it shall be overwritten"):
+    with pytest.raises(BadInput, match="allow it to be overwritten"):
         build(name, folder=None if folder is None else own)
     assert store.load(name).certificate == store.load(name, own).certificate
 

@@ -131,9 +131,9 @@ def test_states_between_outputs_are_as_far_off_as_is_said(outputs, degree):
 
 
 def test_times_outside_of_a_run_and_runs_of_one_state_are_refused(swing):
-    with pytest.raises(BadInput, match=r"t = 2\.5 is outside of the run, which goes from 0 to 2 s"):
+    with pytest.raises(BadInput, match=r"t = 2\.5 is outside the run, which goes from 0 to 2 s"):
         swing.sol([0.1, 2.5])
-    with pytest.raises(BadInput, match="outside of the run"):
+    with pytest.raises(BadInput, match="outside the run"):
         swing.sol(float("nan"))
     with pytest.raises(BadInput, match="one state"):
         Interpolant(np.zeros(1), {"q": np.zeros((1, 2))})

@@ -136,5 +136,5 @@ def test_a_finer_run_that_loses_its_energy_is_no_reference(monkeypatch):
     ivp = initial_value_problem("planar_pendulum", "rotating", {"gravity": 9.0})
     along = type(ivp).along
     monkeypatch.setattr(type(ivp), "along", lambda self, name, *x: along(self, name, *x) * (1.01 if name == "H" else 1))
-    with pytest.raises(package.RunFailed, match="does not keep the energy"):
+    with pytest.raises(package.RunFailed, match="does not conserve the energy"):
         own_run(ivp, [0.5, 1.0])

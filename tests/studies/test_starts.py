@@ -185,7 +185,7 @@ def test_problems_without_the_measure_are_refused():
         drawn("lotka_volterra", "energy")
     with pytest.raises(BadInput, match="needs finite bounds of y2: states of a Poisson system"):
         drawn("lotka_volterra", "liouville", box={"y1": (1, 2)})
-    with pytest.raises(BadInput, match=r"outside of its domain .* the first of them that of member"):
+    with pytest.raises(BadInput, match=r"outside its domain .* the first of them that of member"):
         drawn("lotka_volterra", "liouville", box={"y1": (-1, 2), "y2": (1, 2)})
     relativistic = make_ivp(source_of(definitions.relativistic(), "relativistic"))
     with pytest.raises(BadInput, match="energy takes H that is quadratic in p"):

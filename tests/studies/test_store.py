@@ -159,6 +159,6 @@ def test_nothing_of_a_reference_steers_a_terminal(text, ascii_alone, copied):
     certificate["about"] += text
     certificate["checksum"] = checksum(certificate)
     path.write_text(json.dumps(certificate, ensure_ascii=ascii_alone), encoding="utf-8")
-    with pytest.raises(Damaged, match="which no terminal should be sent") as error:
+    with pytest.raises(Damaged, match="which is unsafe for a terminal") as error:
         load(NAME, copied)
     assert str(error.value).isprintable()

@@ -95,7 +95,7 @@ PLACES = {
 def test_a_symbol_that_is_assumed_to_be_more_than_real_is_refused(place, assumption):
     if (place, assumption) == ("position", "zero"):
         pytest.skip("g is no function of a position that is zero, and is refused for it")
-    with pytest.raises(InvalidProblem, match=rf"the {place.split(' of ')[0]} \w+ is declared \w+, which a run need not keep"):
+    with pytest.raises(InvalidProblem, match=rf"the {place.split(' of ')[0]} \w+ is declared \w+, which a run need not preserve"):
         PLACES[place]({assumption: True})
 
 

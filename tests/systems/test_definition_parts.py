@@ -58,7 +58,7 @@ def test_a_parameter_with_the_name_of_something_else_in_the_file_is_named(folder
     sentence = refused(
         folder, "bead", rf"the parameter {name} has the value", parameter=name, parameters=f"{{sp.Symbol('{name}', positive=True): {name}}}"
     )
-    assert "let nothing else in the file have its name" in sentence
+    assert "use its name for nothing else in the file" in sentence
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_an_expression_that_is_nested_too_deep_is_refused_at_once(folder, kind, 
     part, text = SCALARS[kind]
     lines = f"z = {OPENED[kind]}\n    for _ in range({45 if depth == 'shared' else 2 * DEEPEST}): z = {DEPTHS[depth]}"
     began = time.process_time()
-    refused(folder, kind, "operations within each other|operations written out", lines=lines, **{part: text.format("z")})
+    refused(folder, kind, "operations nested|operations written out", lines=lines, **{part: text.format("z")})
     assert time.process_time() - began < 60
 
 
@@ -179,4 +179,4 @@ def test_the_extent_of_an_expression_is_that_written_out_however_much_is_shared(
 
 @pytest.mark.parametrize("sign", ["-", "~", "not "])
 def test_a_file_that_python_cannot_read_is_named(folder, sign):
-    refused(folder, "bead", "nested too deep|is not Python", H=f"M=sp.eye(2), U={sign * 100000}q[1]")
+    refused(folder, "bead", "nested too deeply|is not Python", H=f"M=sp.eye(2), U={sign * 100000}q[1]")

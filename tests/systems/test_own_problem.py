@@ -170,7 +170,7 @@ def test_an_import_that_cannot_be_seen_is_refused(tmp_path):
     (tmp_path / "ring.py").write_text(text)
     (tmp_path / "helper_of_ring.py").write_text("SPEED = 3\n")
     for _ in range(2):
-        with pytest.raises(InvalidProblem, match=r"imports helper_of_ring.py in a way that cannot be seen in its text"):
+        with pytest.raises(InvalidProblem, match=r"imports helper_of_ring.py in a way that is not visible in its text"):
             initial_value_problem(str(tmp_path / "ring.py"))
 
 

@@ -32,7 +32,7 @@ TEXT = {
     "default that is computed": (
         "mass: float = 2.0",
         "mass: float = 2 * 3.1",
-        "has the default 2 * 3.1, and must have a number that is written out",
+        "has the default 2 * 3.1, but must have a literal number",
     ),
     "default that is not a whole number": ("mass: float = 2.0", "mass: int = 2.5", "its default 2.5 is not a whole number of at least 1"),
 }
@@ -41,16 +41,16 @@ RAISED = {
     "exception": ("    turn = ", "    1 / 0\n    turn = ", "ring.py, line 14: ZeroDivisionError: division by zero"),
     "exception at the top": ("from daebench.systems.kin", "from daebench.no_such.kin", "line 7: ModuleNotFoundError: No module named"),
     "exit": ("    turn = ", "    raise SystemExit(3)\n    turn = ", "ring.py, line 14: SystemExit: 3"),
-    "nothing returned": ("    return Constr", "    Constr", "problem() returns nothing, which is not what it is annotated to return"),
+    "nothing returned": ("    return Constr", "    Constr", "problem() returns nothing, which is not its annotated type"),
     "other kind": (
         "-> ConstrainedHamiltonian",
         '-> "daebench.PoissonSystem"',
-        "problem() returns a ConstrainedHamiltonian, which is not what",
+        "problem() returns a ConstrainedHamiltonian, which is not its annotated type",
     ),
     "other parameters": (
         'sp.symbols("mass radius"',
         'sp.symbols("mass length"',
-        "are mass, radius, and the parameters of its definition length, mass",
+        "are mass, radius, but the parameters of its definition length, mass",
     ),
     "a case's parameter": ("p=(0, 0))", 'p=(0, 0), parameters={"raduis": 2})', "case 'resting' sets raduis, which is not a parameter"),
 }
@@ -58,15 +58,15 @@ RAISED = {
 DEFINED = {
     "wrong p": ("        p=p,", "        p=p[:1],", "2 positions but 1 momenta"),
     "wrong M": ("M=m * sp.eye(2)", "M=m * sp.eye(3)", "the mass matrix M has shape (3, 3), but there are 2 positions"),
-    "M that is a list": ("M=m * sp.eye(2)", "M=[[m, 0], [0, m]]", "the mass matrix M must be a SymPy Matrix, and is a list"),
+    "M that is a list": ("M=m * sp.eye(2)", "M=[[m, 0], [0, m]]", "the mass matrix M must be a SymPy Matrix, but is a list"),
     "M that is not symmetric": ("M=m * sp.eye(2)", "M=sp.Matrix([[m, 1], [0, m]])", "the mass matrix M is not symmetric"),
     "g that is not a sequence": (
         "g=[q[0] ** 2 + q[1] ** 2 - r**2]",
         "g=q[0] ** 2 + q[1] ** 2 - r**2",
-        "g is q1**2 + q2**2 - radius**2, and must be a sequence",
+        "g is q1**2 + q2**2 - radius**2, but must be a sequence",
     ),
     "g that is an equation": ("- r**2]", "- r**2, sp.Eq(q[0], 0)][1:]", "g is the equation Eq(q1, 0); give the difference of its sides"),
-    "too many constraints": ("- r**2]", "- r**2, q[0]]", "must have 0 eta and 0 xi, as many as positions less constraints"),
+    "too many constraints": ("- r**2]", "- r**2, q[0]]", "must have 0 eta and 0 xi, positions minus constraints"),
     "wrong case": ("p=(0, 0))", "p=(0, 0, 0))", "case 'resting' has 2 positions and 3 momenta; both must be 2"),
     "case of another type": ("Case(q=(r, 0), p=(0, 0))", "((r, 0), (0, 0))", "case 'resting' is a tuple; it must be a Case(q=..., p=...)"),
     "q that is no symbol": ("        q=q,", "        q=('q1', 'q2'),", "q contains 'q1', which is not a SymPy Symbol"),
@@ -94,7 +94,7 @@ DEFINED = {
     ),
     "undefined function": ("U=sp.S.Zero", 'U=sp.Function("V")(q[0])', "U contains V(q1), a function that is not defined"),
     "chart of positions": ("q=list(r * e)", "q=list(q)", "the chart contains q1, q2, which it may not depend on"),
-    "open integral": ("U=sp.S.Zero", "U=sp.Integral(sp.exp(q[0] ** 2), q[0])", "which SymPy has not carried out; call doit()"),
+    "open integral": ("U=sp.S.Zero", "U=sp.Integral(sp.exp(q[0] ** 2), q[0])", "which SymPy has left unevaluated; call doit()"),
 }
 
 DECLARED = {

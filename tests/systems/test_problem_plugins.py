@@ -108,7 +108,7 @@ BROKEN = {
     ),
     "name of daebench's own": (
         {"planar_pendulum": "plugged3.ring"},
-        "problem planar_pendulum of plugged3 1.2 has the name of one of daebench's own, which is used",
+        "problem planar_pendulum of plugged3 1.2 has the name of a problem of daebench, which is used",
     ),
     "name of a file": ({"a/b": "plugged3.ring"}, "problem 'a/b' of plugged3 1.2 has the name of a file"),
 }
@@ -129,7 +129,7 @@ def test_a_broken_entry_point_is_named_and_does_not_spoil_the_list(daebench, ins
 def test_a_name_that_two_packages_bring_is_refused(daebench, install):
     for name in ("plugged4", "plugged5"):
         install(name, {"plugged_twice": f"{name}.ring"}, ring=RING)
-    sentence = "problem plugged_twice is brought by plugged4 1.2 and plugged5 1.2, so that the name could mean either"
+    sentence = "problem plugged_twice is provided by plugged4 1.2 and plugged5 1.2, so the name is ambiguous"
     assert sentence in daebench("list", "problems")[2]
     status, _, err = daebench("show", "plugged_twice")
     assert (status, sentence in err) == (2, True)

@@ -1,1 +1,1 @@
-"""What follows from the definition of a chain of bodies."""
+"""Quantities derived from the definition of a chain of bodies."""

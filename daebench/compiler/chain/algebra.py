@@ -1,4 +1,4 @@
-"""The names of ``kernels/language.py`` for a chain: what schemes ask of vectors, Jacobians and linear systems, on symbols."""
+"""The names of ``kernels/language.py`` for a chain: operations on vectors, Jacobians and linear systems, carried out on symbols."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,14 +18,14 @@ from daebench.errors import InvalidProblem
 
 @dataclass(frozen=True, eq=False)
 class Jacobian:
-    """G at some positions."""
+    """G at given positions."""
 
     entries: Field
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """G M^-1: of a diagonal mass matrix its entries, else a thing to solve with."""
+    """G M^-1: its entries for a diagonal mass matrix, otherwise a factor for linear solves."""
 
     of: Jacobian
     entries: Field | None
@@ -42,14 +42,14 @@ class Gram:
 
 @dataclass(frozen=True)
 class Mass:
-    """What stands for the mass matrix, or for its inverse H_pp."""
+    """Placeholder for the mass matrix, or for its inverse H_pp."""
 
     inverse: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Bent:
-    """What stands for the derivative of G H_p with respect to q at these positions, of which only the product with H_p is known."""
+    """Placeholder for the derivative of G H_p with respect to q at these positions. Only its product with H_p is known."""
 
     p: Field
     q: Field
@@ -71,7 +71,7 @@ class ChainLanguage:
     # ---- the problem
 
     def _of_node(self, name: str, kind: str, width: int, arguments: Sequence[Field], masked: Sequence[int] = ()) -> Field:
-        """Return the field of a function of fields at a node and at the one before it."""
+        """Return the field of a function of fields at a node and at the node before it."""
         self.tracer.node(name)
         ended = self.tracer.ended(name, width, masked)
 
@@ -143,7 +143,7 @@ class ChainLanguage:
         return self._lightened_rows(X) if self.chain.diagonal else Rows(X, None)
 
     def independence(self, p: Field, q: Field) -> Scalar:
-        """Smallest relative pivot of G D^-1 G^T with a positive diagonal D, which loses rank where G does; of one constraint itself."""
+        """Smallest relative pivot of G D^-1 G^T with a positive diagonal D, which loses rank where G does; for m = 1 that of G itself."""
         rows = self._lightened_rows(self.G(q))
         if self.chain.m == 1 and rows.entries:
             return self._sum("abs({0} * {1})", "REAL", rows.of.entries, rows.entries)
@@ -163,7 +163,7 @@ class ChainLanguage:
         return Rows(X, made("G", len(filled), [(X.entries, 0)], write))
 
     def row_moduli(self, p: Field, q: Field) -> tuple[Field, Field]:
-        """Sums of moduli of the rows of G, and of those of its derivative along v."""
+        """Sums of the moduli of the rows of G, and of those of its derivative along v."""
         entries, filled, v = self.G(q).entries, self.nodes.filled, self.H_p(p, q)
 
         def write(at: At, k: str) -> list[str]:
@@ -227,7 +227,7 @@ class ChainLanguage:
         """X v for X = G, G M^-1, or the derivative of G H_p along itself."""
         if isinstance(X, Bent):
             if self.tracer.momenta.get(v) is not X.p:
-                raise InvalidProblem("a scheme asks for derivatives of G H_p, of which long chains have those along the motion alone.")
+                raise InvalidProblem("a scheme asks for derivatives of G H_p; long chains have only those along the motion.")
             return self._of_node("bent", "m", self.chain.c, [X.q, v], range(self.chain.missing))
         if isinstance(X, Rows) and X.entries is None:
             return self.mul(X.of, self._velocity(v))
@@ -270,7 +270,7 @@ class ChainLanguage:
     def gram(self, X: Jacobian, Y: Any) -> Gram:
         """X Y^T."""
         if not (isinstance(X, Jacobian) and isinstance(Y, Rows)):
-            raise InvalidProblem("a scheme asks for a product of matrices other than G M^-1 G^T, which long chains do not have.")
+            raise InvalidProblem("a scheme asks for a product of matrices other than G M^-1 G^T; long chains have no other.")
         return Gram(X, Y)
 
     def scale_mm(self, w: Any, A: Gram) -> Gram:
@@ -296,12 +296,12 @@ class ChainLanguage:
         return made("d", b, [(inertia, 0), *((x, side) for side in sorted({side for side, _, _ in ordered}))], write)
 
     def solve(self, A: Gram, b: Field) -> tuple[Field, Scalar]:
-        """Solution of A x = b, and the smallest relative pivot."""
+        """Return the solution of A x = b and the smallest relative pivot."""
         (x,), pivot = self.solve_stages(((A,),), (b,))
         return x, pivot
 
     def solve_stages(self, A: Any, b: Sequence[Field]) -> tuple[tuple[Field, ...], Scalar]:
-        """Solution of sum_j A_ij x_j = b_i, and the smallest relative pivot."""
+        """Return the solution of sum_j A_ij x_j = b_i and the smallest relative pivot."""
         saddle = A[0][0].right.entries is None
         system = self._saddle_rows(A, b) if saddle else self._gram_rows(A, b)
         rows, places, at = system
@@ -325,7 +325,7 @@ class ChainLanguage:
         return band
 
     def _gram_rows(self, A: Any, b: Sequence[Field]) -> Any:
-        """Rows of A for the unknowns x_0, x_1, ... of each node, one after the other."""
+        """Rows of A for the unknowns x_0, x_1, ... of each node, in this order."""
         c, s = self.chain.c, len(b)
         products = [(i, j, place, *pair) for i in range(s) for j in range(s) for place in (-1, 0, 1) for pair in self.nodes.meeting[place]]
         rows, places = [], sorted({(i * c + r, place, j * c + t) for i, j, place, r, t, _, _ in products})
@@ -362,7 +362,7 @@ class ChainLanguage:
         return text if factor == 1.0 else f"{weight(factor)} * ({text})"
 
     def _saddle_rows(self, A: Any, b: Sequence[Field]) -> Any:
-        """Rows of M x_j - G_j^T lam_j = 0 and sum_j w_ij G_i x_j = b_i: joints' multipliers, positions, other multipliers, node by node."""
+        """Rows of M x_j - G_j^T lam_j = 0 and sum_j w_ij G_i x_j = b_i; node by node: joints' multipliers, positions, other multipliers."""
         chain, s = self.chain, len(b)
         joints, u = len(chain.joints), chain.c + chain.b
         of_lam: list[int] = [*range(joints), *range(joints + chain.b, u)]
@@ -400,7 +400,7 @@ class ChainLanguage:
         return made("G", width, (), write)
 
     def _mass_row(self, i: int, J: Field | None, right: Any, x: Callable[[int], int], lam: Callable[[int], int], more: Any = ()) -> Row:
-        """Row i of M x - G^T lam = right at a node; J is None where there is no lam."""
+        """Row i of M x - G^T lam = right at a node; J is None if there is no lam."""
         inertia = self._inertia_field
         ordered = [(side, r, t) for side in range(3) for r, t in self.nodes.coupled[side]]
 
@@ -416,7 +416,7 @@ class ChainLanguage:
         return Row(needs=needs, entries=entries, right=right)
 
     def _constraint_row(self, A: Sequence[Gram], a: int, b: Field, x: Callable[[int, int], int], multiplier: int) -> Row:
-        """Row a of sum_j w_j G x_j = b at a node; where node 0 lacks the constraint its multiplier is zero."""
+        """Row a of sum_j w_j G x_j = b at a node. If node 0 lacks the constraint, its multiplier is zero."""
         J, missing = A[0].left.entries, a < self.chain.missing
 
         def entries(at: At) -> dict[tuple[int, int], str]:
@@ -431,7 +431,7 @@ class ChainLanguage:
         return Row(needs=[(J, 0), (b, 0)], entries=entries, right=_entry(b, a))
 
     def _velocity(self, p: Field) -> Field:
-        """Return M^-1 p of a mass matrix that joins neighbours."""
+        """Return M^-1 p for a mass matrix that couples neighbours."""
         b = self.chain.b
         rows = [self._mass_row(i, None, _entry(p, i), lambda t: t, lambda a: a, [(p, 0)]) for i in range(b)]
         places = [(r, side - 1, t) for side in range(3) for r, t in self.nodes.coupled[side]]
@@ -444,5 +444,5 @@ class ChainLanguage:
 
 
 def _entry(part: Field, i: int) -> Callable[[At], str]:
-    """Return what gives the source of an entry of a field at the present node."""
+    """Return the function that gives the source of an entry of a field at the present node."""
     return lambda at: f"{at(part, 0)}[{i}]"

@@ -1,7 +1,7 @@
-"""Source of the solution of banded systems, node by node: elimination in a loop up the chain, substitution in one down the chain.
+"""Source of the solution of banded systems, node by node: elimination in a loop up the chain, back substitution in a loop down the chain.
 
-Rows are not exchanged, which takes half the time and fills half the entries. Where a pivot is small the system is set up again, and solved
-with exchange by ``kernels/band.py``.
+Rows are not exchanged: this takes half the time and fills half the entries. If a pivot is small, the system is set up again and solved
+with row exchanges by ``kernels/band.py``.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,10 +15,10 @@ from daebench.compiler.codegen import function
 from daebench.compiler.linear import kernels
 
 Entries = Mapping[tuple[int, int], str]
-"""Sources of the entries of a row by place of the node, counted from the present one, and number of the unknown there."""
+"""Sources of the entries of a row. A key is the place of the node, counted from the present one, and the number of the unknown there."""
 
 SMALL = 1e-3
-"""Relative pivots below which rows are exchanged: those above cost three digits of a solution at most."""
+"""Relative pivot below which rows are exchanged. Larger pivots lose at most three digits of the solution."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class Row:
     Parameters
     ----------
     needs : sequence of (Field, int)
-        Fields that its entries and its right side are made of.
+        Fields that its entries and its right side depend on.
     entries : callable
         ``entries(at)`` returns its entries.
     right : callable
@@ -47,22 +47,22 @@ class Band:
     Parameters
     ----------
     name : str
-        Beginning of the names that its source uses.
+        Prefix of the names that its source uses.
     nodes : int
         Number of nodes n.
     rows : sequence of Row
-        Equations of a node, as many as it has unknowns, u.
+        Equations of a node, as many as its unknowns, u.
     places : sequence of (int, int, int)
-        Number of the row, place of the node and number of the unknown of entries that may not be zero.
+        Entries that may be nonzero: number of the row, place of the node, number of the unknown.
     order : sequence of tuple of int
-        Unknowns in an order in which they can be eliminated without exchange of rows, see :class:`Blocks`; empty if there is none.
+        Unknowns in an order in which they can be eliminated without row exchanges, see :class:`Blocks`; empty if there is none.
     asked : str
-        What is asked of it: both the solution and the smallest relative pivot, ""; or only the "solution" or the "pivot", of a positive
-        definite matrix, which needs no exchange of rows.
+        Requested results: "" for both the solution and the smallest relative pivot; "solution" or "pivot" for one of them, of a
+        positive definite matrix, which needs no row exchanges.
     base : int
-        First column of the slab, shape(n, ...), that its unknowns may have.
+        First column of the slab, shape(n, ...), for its unknowns.
     scratch : int
-        First column of the slab for what is not read after its loops.
+        First column of the slab for temporary values, which are not read after its loops.
     """
 
     name: str
@@ -90,7 +90,7 @@ class Band:
 
     @property
     def tridiagonal(self) -> bool:
-        """Whether a node has one unknown, so that everything stays in registers."""
+        """Whether a node has one unknown, so that all values stay in registers."""
         return self.u == 1 and self.width == 1
 
     @property
@@ -100,7 +100,7 @@ class Band:
 
     @property
     def scratches(self) -> int:
-        """Number of columns of the slab for what substitution needs, from ``scratch`` on."""
+        """Number of columns of the slab for the values that back substitution needs, from ``scratch`` on."""
         if not self.blocks:
             return 4 if self.tridiagonal else 0
         return 0 if self.asked == "pivot" else len(self.blocks.kept)
@@ -111,7 +111,7 @@ class Band:
         return self.blocks.begin if self.blocks else [f"{self.name}_pivot = INF"] if self.tridiagonal else self._emptied
 
     def elimination(self) -> list[Demand]:
-        """Return what the loop up the chain does for its equations."""
+        """Return the demands of its equations on the loop up the chain."""
         if self.blocks:
             return [Demand(needs=[need for row in self.rows for need in row.needs], write=self._blockwise)]
         return [Demand(needs=self.rows[0].needs, write=self._one)] if self.tridiagonal else self.set_up()
@@ -126,7 +126,7 @@ class Band:
         return [f"{self.name}_rows = numpy.zeros(({self.nodes * self.u}, {2 * self.width + 2}), dtype=DTYPE)"]
 
     def set_up(self) -> list[Demand]:
-        """Return what writes its rows into an array, each around its diagonal."""
+        """Return the demands that write its rows into an array, each centred at its diagonal."""
 
         def written(r: int) -> Callable[[At], list[str]]:
             row, last = f"{self.name}_rows[{self.u} * k + {r}", 2 * self.width + 1
@@ -142,13 +142,13 @@ class Band:
 
     @property
     def solution(self) -> list[str]:
-        """Lines that solve the system in the array, with exchange of rows."""
+        """Lines that solve the system in the array, with row exchanges."""
         b, u = self.name, self.u
         lines = [f"{b}_x, {b}_pivot = band{self.width}_solve({b}_rows)", f"for k in range({self.nodes}):"]
         return lines + [f"    slab[k, {self.base + i}] = {b}_x[{u} * k + {i}]" for i in range(u)]
 
     def again(self, loop: Callable[[Sequence[Demand]], list[str]]) -> list[str]:
-        """Return the lines that solve it with exchange of rows where that is needed, given what makes a loop of demands."""
+        """Return the lines that solve the system with row exchanges if needed; ``loop`` turns demands into a loop."""
         if self.tridiagonal:
             return []
         if not self.blocks:
@@ -161,7 +161,7 @@ class Band:
         return [test, f"if {self.name}_exchanged:", *(f"    {line}" for line in lines), *still]
 
     def _one(self, at: At) -> list[str]:
-        """Source of the elimination of one column between a pending row and the row that comes, as ``kernels/band.py`` does it."""
+        """Source of the elimination of one column between a pending row and the next row, as in ``kernels/band.py``."""
         b = self.name
         entries = self.rows[0].entries(at)
         left, here, right = (entries.get((place, 0), "ZERO") for place in (-1, 0, 1))
@@ -191,7 +191,7 @@ class Band:
         ]
 
     def _kept(self, k: str) -> list[str]:
-        """Lines that judge a pivot row and keep it."""
+        """Lines that test a pivot row and store it."""
         b = self.name
         return [
             f"if not abs({b}_p) >= {b}_pivot * {b}_sp or {b}_sp == 0.0:",
@@ -202,7 +202,7 @@ class Band:
 
     @property
     def between(self) -> list[str]:
-        """Lines after the loop up the chain: what is left is eliminated."""
+        """Lines after the loop up the chain, which eliminate the remaining rows."""
         b = self.name
         if not self.tridiagonal:
             return []
@@ -232,6 +232,6 @@ class Band:
 
 
 def of_width(width: int) -> dict[str, str]:
-    """Return the source of ``solve`` of ``kernels/band.py`` for one half-bandwidth, so that its loops have known ends."""
+    """Return the source of ``solve`` of ``kernels/band.py`` for one half-bandwidth, so that its loops have known bounds."""
     name = f"band{width}_solve"
     return {name: function(f"{name}(system)", *kernels.lines("band", {"WIDTH": str(width)}))}

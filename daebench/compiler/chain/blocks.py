@@ -1,12 +1,12 @@
-"""Source of the elimination of banded systems of a chain without exchange of rows: node by node, and there in blocks of one or two.
+"""Source of the elimination of banded systems of a chain without row exchanges: node by node, within a node in blocks of one or two.
 
 ::
 
     L_k x_{k-1} + A_k x_k + R_k x_{k+1} = r_k
     (Y_k, y_k) = (A_k - L_k Y_{k-1})^-1 (R_k, r_k - L_k y_{k-1}),       x_k = y_k - Y_k x_{k+1}
 
-Entries are scalars with names, and of entries that are zero at every node there is no trace. All that is worked out at a node is handed to
-the next one in local variables, so that no number waits for another to come back from memory.
+Entries are scalars with names; entries that are zero at every node are left out. The results at a node are passed to the next node in
+local variables, so that no operation waits for memory.
 """
 
 from collections.abc import Mapping, Sequence, Set
@@ -16,35 +16,35 @@ Block = tuple[int, ...]
 Reach = Mapping[int, Set[int]]
 
 MOST = 8
-"""Unknowns of a node up to which its elimination is written out."""
+"""Number of unknowns of a node up to which its elimination is written out."""
 
 
 def pairs(unknowns: Sequence[int]) -> list[Block]:
-    """Return unknowns two by two, the last one alone if their number is odd."""
+    """Return the unknowns in pairs; the last one stays alone if their number is odd."""
     return [tuple(unknowns[i : i + 2]) for i in range(0, len(unknowns), 2)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Blocks:
-    """An order of elimination and the entries that it fills.
+    """An order of elimination and the entries that it fills in.
 
     Parameters
     ----------
     name : str
-        Beginning of the names that its source uses.
+        Prefix of the names that its source uses.
     u : int
         Number of unknowns of a node.
     places : sequence of (int, int, int)
-        Number of the row, place of the node and number of the unknown of entries that may not be zero.
+        Entries that may be nonzero: number of the row, place of the node, number of the unknown.
     order : sequence of tuple of int
-        Unknowns in the order in which they are eliminated, by the rows of the same numbers; those of a pair at once, by Cramer's rule.
+        Unknowns in the order of their elimination, by the rows of the same numbers. A pair is eliminated at once, by Cramer's rule.
     judged : bool
-        Whether the smallest relative pivot is wanted.
+        Whether the smallest relative pivot is computed.
 
     Attributes
     ----------
     reach : mapping of int to set of int
-        Unknowns of the next node that each unknown follows from.
+        For each unknown, the unknowns of the next node on which it depends.
     """
 
     name: str
@@ -69,7 +69,7 @@ class Blocks:
 
     @property
     def kept(self) -> list[tuple[int, int]]:
-        """Unknowns and columns of what substitution needs of a node."""
+        """Unknowns and columns of the values of a node that back substitution needs."""
         return [(i, column) for i in range(self.u) for column in (*(self.u + j for j in sorted(self.reach[i])), 2 * self.u)]
 
     @property
@@ -83,11 +83,11 @@ class Blocks:
         return Node(self, self.reach).write(entries, rights)
 
     def keep(self, place: str) -> list[str]:
-        """Return the lines that keep what substitution needs, given the source of place {i} of it."""
+        """Return the lines that store the values needed by back substitution; {i} in ``place`` stands for the number of a value."""
         return [f"{place.format(i=n)} = {self.name}_y{i}_{column}" for n, (i, column) in enumerate(self.kept)]
 
     def substitution(self, place: str) -> list[str]:
-        """Return the line for a node on the way down, from those places."""
+        """Return the line for a node in the loop down the chain, from the stored values."""
         b, texts = self.name, [""] * self.u
         for n, (i, column) in enumerate(self.kept):
             kept = place.format(i=n)
@@ -96,15 +96,15 @@ class Blocks:
 
     @property
     def unknowns(self) -> list[str]:
-        """Names of the unknowns of a node on the way down; zero before the loop."""
+        """Names of the unknowns of a node in the loop down the chain; zero before the loop."""
         return [f"{self.name}_x{i}" for i in range(self.u)]
 
 
 class Node:
-    """Lines of the elimination at a node, while they are written.
+    """Lines of the elimination at a node, under construction.
 
-    Entries of the node's rows are name_a{row}_{column}, those of rows that have been solved for their unknowns name_y{unknown}_{column};
-    columns are the node's unknowns, those of the next node from u on, and the right side, 2 u.
+    Entries of the node's rows are called name_a{row}_{column}; after elimination those of an unknown are name_y{unknown}_{column}. The
+    columns are the node's unknowns, then from u on the unknowns of the next node, and last the right side, 2 u.
     """
 
     def __init__(self, blocks: Blocks, reach: Reach) -> None:
@@ -116,7 +116,7 @@ class Node:
 
     @property
     def reach(self) -> dict[int, set[int]]:
-        """Unknowns of the next node that each unknown follows from."""
+        """For each unknown, the unknowns of the next node on which it depends."""
         return {i: {column - self.u for column in self.solved[i] if self.u <= column < 2 * self.u} for i in range(self.u)}
 
     def write(self, entries: Sequence[Mapping[tuple[int, int], str]], rights: Sequence[str]) -> list[str]:
@@ -132,7 +132,7 @@ class Node:
         return self.lines
 
     def _assemble(self, i: int, entries: Mapping[tuple[int, int], str], right: str) -> None:
-        """Set up row i, less what it has of the node before."""
+        """Set up row i, minus the contributions of the node before."""
         for (place, unknown), text in entries.items():
             if place >= 0:
                 self._set(i, unknown + place * self.u, text)
@@ -152,7 +152,7 @@ class Node:
             self.lines.append(f"{name}_s = abs({name})")
 
     def _subtract(self, i: int, column: int, products: Sequence[str]) -> None:
-        """Subtract products from an entry; of one on the diagonal the moduli of all terms are added up where pivots are judged."""
+        """Subtract products from an entry. For a diagonal entry whose pivot is tested, also sum the moduli of all terms."""
         b, present, name = self.b, column in self.rows[i], f"{self.b}_a{i}_{column}"
         self.rows[i][column] = name
         if (i, column) not in self.judged:
@@ -164,7 +164,7 @@ class Node:
             present = True
 
     def _eliminate(self, block: Block) -> None:
-        """Solve the rows of a block for its unknowns, and put these into the rows that are left."""
+        """Solve the rows of a block for its unknowns, and substitute these in the remaining rows."""
         columns = sorted({column for i in block for column in self.rows[i]} - {*block} - self.solved.keys())
         inverse = self._inverse(block)
         for i in block:
@@ -181,7 +181,7 @@ class Node:
                     self._subtract(row, column, products)
 
     def _inverse(self, block: Block) -> dict[tuple[int, int], str]:
-        """Judge the pivot of a block; return the entries of its inverse."""
+        """Test the pivot of a block; return the entries of its inverse."""
         b, p, q = self.b, block[0], block[-1]
         paths = [((p, p), (q, q)), ((p, q), (q, p))] if len(block) == 2 else [((p, p),)]
         terms = [[self.rows[i].get(j, "ZERO") for i, j in path] for path in paths]
@@ -201,7 +201,7 @@ class Node:
         return {(n, m): f"{b}_i{n}_{m}" for n, m in inverse}
 
     def _substitute(self, i: int) -> None:
-        """Replace the node's own unknowns in the solution for unknown i."""
+        """Eliminate the node's other unknowns from the solution for unknown i."""
         for j in [column for column in self.solved[i] if column < self.u]:
             self.solved[i].remove(j)
             for column in self.solved[j]:

@@ -1,4 +1,4 @@
-"""What follows from the definition of a chain: functions of whole states as loops over nodes, for any number of nodes."""
+"""Functions derived from the definition of a chain: functions of whole states as loops over nodes, for any number of nodes."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
 
 
 WRITTEN_OUT = 14
-"""Positions up to which a chain is written out as values: beyond, straight-line code takes longer to compile than loops, and to run."""
+"""Number of positions up to which a chain is written out as values. Beyond, loops compile and run faster than straight-line code."""
 
 MOST_NAMED = 256
-"""Nodes up to which the points of a chain have names."""
+"""Number of nodes up to which the points of a chain have names."""
 
 
 def held(chain: ConstrainedChain, algebra: str) -> ConstrainedHamiltonian | ConstrainedChain:
-    """Return a chain for vectors as "values", which is the system written out, or as "arrays"; "" for what suits its size."""
+    """Return a chain for "arrays", or the system written out for "values"; "" chooses by size."""
     return chain if algebra == "arrays" or (not algebra and chain.d > WRITTEN_OUT) else chain.written_out()
 
 
 def derived(chain: ConstrainedChain, algebra: str) -> "Derivation | ChainDerivation":
-    """Return what follows from a chain; ``algebra`` as for :func:`held`."""
+    """Return the derivation of a chain; ``algebra`` as for :func:`held`."""
     system = held(chain, algebra)
     return ChainDerivation(system) if isinstance(system, ConstrainedChain) else Derivation(system)
 
 
 class ChainDerivation(Derived):
-    """The functions of one chain, by the names of :class:`daebench.compiler.constrained.derivation.Derivation`."""
+    """The functions of one chain, under the names of :class:`daebench.compiler.constrained.derivation.Derivation`."""
 
     states = "constrained"
     work = WORK
@@ -56,18 +56,18 @@ class ChainDerivation(Derived):
 
     @cached_property
     def problem(self) -> ConstrainedHamiltonian:
-        """The system written out, with a symbol for each coordinate: for few nodes."""
+        """The system written out, with a symbol for each coordinate; only for few nodes."""
         return self.chain.written_out()
 
     @property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of the scheme language that the chain settles."""
+        """Constants of the scheme language that are known from the chain."""
         return {"SEPARABLE": True, "QUADRATIC": True, "CONSTRAINTS": self.m, "SINGLE": self.m == 1 or not self.chain.diagonal}
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts that ``constrained.derivation`` has, and NODES; a chart or a closed form only a short chain has.
+        """Return the facts that ``constrained.derivation`` has, and NODES. Only a short chain has a chart or a closed form.
 
-        POINTS are named up to :data:`MOST_NAMED` nodes: of longer chains q says as much.
+        POINTS have names up to :data:`MOST_NAMED` nodes. For longer chains they would repeat q.
         """
         picture = self.chain.picture if self.chain.nodes <= MOST_NAMED else None
         return {
@@ -108,18 +108,18 @@ class ChainDerivation(Derived):
         return Arrays(self.d)
 
     def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
-        """Return what the loop does beside stepping."""
+        """Return the functions that the loop calls besides the step."""
         chain = self.chain
         guarded = may_be_left_unseen([chain.U, chain.joint_U], [*chain.before, *chain.here])
         state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=True)
         return Monitored(of_constrained(self.m, 0), state, names, kinds, stage_multipliers, guarded=guarded)
 
     def tracer(self, linker: "Linker") -> "Tracer":
-        """Return what writes its functions for a linker."""
+        """Return the tracer that writes its functions for a linker."""
         from daebench.compiler.chain.trace import Tracer
 
         return Tracer(linker, self.nodes)
 
     def source(self, name: str) -> str | None:
-        """Return the source of the chain's function of this name: none, for all are written by the tracer."""
+        """Return None: the tracer writes all functions of a chain."""
         return None

@@ -1,4 +1,4 @@
-"""Values at the nodes of a chain that are worked out only inside a loop over nodes, and scalars as source text."""
+"""Values at the nodes of a chain that are computed only inside a loop over nodes, and scalars as source text."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from daebench.errors import InvalidProblem
 _NUMBERS = count()
 
 At = Callable[["Field", int], str]
-"""Source of the tuple of a field's entries at the node that is so many places from the present one."""
+"""Source of the tuple of a field's entries at the node that is this many places from the present one."""
 
 
 class Scalar:
@@ -22,7 +22,7 @@ class Scalar:
     text : str
         Its source.
     late : bool
-        Whether it is known only after a loop over nodes.
+        Whether its value is known only after a loop over nodes.
     """
 
     def __init__(self, text: str, late: bool = False) -> None:
@@ -46,7 +46,7 @@ class Scalar:
         return Scalar(f"(-{self.text})", self.late)
 
     def __iter__(self) -> Iterator["Scalar"]:
-        raise InvalidProblem("a scheme takes its numbers apart, of which long chains do not know how many there are.")
+        raise InvalidProblem("a scheme takes a number apart as a tuple, whose length is not known for long chains.")
 
     def __getitem__(self, index: int) -> "Scalar":
         return Scalar(f"{self.text}[{index}]", self.late)
@@ -77,10 +77,10 @@ def weight(w: Any) -> str:
     Raises
     ------
     InvalidProblem
-        If it is known only after a loop, which a field inside that loop cannot wait for.
+        If it is known only after a loop, because a field inside that loop needs it earlier.
     """
     if is_late(w):
-        raise InvalidProblem("a scheme scales a vector by a number that follows from a whole vector, which long chains do not have.")
+        raise InvalidProblem("a scheme scales a vector by a number computed from a whole vector, which is not possible for long chains.")
     return say(w)
 
 
@@ -95,17 +95,17 @@ class Field:
     width : int
         Number of entries at a node.
     stage : int
-        Number of the last linear solve or iteration that it follows from; 0 if none.
+        Number of the last linear solve or iteration that it depends on; 0 if none.
     needs : sequence of (Field, int)
-        Fields that it is worked out from, each with the place of the node, counted from the present one.
+        Fields that it is computed from, each with the place of the node, counted from the present one.
     write : callable
-        ``write(at, k)`` returns the sources of the entries at node k, a source too, or the source of them all.
+        ``write(at, k)`` returns the sources of the entries at node k, where k is source text too, or one source of them all.
     ghost : sequence of str
-        Entries in the place of node -1.
+        Entries at the position of node -1.
     zero : bool
         Whether all entries are zero.
     number : int
-        Fields that others are worked out from have smaller ones.
+        Number in order of creation; fields that others are computed from have smaller numbers.
     """
 
     kind: str
@@ -119,7 +119,7 @@ class Field:
 
 
 def zeros(width: int) -> list[str]:
-    """Return sources of so many zeros."""
+    """Return sources of this many zeros."""
     return ["ZERO"] * width
 
 
@@ -127,7 +127,7 @@ Write = Callable[[At, str], Sequence[str] | str]
 
 
 def made(kind: str, width: int, needs: Sequence[tuple[Field, int]], write: Write, ghost: Sequence[str] = ()) -> Field:
-    """Return a field worked out from others."""
+    """Return a field computed from others."""
     stage = max((part.stage for part, _ in needs), default=0)
     return Field(kind=kind, width=width, stage=stage, needs=needs, write=write, ghost=ghost or zeros(width))
 
@@ -140,7 +140,7 @@ def stored(kind: str, width: int, entry: str, stage: int, ghost: Sequence[str] =
     entry : str
         Source of entry {i} at node {k}.
     missing : int
-        Number of entries that node 0 lacks, the first ones: they are zero.
+        Number of first entries that node 0 lacks; they are zero.
     """
 
     def write(at: At, k: str) -> list[str]:
@@ -162,10 +162,10 @@ def combined(w: Any, x: Field, y: Field | None) -> Field:
     Raises
     ------
     InvalidProblem
-        If x or y is no field.
+        If x or y is not a field.
     """
     if not isinstance(x, Field) or not isinstance(y, Field | None):
-        raise InvalidProblem("a scheme adds up what is no vector of a chain's.")
+        raise InvalidProblem("a scheme adds a value that is not a vector of the chain.")
     if x.zero or (isinstance(w, float) and w == 0.0):
         return y or nothing(x.kind, x.width)
     y = None if y is None or y.zero else y

@@ -1,7 +1,7 @@
-"""Loops over the nodes of a chain: each field is worked out once a node, and kept for as long as its neighbours want it.
+"""Loops over the nodes of a chain. Each field is computed once per node, and held as long as its neighbours need it.
 
-A loop runs up or down the chain. In one that runs up, a field is worked out at the farthest place ahead at which anybody wants it, and
-the entries wanted farther behind are those of earlier turns, handed down from name to name; in one that runs down likewise.
+A loop runs up or down the chain. In a loop that runs up, a field is computed at the farthest place ahead at which it is needed. Entries
+needed farther behind come from earlier turns, moved from variable to variable. A loop that runs down works likewise.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,12 +13,12 @@ from daebench.compiler.codegen import pack
 
 @dataclass(frozen=True, kw_only=True)
 class Demand:
-    """What a loop does at a node.
+    """Lines that a loop executes at each node.
 
     Parameters
     ----------
     needs : sequence of (Field, int)
-        Fields that are wanted, each with the place of the node, counted from the present one.
+        Fields that are needed, each with the place of the node, counted from the present one.
     write : callable
         ``write(at)`` returns the lines; the present node's number is k.
     """
@@ -28,7 +28,7 @@ class Demand:
 
     @property
     def stage(self) -> int:
-        """Number of the last linear solve or iteration that it needs."""
+        """Number of the last linear solve or iteration that it depends on."""
         return max((part.stage for part, _ in self.needs), default=0)
 
 
@@ -38,15 +38,15 @@ class Loop:
     Parameters
     ----------
     name : str
-        Beginning of the names of its variables.
+        Prefix of the names of its variables.
     nodes : int
         Number of nodes n.
     demands : sequence of Demand
-        What is done at each node, in this order.
+        Demands at each node, in this order.
     up : bool
         Whether it runs from node 0 to node n - 1; otherwise the other way.
     head : sequence of str
-        Lines that begin the turn of each node.
+        Lines at the beginning of each turn.
     """
 
     def __init__(self, name: str, nodes: int, demands: Sequence[Demand], *, up: bool = True, head: Sequence[str] = ()) -> None:
@@ -57,7 +57,7 @@ class Loop:
         self._plan()
 
     def _plan(self) -> None:
-        """Settle where each field is worked out: ahead of all places where it is wanted, and of the fields that follow from it."""
+        """Choose where each field is computed: ahead of all places where it is needed, and of the fields that depend on it."""
         ahead: dict[Field, int] = {}
 
         def want(part: Field, place: int, front: int) -> None:
@@ -88,7 +88,7 @@ class Loop:
         return [*lines, f"for k in {span}:", *_indented(body)]
 
     def _turn(self, front: int) -> list[str]:
-        """Source of the fields that are worked out so far ahead, and of the demands if that is where the turn is."""
+        """Source of the fields that are computed this far ahead, and of the demands if they are due at this turn."""
         parts = [part for part in self.fields if self.front[part] == front]
         k = self._ahead(front)
 
@@ -104,12 +104,12 @@ class Loop:
         return [f"if {k} < {self.nodes}:" if self.up else f"if {k} >= 0:", *_indented(body), "else:", *_indented(beyond)]
 
     def _handed_down(self, front: int) -> list[str]:
-        """Source of the names' moving on by a node, for the fields that are worked out so far ahead."""
+        """Source that moves the values on by one node, for the fields that are computed this far ahead."""
         parts = [part for part in self.fields if self.front[part] == front]
         return [f"{self._name(part, place)} = {self._name(part, place + 1)}" for part in parts for place in self._behind(part)]
 
     def _begun(self, front: int, lead: int, lines: Sequence[str]) -> list[str]:
-        """Source of what is done from the turn on at which the node so far ahead is one of the chain."""
+        """Source of the lines, executed only in turns in which the node this far ahead belongs to the chain."""
         if front == lead or not lines:
             return list(lines)
         k = self._ahead(front)
@@ -122,7 +122,7 @@ class Loop:
         return f"{self.name}_{self.index[part]}_{'m' if place < 0 else ''}{abs(place)}"
 
     def _behind(self, part: Field) -> range:
-        """Places behind the one where a field is worked out, from the farthest on."""
+        """Places behind the one where a field is computed, from the farthest on."""
         return range(min(self.wanted[part]), self.front[part])
 
     def _outside(self, part: Field) -> str:

@@ -1,4 +1,4 @@
-"""What follows from the definition of a chain at one node, as functions of scalars that loops over nodes call."""
+"""Functions derived from the definition of a chain at one node: functions of scalars, called by loops over nodes."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -13,8 +13,8 @@ from daebench.systems.chain import ConstrainedChain
 class Nodes:
     """Source of the functions of one node of a chain.
 
-    Each takes the positions of the node before and of the node itself, x, shape(2 b,), for some of them velocities w in the same order, the
-    number k of the node, and the parameters.
+    Each takes x, the positions of the node before and of the node itself, shape(2 b,), the number k of the node, and the parameters.
+    Some also take the velocities w in the same order.
     """
 
     def __init__(self, chain: ConstrainedChain) -> None:
@@ -58,14 +58,14 @@ class Nodes:
 
     @cached_property
     def coupled(self) -> list[list[tuple[int, int]]]:
-        """Places of the entries that are not zero in the blocks of M left of the diagonal, on it, and right of it."""
+        """Places of the nonzero entries in the blocks of M left of the diagonal, on it, and right of it."""
         blocks = [self.chain.inertia(k, self.chain.node) for k in range(min(self.chain.nodes, 4))]
         b = range(self.chain.b)
         return [[(i, j) for i in b for j in b if any(block[side][i, j] != 0 for block in blocks)] for side in range(3)]
 
     @cached_property
     def meeting(self) -> dict[int, list[tuple[int, int, int, int]]]:
-        """Rows of G of a node and of the one so many places on that meet in G M^-1 G^T, (row, row, entry, entry)."""
+        """Rows of G of a node and of a node at this distance that couple in G M^-1 G^T: (row, row, entry, entry)."""
         b = self.chain.b
         return {
             place: [
@@ -111,7 +111,7 @@ class Nodes:
         return codegen.expressions(f"node_{name}", {**arguments, "k": [self.chain.node]}, values, (len(values),), self.parameters)
 
     def _inertia(self) -> str:
-        """Source of the entries of M that may not be zero, side by side; at the ends of the chain those of missing joints are zero."""
+        """Source of the entries of M that may be nonzero, side by side. At the ends of the chain the entries of missing joints are zero."""
 
         def entries(k: int) -> list[sp.Expr]:
             blocks = self.chain.inertia(k, self.chain.node)
@@ -120,14 +120,14 @@ class Nodes:
         return "\n\n".join(self.at_ends("node_inertia", entries))
 
     def at_ends(self, name: str, values: Callable[[int], Sequence[sp.Expr]]) -> list[str]:
-        """Sources of name(k, par) and of what it calls, which differ at the first node, within the chain, and at the last one.
+        """Sources of name(k, par) and of the functions that it calls, which differ between the first node, inner nodes and the last node.
 
         Parameters
         ----------
         name : str
             Name of the function.
         values : callable
-            Returns the values at a node of the number given, in terms of the chain's symbol for that number.
+            Returns the values at a node of the given number, in terms of the chain's symbol for that number.
         """
         n = self.chain.nodes
         ends = sorted({0, min(1, n - 1), n - 1})
@@ -141,5 +141,5 @@ class Nodes:
 
 
 def at_node(k: str) -> str:
-    """Return the source of the tuple in which a node's number is handed to its functions."""
+    """Return the source of the tuple that passes a node's number to its functions."""
     return pack([f"REAL({k})"])

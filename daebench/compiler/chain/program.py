@@ -1,4 +1,4 @@
-"""A function of a chain while it is written: its linear systems and iterations in order, and the loops over nodes that they make."""
+"""A function of a chain under construction: its linear systems and iterations in order, and the loops over nodes that they make."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,16 +10,16 @@ from daebench.compiler.chain.loops import Demand, Loop
 
 @dataclass(eq=False)
 class Iteration:
-    """Newton's iteration: where its unknowns begin, and the lines that call it."""
+    """Newton's iteration: the demands that set its unknowns at the start, and the lines that call it."""
 
     starts: list[Demand]
     call: list[str]
 
 
 class Program:
-    """The function that is being written: its linear systems and iterations in order, and what is asked of it in the end.
+    """The function under construction: its linear systems and iterations in order, and the results that it returns.
 
-    ``outer`` is the function that calls this one, whose slab and arrays it shares. Names are told apart by numbers, which begin with 1, so
+    ``outer`` is the function that calls this one, whose slab and arrays it shares. Names are distinguished by numbers that begin with 1, so
     that the text of a function is the same in all modules.
     """
 
@@ -40,16 +40,16 @@ class Program:
         return self.first + len(self.events)
 
     def name(self, stem: str) -> str:
-        """Return a name that nothing else in the function has."""
+        """Return a name that is unique in the function."""
         return f"{stem}{next(self.top.numbers)}"
 
     def reserve(self, columns: int) -> int:
-        """Return the first of so many new columns of the slab."""
+        """Return the first of this many new columns of the slab."""
         self.top.columns += columns
         return self.top.columns - columns
 
     def scratches(self, columns: int) -> int:
-        """Return the first of so many columns of the slab that each system may use until it is solved."""
+        """Return the first of this many columns of the slab that each system may use until it is solved."""
         first, most = self.top.scratch
         if columns > most:
             first = self.reserve(columns)
@@ -57,7 +57,7 @@ class Program:
         return first
 
     def lines(self) -> list[str]:
-        """Return the body: every wish is met in the first loop in which it can be."""
+        """Return the body. Each demand is written in the first loop that can serve it."""
         waiting = list(self.wishes)
         lines = [line for _, before in waiting for line in before]
 

@@ -1,8 +1,8 @@
-"""A scheme run on symbols: what it asks of vectors, Jacobians and linear systems becomes a few loops over the nodes of a chain.
+"""A scheme executed on symbols: its operations on vectors, Jacobians and linear systems become a few loops over the nodes of a chain.
 
-The files of schemes and kernels are executed as they stand, with the constants of the language settled and every name of it bound to a
-method of :class:`daebench.compiler.chain.algebra.ChainLanguage`. Vectors are fields, worked out where a loop needs them; a linear system is
-a loop up the chain and one down; an iteration is the one of ``kernels/newton.py``, whose update is a function of its own.
+The files of schemes and kernels are executed unchanged, with the constants of the language settled and every name bound to a
+method of :class:`daebench.compiler.chain.algebra.ChainLanguage`. Vectors are fields, computed where a loop needs them. A linear system is
+a loop up the chain and one down. An iteration is that of ``kernels/newton.py``, with its update as a separate function.
 """
 
 import ast
@@ -34,11 +34,11 @@ ARGUMENTS |= dict.fromkeys(("step", "increment", "start"), ("p0", "q0", "h"))
 """Functions that are written from loops over nodes, and their arguments."""
 
 HOMES = {"H": "mechanical"}
-"""Files in which functions of the scheme language are composed of others, ``composed`` if not these."""
+"""Files that compose functions of the scheme language from others; any other such function is in ``composed``."""
 
 
 class Tracer:
-    """Writes the functions of a chain that a linker asks for, which joins them with the loop over steps."""
+    """Writes the functions of a chain that a linker asks for. The linker joins them with the loop over steps."""
 
     def __init__(self, linker: "Linker", nodes: Nodes) -> None:
         self.linker, self.nodes = linker, nodes
@@ -58,7 +58,7 @@ class Tracer:
             self.linker.emitted[f"node_{name}"] = self.nodes.source(name)
 
     def ended(self, name: str, width: int, masked: Sequence[int]) -> str:
-        """Emit what makes those entries of a node's function zero at node 0, and all of the run's type; return its name, or ""."""
+        """Emit the function that sets some entries at node 0 to zero and gives all the run's type; return its name, or ""."""
         promoted = self.linker.options.precision == "complex128"
         if not masked and not promoted:
             return ""
@@ -74,7 +74,7 @@ class Tracer:
     # ---- running files
 
     def _call(self, module: str, name: str) -> Callable[..., Any]:
-        """Return what a name stands for: a method of the scheme language, or the function of a file, to be run on symbols."""
+        """Return the value of a name: a method of the scheme language, or a function of a file, to be executed on symbols."""
         if module == LANGUAGE:
             if implementation := self.linker.filled(name):
                 return self._call(*implementation)
@@ -101,10 +101,10 @@ class Tracer:
         return counting
 
     def _compiled(self, module: str, name: str) -> Callable[..., Any]:
-        """Return a function of a file with the names that it uses bound to what they stand for here."""
+        """Return a function of a file, with the names that it uses bound to their values here."""
         file = self.linker.file(module)
         if name not in file.functions:
-            raise InvalidProblem(f"a scheme asks for {name}, which long chains do not have; take a shorter chain, or another scheme.")
+            raise InvalidProblem(f"a scheme asks for {name}, which long chains do not support; take a shorter chain, or another scheme.")
         node = self.linker.lowered(module, name)
         bare = copy.deepcopy(node)
         bare.returns, bare.decorator_list = None, []
@@ -139,14 +139,14 @@ class Tracer:
     # ---- writing functions
 
     def written(self, name: str) -> bool:
-        """Emit a function if it is one of those that are written here; return whether it is."""
+        """Emit a function if the tracer writes it; return whether it does."""
         if name in ARGUMENTS and name not in self.linker.emitted:
             several = name == "step" and self.linker.constants["MULTISTEP"]
             self._write(name, ("p0", "q0", "memory", "h") if several else ARGUMENTS[name])
         return name in ARGUMENTS
 
     def _run(self, name: str, arguments: Sequence[str]) -> Any:
-        """Return the results of a function of the scheme language, the stage multipliers that nobody stores left out."""
+        """Return the results of a function of the scheme language, without stage multipliers if they are not stored."""
         handed = [self._argument(argument) for argument in arguments]
         results = self._call(LANGUAGE, name)(*handed)
         if name == "start":
@@ -156,7 +156,7 @@ class Tracer:
         return results
 
     def _argument(self, name: str) -> Any:
-        """Return an argument of a function: the step size, a state, or what a scheme remembers, which ``start`` made."""
+        """Return an argument of a function: the step size, a state, or the memory of a scheme, which ``start`` made."""
         if name == "h":
             return Scalar(name)
         if name != "memory":
@@ -180,7 +180,7 @@ class Tracer:
         return stored("d", b, f"{array}[{b} * {{k}} + {{i}}]", 0, [f"(ZERO + node_anchor(par)[{i}])" for i in range(b)])
 
     def _write(self, name: str, arguments: Sequence[str]) -> None:
-        """Emit a function that no other encloses."""
+        """Emit a function that is not nested in another."""
         self.linker.emitted[name] = ""
         program = Program(self.nodes.chain.nodes)
         program.arguments = arguments
@@ -219,7 +219,7 @@ class Tracer:
         """Emit Newton's iteration with this update; return the unknowns after it and its report."""
         outer, starts = self.programs[-1], _flat(x)
         if outer.top is not outer or not all(isinstance(part, Field) for part in starts):
-            raise InvalidProblem("a scheme iterates within an iteration, or on numbers, which long chains do not have.")
+            raise InvalidProblem("a scheme iterates within an iteration, or on numbers; long chains support neither.")
         places = [(outer.reserve(part.width), outer.reserve(part.width)) for part in starts]
         updating = self._update(outer, update, x, data, places)
         name = outer.name("after")
@@ -235,7 +235,7 @@ class Tracer:
         return _shaped(x, after), Scalar(f"report_{name}", late=True)
 
     def _update(self, outer: Program, update: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int]]) -> str:
-        """Emit one update: it reads the unknowns from one half of their columns of the slab and writes the next into the other."""
+        """Emit one update. It reads the unknowns from one half of their columns of the slab and writes new values into the other half."""
         inner = Program(outer.nodes, outer)
         self.programs.append(inner)
         now = [stored(part.kind, part.width, f"slab[{{k}}, now_{i} + {{i}}]", 0, part.ghost) for i, part in enumerate(_flat(x))]
@@ -253,7 +253,7 @@ class Tracer:
 
     @staticmethod
     def _shared(outer: Program) -> list[str]:
-        """Names of what an update shares with the function that calls it."""
+        """Names of the values that an update shares with the function that calls it."""
         return ["slab", *outer.arguments]
 
 
@@ -262,7 +262,7 @@ def _written(signature: str, lines: Sequence[str]) -> str:
 
 
 def _kept(part: Field, entry: str) -> Demand:
-    """Return the demand that a field be stored."""
+    """Return the demand that stores a field."""
     return Demand(needs=[(part, 0)], write=lambda at: [f"{entry.format(i=i)} = {at(part, 0)}[{i}]" for i in range(part.width)])
 
 
@@ -272,7 +272,7 @@ def _flat(x: Any) -> list[Field]:
 
 
 def _shaped(x: Any, parts: Sequence[Field]) -> Any:
-    """Return fields as the nested tuple x has them."""
+    """Return fields in the nested tuple form of x."""
     left = iter(parts)
 
     def shaped(branch: Any) -> Any:
@@ -282,6 +282,6 @@ def _shaped(x: Any, parts: Sequence[Field]) -> Any:
 
 
 def _chosen(name: str, *numbers: Any) -> Any:
-    """Return the least or the greatest of some numbers, or of those in a tuple."""
+    """Return the source of the least or the greatest of some numbers, or of those in a tuple."""
     numbers = tuple(numbers[0]) if len(numbers) == 1 else numbers
     return numbers[0] if len(numbers) == 1 else applied(name, *numbers)

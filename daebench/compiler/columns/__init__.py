@@ -1,1 +1,1 @@
-"""Arrays, with an entry for each of several runs, in the place of numbers: for functions that are not compiled."""
+"""Arrays with one entry for each of several runs, in place of numbers: for functions that are not compiled."""

@@ -1,4 +1,4 @@
-"""What functions that are rewritten for several runs call where they are not compiled: numbers are arrays with an entry for each run."""
+"""Functions called by code that is rewritten for several runs and not compiled: numbers are arrays with an entry for each run."""
 
 import operator
 from collections.abc import Callable
@@ -23,27 +23,27 @@ def anyof(truths: Any) -> bool:
 
 
 def negated(truths: Any) -> Any:
-    """Return whether a truth value is false."""
+    """Return whether a truth value is false, for each run."""
     return np.logical_not(truths)
 
 
 def held(like: Any, width: Any) -> list[Any]:
-    """Return a place for nested tuples of the form of ``like``."""
+    """Return a slot for nested tuples of the form of ``like``."""
     return [like]
 
 
 def note(slot: list[Any], first: Any, x: Any) -> None:
-    """Put nested tuples into a place, in the runs where ``first`` is true."""
+    """Write nested tuples into a slot, in the runs where ``first`` is true."""
     slot[0] = select(first, x, slot[0])
 
 
 def recall(slot: list[Any]) -> Any:
-    """Return the nested tuples that are in a place."""
+    """Return the nested tuples in a slot."""
     return slot[0]
 
 
 def max(*numbers: Any) -> Any:
-    """Return the largest of several numbers, as Python's own does: each takes the place of the one before where it is larger."""
+    """Return the largest of several numbers, as Python's own function does: each replaces the one before if it is larger."""
     return _extreme(operator.gt, numbers)
 
 

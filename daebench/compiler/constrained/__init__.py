@@ -1,1 +1,1 @@
-"""What follows from the definition of a constrained Hamiltonian system."""
+"""Quantities derived from the definition of a constrained Hamiltonian system."""

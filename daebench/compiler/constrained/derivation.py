@@ -1,4 +1,4 @@
-"""Everything that follows from a definition, derived when first asked for and then kept."""
+"""All quantities derived from a definition, each computed when it is first asked for and then stored."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -22,11 +22,11 @@ Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
 
 
 class Derivation(Derived):
-    """The expressions of one problem, by the textbook's names.
+    """The expressions of one problem, under the textbook's names.
 
-    A problem whose H is known as an expression (given so, or with diagonal M) is *explicit*: all its derivatives are
-    expressions. Otherwise M(q) is solved with numerically and only M, U, g and their derivatives are expressions;
-    H_p, H_q and the like are then composed of them in ``kernels/mechanical.py``.
+    A problem is *explicit* if H is known as an expression (given as such, or with diagonal M); then all its derivatives are
+    expressions. Otherwise linear systems with M(q) are solved numerically, and only M, U, g and their derivatives are expressions;
+    ``kernels/mechanical.py`` composes H_p, H_q and the like from them.
     """
 
     states = "constrained"
@@ -127,7 +127,7 @@ class Derivation(Derived):
         return self.v
 
     def of_positions(self, x: sp.Matrix) -> sp.Matrix:
-        """Return the part of a vector that belongs to positions, shape(d,): all of it."""
+        """Return the part of a vector that belongs to the positions, shape(d,): all of it."""
         return x
 
     @cached_property
@@ -168,17 +168,17 @@ class Derivation(Derived):
 
     @cached_property
     def structure(self) -> list[list[bool]]:
-        """Where G is not zero, shape(m, d)."""
+        """Pattern of the nonzero entries of G, shape(m, d)."""
         return [[self.G[row, column] != 0 for column in range(self.d)] for row in range(self.m)]
 
     @cached_property
     def inverse_mass(self) -> list[list[bool]]:
-        """Where H_pp is not zero, shape(d, d); everywhere, for all that is known, where it is not explicit."""
+        """Pattern of the entries of H_pp that may be nonzero, shape(d, d); all of them if H_pp is not explicit."""
         return [[not self.explicit or self.H_pp[row, column] != 0 for column in range(self.d)] for row in range(self.d)]
 
     @cached_property
     def coupled(self) -> list[list[int]]:
-        """Sets of positions that M couples with each other: it is solved with set by set."""
+        """Sets of positions that M couples with each other; linear systems with M are solved set by set."""
         sets: list[list[int]] = []
         for i in range(self.d):
             met = [group for group in sets if self.mechanical and any(self.M[i, j] != 0 for j in group)]
@@ -187,21 +187,21 @@ class Derivation(Derived):
 
     @cached_property
     def kinetic_increment(self) -> list[sp.Expr]:
-        """What the flow of the kinetic energy adds to p, then to q, shape(2 d,), of a problem that declares it."""
+        """Increments of p, then of q, under the flow of the kinetic energy, shape(2 d,), for a problem that declares it."""
         flow = self.problem.kinetic_flow
         assert flow is not None
         return [end - start for end, start in zip([*flow.p, *flow.q], [*self.p, *self.q], strict=True)]
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of ``kernels/language.py`` that the problem settles."""
+        """Constants of ``kernels/language.py`` that are known from the problem."""
         return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
         """Return sizes D and M, names of INTEGRALS and POINTS, properties of H, and whether there are CLOSED_FORM, KINETIC_FLOW and CHART.
 
-        EXTENDED, FORCED and DAMPED: whether the last position is the time, whether there are forces without potential, and whether
-        those that depend on the velocity are -c p. DISTANCES and WATER: see :mod:`daebench.compiler.constrained.distances`.
+        EXTENDED: the last position is the time. FORCED: there are forces without a potential. DAMPED: those of them that depend on the
+        velocity are -c p. For DISTANCES and WATER see :mod:`daebench.compiler.constrained.distances`.
         """
         return {
             "D": self.d,
@@ -231,14 +231,14 @@ class Derivation(Derived):
         return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled)
 
     def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int, *, arrays: bool = False) -> Monitored:
-        """Return what the loop does beside stepping, see :class:`daebench.compiler.monitored.Monitored`."""
+        """Return the functions that the loop calls besides the step, see :class:`daebench.compiler.monitored.Monitored`."""
         quantities = of_constrained(self.m, len(self.problem.integrals))
         state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=arrays)
         return Monitored(quantities, state, names, kinds, stage_multipliers, guarded=self.guarded)
 
     @cached_property
     def guarded(self) -> bool:
-        """Whether H may have no value where the forces have one."""
+        """Whether H may be undefined at a state where the forces are defined."""
         problem = self.problem
         return may_be_left_unseen([problem.H, problem.U, *(problem.M or ())], [*problem.q, *problem.p])
 
@@ -257,7 +257,7 @@ class Derivation(Derived):
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        """What each function's arguments, values and shape are; nothing is derived before it is called."""
+        """Arguments, values and shape of each function; nothing is derived before a rule is called."""
         d, m = self.d, self.m
         q: Arguments = {"q": list(self.q)}
         pq: Arguments = {"p": list(self.p), **q}

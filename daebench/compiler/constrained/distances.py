@@ -1,4 +1,4 @@
-"""Which constraints are distances between point masses, and which are those of rigid water: told from the expressions of a problem."""
+"""Recognition of constraints that are distances between point masses, or those of rigid water, from the expressions of a problem."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ import sympy as sp
 from daebench.systems.constrained import ConstrainedHamiltonian
 
 WATER = [{(0, 3), (1, 4), (2, 5)}, {(0, 6), (1, 7), (2, 8)}, {(3, 6), (4, 7), (5, 8)}]
-"""Pairs of coordinates whose differences the constraints of water are of: oxygen first, and last the distance of both hydrogen atoms."""
+"""Pairs of coordinates whose differences occur in the constraints of water: oxygen first, the distance of the hydrogen atoms last."""
 
 
 @dataclass(frozen=True)
 class Distance:
-    """A constraint factor (sum (q_i - q_j)^2 - square); in a distance from the origin each coordinate stands alone, as the pair (i, i)."""
+    """A constraint factor (sum (q_i - q_j)^2 - square). In a distance from the origin each coordinate stands alone, as the pair (i, i)."""
 
     pairs: set[tuple[int, int]]
     factor: sp.Expr
@@ -21,7 +21,7 @@ class Distance:
 
 
 def distance(constraint: sp.Expr, q: Sequence[sp.Symbol]) -> Distance | None:
-    """Return the distance that a constraint keeps; None where it is anything else."""
+    """Return the distance that a constraint prescribes; None if it is of another form."""
     if not constraint.is_polynomial(*q):
         return None
     polynomial = sp.Poly(constraint, *q)
@@ -38,7 +38,7 @@ def distance(constraint: sp.Expr, q: Sequence[sp.Symbol]) -> Distance | None:
 
 
 def distances(problem: ConstrainedHamiltonian) -> list[Distance] | None:
-    """Return what every constraint keeps, where all are distances between point masses or from the origin; None where any is not."""
+    """Return the distances of all constraints if each is a distance between point masses or from the origin; None otherwise."""
     M = problem.M
     if M is None or not M.is_diagonal():
         return None

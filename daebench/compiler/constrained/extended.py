@@ -1,4 +1,4 @@
-"""What follows from a problem in time, or under forces without potential: the same functions, in extended phase space."""
+"""Functions derived from a problem that depends on time or has forces without a potential: the same functions, in extended phase space."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -18,13 +18,13 @@ from daebench.systems.extended import extended, force
 class ExtendedDerivation(Derivation):
     """The expressions of one problem with the time as last position, see :mod:`daebench.systems.extended`.
 
-    The functions have the names and the shapes of those of a Hamiltonian system, with d + 1 for d. Three of them mean more::
+    The functions have the names and shapes of those of a Hamiltonian system, with d + 1 for d. Three of them have additional terms::
 
-        H_p  (M^-1 p, 1)                              the time has no mass, and goes on at the rate 1
-        H_q  H_q - F, and H_t + F.v in the last place minus all forces at fixed p, those without potential among them
-        T_q  T_q + F, and T_t - F.v in the last place, of a mass matrix that is solved with
+        H_p  (M^-1 p, 1)               the time has no mass and advances at the rate 1
+        H_q  (H_q - F, H_t + F.v)      minus all forces at fixed p, including those without a potential
+        T_q  (T_q + F, T_t - F.v)      for a mass matrix M that is not diagonal
 
-    H itself is K = H + p_t. Where M is given, w = (v, p_t) are the unknowns of the formulations, and M is (M, 1) there.
+    H itself is K = H + p_t. If M is given, w = (v, p_t) are the unknowns of the formulations, with the mass matrix (M, 1).
     """
 
     def __init__(self, problem: ConstrainedHamiltonian) -> None:
@@ -33,7 +33,7 @@ class ExtendedDerivation(Derivation):
 
     @property
     def forced(self) -> bool:
-        """Whether there are forces without potential."""
+        """Whether there are forces without a potential."""
         return self.declared.force is not None
 
     @cached_property
@@ -50,7 +50,7 @@ class ExtendedDerivation(Derivation):
 
     @cached_property
     def separable(self) -> bool:
-        """Whether K = 1/2 p^T M^-1 p + p_t + U(q, t) with constant M, and forces that do not depend on the velocity."""
+        """Whether K = 1/2 p^T M^-1 p + p_t + U(q, t) with constant M, and the forces do not depend on the velocity."""
         if not self.explicit:
             return self.constant_mass and not self.T_q.free_symbols & set(self.v)
         return super().separable
@@ -61,12 +61,12 @@ class ExtendedDerivation(Derivation):
         return sp.Matrix([*self.v[: self.d - 1], 1])
 
     def of_positions(self, x: sp.Matrix) -> sp.Matrix:
-        """Return a vector with 0 in the place of the time, shape(d + 1,)."""
+        """Return a vector with its entry for the time set to 0, shape(d + 1,)."""
         return sp.Matrix([*x[: self.d - 1], 0])
 
     @cached_property
     def momenta(self) -> sp.Matrix:
-        """Momenta M(q, t) v of the positions, shape(d + 1,), the last 0."""
+        """Momenta M(q, t) v of the positions, shape(d + 1,), with last entry 0."""
         p = self.M * self.velocity
         return sp.Matrix([*p[: self.d - 1], 0])
 
@@ -77,13 +77,13 @@ class ExtendedDerivation(Derivation):
 
     @cached_property
     def T_q(self) -> sp.Matrix:
-        """Derivative of 1/2 v^T M v with respect to q and t at fixed v, and the forces without potential, shape(d + 1,)."""
+        """Derivative of 1/2 v^T M v with respect to q and t at fixed v, plus the forces without a potential, shape(d + 1,)."""
         T = (self.velocity.T * self.momenta)[0] / 2
         return jacobian([T], self.q).T + force(self.declared, list(self.momenta), list(self.velocity))
 
     @cached_property
     def c(self) -> sp.Matrix:
-        """Velocity terms M'(q)[v] v - T_q less the forces without potential, shape(d + 1,)."""
+        """Velocity terms M'(q)[v] v - T_q minus the forces without a potential, shape(d + 1,)."""
         return self.N * self.velocity - self.T_q
 
     @cached_property
@@ -93,20 +93,20 @@ class ExtendedDerivation(Derivation):
 
     @cached_property
     def coupled(self) -> list[list[int]]:
-        """Sets of positions that M couples with each other; the time, which has no mass, is in none."""
+        """Sets of positions that M couples with each other. The time has no mass and is in no set."""
         return [indices for indices in super().coupled if self.d - 1 not in indices]
 
     @cached_property
     def inverse_mass(self) -> list[list[bool]]:
-        """Where H_pp is not zero, shape(d + 1, d + 1)."""
+        """Pattern of the nonzero entries of H_pp, shape(d + 1, d + 1)."""
         known = super().inverse_mass
         return [[known[i][j] and self.d - 1 not in (i, j) for j in range(self.d)] for i in range(self.d)]
 
     @cached_property
     def damping(self) -> sp.Expr | None:
-        """Rate c where F = -c p beside the gradient of a function of q and t, with c a number or in the parameters; else None.
+        """Rate c if F = -c p plus the gradient of a function of q and t, where c is a number or depends on parameters only; else None.
 
-        Then the two-form contracts as exp(-c t): another force R(q, t) would change it by dR ^ dq.
+        Then the two-form contracts as exp(-c t). Any other force R(q, t) would change it by dR ^ dq.
         """
         if not self.forced:
             return None
@@ -125,7 +125,7 @@ class ExtendedDerivation(Derivation):
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of ``kernels/language.py`` that the problem settles."""
+        """Constants of ``kernels/language.py`` that are known from the problem."""
         return super().constants | {"EXTENDED": True, "FORCED": self.forced}
 
     def facts(self) -> dict[str, Any]:
@@ -138,7 +138,7 @@ class ExtendedDerivation(Derivation):
         return codegen.expressions(name, {}, values, (2, self.d), self.parameters)
 
     def algebra(self, target: Target) -> Values:
-        """Return the algebra of its vectors, whose norms leave out time and p_t."""
+        """Return the algebra of its vectors, whose norms leave out the time and p_t."""
         return Values(self.d, self.m, self.structure, self.inverse_mass, target, self.coupled, unmeasured=1)
 
     @cached_property
@@ -163,5 +163,5 @@ class ExtendedDerivation(Derivation):
 
 
 def derived(problem: ConstrainedHamiltonian) -> Derivation:
-    """Return what follows from a constrained problem, with the time where it has one."""
+    """Return the derivation of a constrained problem, extended by the time if it depends on it."""
     return ExtendedDerivation(problem) if problem.in_time else Derivation(problem)

@@ -1,4 +1,4 @@
-"""What follows from a definition in local coordinates y = (eta, xi) of its manifold, HLW VII.2.3."""
+"""Functions derived from a definition in local coordinates y = (eta, xi) of its manifold, HLW VII.2.3."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -14,9 +14,9 @@ from daebench.compiler.trigonometry import shortened
 
 
 class LocalDerivation(Derivation):
-    """The expressions of one problem in its chart; to kernels eta is ``p`` and xi is ``q``, shape(n,) each.
+    """The expressions of one problem in its chart. Kernels use the names ``p`` for eta and ``q`` for xi, shape(n,) each.
 
-    What a run monitors is a function of the problem's own p and q, which the loop has from ``chart``.
+    The monitored quantities are functions of the problem's own p and q, which the loop gets from ``chart``.
     """
 
     def __init__(self, own: Derivation) -> None:
@@ -28,16 +28,16 @@ class LocalDerivation(Derivation):
 
     @cached_property
     def explicit(self) -> bool:
-        """Whether all that kernels ask for are expressions: always."""
+        """Whether all functions that kernels ask for are expressions: always."""
         return True
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of ``kernels/language.py``; nothing asks whether K is separable, or quadratic in eta."""
+        """Constants of ``kernels/language.py``; no kernel asks whether K is separable, or quadratic in eta."""
         return {"SEPARABLE": False, "QUADRATIC": False, "CONSTRAINTS": self.m}
 
     def algebra(self, target: Target) -> Values:
-        """Return the algebra of its vectors, which leaves nothing out of products."""
+        """Return the algebra of its vectors, whose products omit no entry."""
         dense = [[True] * self.d]
         return Values(self.d, self.m, dense * self.m, dense * self.d, target)
 
@@ -52,7 +52,7 @@ class LocalDerivation(Derivation):
         return self.G * sp.Matrix([self.H]).jacobian(self.p).T
 
     def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int, *, arrays: bool = False) -> Monitored:
-        """Return what the loop does beside stepping, for states in the problem's own coordinates."""
+        """Return the functions that the loop calls besides the step, for states in the problem's own coordinates."""
         return self.own.monitored(names, kinds, stage_multipliers, arrays=arrays)
 
     @cached_property
@@ -76,7 +76,7 @@ class LocalDerivation(Derivation):
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        """What each function's arguments, values and shape are; nothing is derived before it is called."""
+        """Arguments, values and shape of each function; nothing is derived before a rule is called."""
         n, chart = 2 * self.d, self.chart
         q: Arguments = {"q": list(self.q)}
         pq: Arguments = {"p": list(self.p), **q}

@@ -1,4 +1,4 @@
-"""The functions of a constrained problem with many unknowns: vectors are arrays, and terms of one form are summed in loops."""
+"""The functions of a constrained problem with many unknowns: vectors are arrays, and terms of equal form are summed in loops."""
 
 from typing import TYPE_CHECKING
 
@@ -9,11 +9,11 @@ if TYPE_CHECKING:
     from daebench.compiler.constrained.derivation import Derivation
 
 PAIRS = ("damping",)
-"""Functions of few numbers that are returned as a tuple."""
+"""Functions that return a few numbers, as a tuple."""
 
 
 def source(derivation: "Derivation", name: str, dtype: str) -> tuple[str, dict[str, str]] | None:
-    """Return the source of the problem's function of this name and of the tables that it reads; None if it is not an expression.
+    """Return the source of a function of the problem and of the tables that it reads; None if it is not an expression of this problem.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""Dual numbers for numba: a value and its derivatives in several directions, the latter in one vector of the processor.
+"""Dual numbers for numba: a value and its derivatives in several directions. The derivatives are held in one vector register.
 
-Compiled for them, the functions of a linked module compute what they compute for float64, by the same operations in the same order and so
-to the same bits, and its derivative beside it.
+Functions of a linked module that are compiled for dual numbers compute the same values as for float64, by the same operations in the same
+order and so to the bit. They compute the derivatives besides.
 """

@@ -1,6 +1,6 @@
-"""What is called of a module of dual numbers: values and derivatives go in and out apart, for Python has no dual numbers.
+"""Entry points of a module of dual numbers. Values and derivatives are passed separately, because Python has no dual numbers.
 
-The functions are put into generated modules as they stand here; what they call is what the module has under these names.
+The functions are put into generated modules unchanged. The names that they call are those of the module.
 """
 
 from typing import Any
@@ -30,7 +30,7 @@ def integrate_dual(
     dmemory: Any,
     dpar: Any,
 ) -> Any:
-    """Return what ``integrate`` returns, and the derivatives of the state, of the memory, and of the state as it is stored."""
+    """Return the results of ``integrate``, and the derivatives of the state, of the memory, and of the stored form of the state."""
     numbers = lifted(par, dpar)
     result = integrate(  # type: ignore[call-arg]
         lifted(x, dx), lifted(memory, dmemory), conserved, maxima, pivots, h, weights, steps, left, every, states, stage_lams, numbers
@@ -39,35 +39,35 @@ def integrate_dual(
 
 
 def initialise_dual(x: Any, h: float, par: Any, dx: Any, dpar: Any) -> Any:
-    """Return what ``initialise`` returns, and the derivatives of the memory."""
+    """Return the results of ``initialise``, and the derivatives of the memory."""
     memory, report = initialise(lifted(x, dx), h, lifted(par, dpar))  # type: ignore[call-arg]
     return values(memory), values(report), tangents(memory)
 
 
 REMEMBERS: bool = False
-"""Whether the scheme remembers anything from step to step."""
+"""Whether the scheme has a memory that lasts from step to step."""
 
 if REMEMBERS:
 
     def first_memory(x: Any, h: Any, par: Any) -> Any:
-        """Return what the scheme remembers before the first step, and whether it could be made."""
+        """Return the memory of the scheme before the first step, and whether it could be made."""
         memory, report = initialise(x, h, par)  # type: ignore[call-arg]
         return memory, report[0]
 
 else:
 
     def first_memory(x: Any, h: Any, par: Any) -> Any:
-        """Return what a scheme has that remembers nothing."""
+        """Return the memory of a scheme that has none."""
         return (), 0
 
 
 def integrate_tangent(
     x: Any, pivots: Any, h: float, weights: Any, every: int, par: Any, dx: Any, units: Any, states: Any, growth: Any
 ) -> Any:
-    """Put the logarithm by which a tangent vector grows in each ``every`` steps into ``growth``; bring it back to length 1 each time.
+    """Write the logarithmic growth of a tangent vector over each ``every`` steps into ``growth``; rescale the vector to length 1 each time.
 
-    Returns how many of these were done, the steps taken after them, the substeps tried in the last step, and status and residual of the
-    last report. Lengths are those of the entries of the vector times ``units``.
+    Returns the number of these intervals, the steps taken after them, the substeps tried in the last step, and status and residual of the
+    last report. Lengths are measured with the entries of the vector multiplied by ``units``.
     """
     number = lifted(x, dx)
     memory, status = first_memory(number, h, par)

@@ -1,6 +1,6 @@
-"""Elementary functions of dual numbers, by the chain rule, and moduli, minima and maxima.
+"""Elementary functions of dual numbers, by the chain rule; absolute values, minima and maxima.
 
-Values are computed by the functions that float64 has.
+Values are computed by the functions of float64.
 """
 
 import operator
@@ -26,7 +26,7 @@ def value(typingctx: Any, x: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def dual_like(typingctx: Any, x: Any, y: Any) -> Any:
-    """Return a number as a dual one, of which x or y is one."""
+    """Return a number as a dual one; at least one of x and y is dual."""
     if isinstance(x, Dual):
         return x(x, y), lambda context, builder, sig, args: args[0]
     return y(types.float64, y), lambda context, builder, sig, args: cast(context, builder, types.float64, sig.return_type, args[0])
@@ -45,7 +45,7 @@ def chained(typingctx: Any, result: Any, slope: Any, x: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def modulus(typingctx: Any, x: Any) -> Any:
-    """Return |x| of value and derivatives each: what norms, by which increments are measured, are sums of."""
+    """Return |x|, with the absolute values of the derivatives too. Norms, which measure increments, are sums of these."""
 
     def absolute(builder: Any, of: Any, name: str, number: Any) -> Any:
         function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(of, [of]), f"llvm.fabs.{name}")
@@ -63,7 +63,7 @@ def modulus(typingctx: Any, x: Any) -> Any:
 
 
 def _elementary(function: Any, slope: Callable[[Any], Any]) -> None:
-    """Give a function of one number a meaning for a dual one, by its derivative."""
+    """Extend a function of one number to dual numbers, given its derivative."""
     differentiated = register_jitable(slope)
 
     @overload(function, strict=False)  # type: ignore[untyped-decorator]
@@ -119,7 +119,7 @@ def arctan2(y: Any, x: Any) -> Any:
 
 @overload(operator.pow, strict=False)  # type: ignore[untyped-decorator]
 def power(x: Any, y: Any) -> Any:
-    """Return x^y; where y is real, x may be negative or 0 as far as values allow."""
+    """Return x^y. If y is real, x may be negative or 0 wherever x^y is defined."""
     if isinstance(x, Dual) and not isinstance(y, Dual):
         return lambda x, y: chained(value(x) ** y, y * value(x) ** (y - 1.0), x)
     if isinstance(y, Dual) and not isinstance(x, Dual):
@@ -135,9 +135,9 @@ def power(x: Any, y: Any) -> Any:
 
 
 def _extreme(function: Any, first: Callable[[Any, Any], Any]) -> None:
-    """Give a minimum or a maximum a meaning for numbers of which one is dual at least; ``first`` is numba's own choice of two values.
+    """Extend a minimum or a maximum to numbers of which at least one is dual; ``first`` is numba's own choice between two values.
 
-    Kernels take them of sizes alone, and so the derivatives are those of the dual number where the other is real: changes of q are measured
+    Kernels use them only for sizes. If one number is real, the derivatives are those of the dual number: changes of q are measured
     against max(LENGTH, |q|), and those of dq against |dq|.
     """
     chosen = register_jitable(first)
@@ -161,5 +161,5 @@ _extreme(min, lambda x, y: x < y)
 
 @overload_attribute(Dual, "real", strict=False)  # type: ignore[untyped-decorator]
 def real(x: Any) -> Any:
-    """Return the value, as a complex number does."""
+    """Return the value, as the real part of a complex number."""
     return lambda x: value(x)

@@ -1,6 +1,6 @@
-"""Dual numbers in nested tuples, as states and parameters are held, and in arrays.
+"""Dual numbers in arrays and in nested tuples, which hold states and parameters.
 
-A nested tuple may have real numbers, and integers, among the dual ones; these have no derivatives, and ``None`` stands for them.
+A nested tuple may contain real numbers and integers besides dual ones. Those have no derivatives, and ``None`` takes their place.
 """
 
 from typing import Any
@@ -33,13 +33,13 @@ __all__ = [
 ]
 
 MOST_ITEMS = 30
-"""Items up to which Python makes a tuple at once; numba does not know how it makes longer ones."""
+"""Number of items up to which Python makes a tuple at once; numba does not support longer tuples in one expression."""
 
 SETTLED = 16 * 2.0**-52
-"""Derivatives have settled where a sweep changes them by no more than this part of them."""
+"""Derivatives have converged if an iteration changes them by at most this fraction of their size."""
 
 STALLED = 1e4 * 2.0**-52
-"""They have where a sweep changes them by no less than the one before it, and by no more than this part of values and derivatives."""
+"""They have also converged if the change is no smaller than in the iteration before and at most this fraction of values and derivatives."""
 
 
 def values(x: Any) -> Any:
@@ -47,7 +47,7 @@ def values(x: Any) -> Any:
 
 
 def lifted(x: Any, dx: Any) -> Any:
-    """Return a nested tuple of real numbers with derivatives: k of them in a tuple in the place of each number, or None."""
+    """Return a nested tuple of real numbers with derivatives: in place of each number, a tuple of k derivatives or None."""
 
 
 def with_tangents(x: Any, y: Any) -> Any:
@@ -63,11 +63,11 @@ def square(x: Any, units: Any) -> Any:
 
 
 def tangents(x: Any) -> Any:
-    """Return the derivatives of the numbers in a nested tuple: k of them in a tuple in the place of each, or None."""
+    """Return the derivatives of the numbers in a nested tuple: in place of each number, a tuple of k derivatives or None."""
 
 
 def _itemwise(function: str, arguments: str, of: types.BaseTuple, handed: str = "") -> Any:
-    """Return a function of nested tuples that calls itself for each item, with an argument that it hands on as it is."""
+    """Return a function of nested tuples that calls itself for each item, with one further argument that it passes on unchanged."""
     items = [f"{function}({', '.join(f'{name}[{i}]' for name in arguments.split(', '))}{handed})" for i in range(len(of))]
     parts = [pack(items[k : k + MOST_ITEMS]) for k in range(0, len(items), MOST_ITEMS)]
     namespace: dict[str, Any] = {}
@@ -159,7 +159,7 @@ def _tuple(typingctx: Any, x: Any) -> Any:
 
 
 def _place(context: Any, builder: Any, of: Any, args: Any, k: int) -> Any:
-    """Return the address of k numbers in a row of an array, given the array and the first indices of the first of them; the rest are 0."""
+    """Return the address of k numbers in a row of an array, given the array and leading indices of the first of them, others 0."""
     array = context.make_array(of)(context, builder, args[0])
     indices = [*args[1:], *[context.get_constant(types.intp, 0)] * (of.ndim - len(args) + 1)]
     pointer = cgutils.get_item_pointer(context, builder, of, array, indices)
@@ -168,7 +168,7 @@ def _place(context: Any, builder: Any, of: Any, args: Any, k: int) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def put(typingctx: Any, array: Any, i: Any, j: Any, x: Any) -> Any:
-    """Write the derivatives of a dual number into a row of an array from [i, j] on; derivatives of a real one are not written."""
+    """Write the derivatives of a dual number into a row of an array from [i, j] on. For a real number nothing is written."""
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         number = split(context, builder, sig.args[3], args[3])[1]
@@ -181,7 +181,7 @@ def put(typingctx: Any, array: Any, i: Any, j: Any, x: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def spread(typingctx: Any, array: Any, i: Any, j: Any, x: Any) -> Any:
-    """Write the derivatives of a dual number into an array at [0, i, j], [1, i, j] and so on; those of a real one are not written."""
+    """Write the derivatives of a dual number into an array at [0, i, j], [1, i, j] and so on. For a real number nothing is written."""
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         number, of = split(context, builder, sig.args[3], args[3])[1], sig.args[0]
@@ -196,7 +196,7 @@ def spread(typingctx: Any, array: Any, i: Any, j: Any, x: Any) -> Any:
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def take(typingctx: Any, array: Any, i: Any, j: Any, x: Any, k: Any) -> Any:
-    """Return the dual number of value x whose k derivatives are in a row of an array from [i, j] on."""
+    """Return the dual number with value x whose k derivatives are in a row of an array from [i, j] on."""
     of = Dual(k.literal_value)
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -209,14 +209,14 @@ def take(typingctx: Any, array: Any, i: Any, j: Any, x: Any, k: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def unsettled(typingctx: Any, size: Any, scale: Any, last: Any) -> Any:
-    """Return what a sweep has changed; in directions in which derivatives have settled, in this sweep or before, less than nothing.
+    """Return the change in an iteration; its derivatives are -1 in directions in which they have converged, now or before.
 
     Parameters
     ----------
     size, scale : number
-        What the sweep has changed, and what that is measured against.
+        Change in this iteration, and the size that it is measured against.
     last : number
-        What this function returned of the sweep before it.
+        Result of this function for the iteration before.
     """
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -236,7 +236,7 @@ def unsettled(typingctx: Any, size: Any, scale: Any, last: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def at_rest(typingctx: Any, last: Any) -> Any:
-    """Return whether derivatives have settled in every direction, by what :func:`unsettled` returned."""
+    """Return whether the derivatives have converged in every direction, given the result of :func:`unsettled`."""
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         vector = split(context, builder, sig.args[0], args[0])[1]
@@ -262,7 +262,7 @@ def finite_tangents(typingctx: Any, size: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def select(typingctx: Any, first: Any, x: Any, y: Any) -> Any:
-    """Return x where the truth value ``first`` is true, else y, without a branch."""
+    """Return x if the truth value ``first`` is true, else y, without a branch."""
     of = next((number for number in (x, y) if isinstance(number, Dual)), types.float64)
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:

@@ -4,8 +4,8 @@
 
     x = x + x_1 e_1 + ... + x_k e_k,      e_i e_j = 0
 
-The part x is a double, and x_1 ... x_k are one LLVM vector of k doubles. No operation of values is contracted or reordered. Comparisons
-are those of values.
+The value x is a double, and x_1 ... x_k are one LLVM vector of k doubles. No operation on values is contracted or reordered.
+Comparisons compare values.
 """
 
 import operator
@@ -38,7 +38,7 @@ class Tangents(types.Type):  # type: ignore[misc]
 
 
 class Dual(types.Type):  # type: ignore[misc]
-    """The type of numbers with derivatives in k directions; a real number is one whose derivatives are 0."""
+    """The type of numbers with derivatives in k directions; a real number has derivatives 0."""
 
     def __init__(self, k: int) -> None:
         self.k = k
@@ -50,11 +50,11 @@ class Dual(types.Type):  # type: ignore[misc]
         return self.k
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
-        """Return how a number of another type becomes one of this."""
+        """Return how a number of another type is converted to this type."""
         return Conversion.promote if isinstance(other, REAL) else None
 
     def unify(self, typingctx: Any, other: Any) -> Any:
-        """Return the type of what may be of this type or of another."""
+        """Return the common type of this type and another."""
         return self if isinstance(other, REAL) else None
 
 
@@ -75,20 +75,20 @@ class DualModel(StructModel):  # type: ignore[misc]
 
 
 def split(context: Any, builder: Any, of: Any, x: Any) -> tuple[Any, Any]:
-    """Return value and derivatives of a number of a type, the latter None for a real number."""
+    """Return value and derivatives of a number of the given type; the derivatives of a real number are None."""
     if not isinstance(of, Dual):
         return context.cast(builder, x, of, types.float64), None
     return builder.extract_value(x, 0), builder.extract_value(x, 1)
 
 
 def joined(context: Any, builder: Any, of: Dual, value: Any, tangents: Any) -> Any:
-    """Return the dual number of a type with this value and these derivatives."""
+    """Return the dual number of the given type with this value and these derivatives."""
     empty = ir.Constant(context.get_value_type(of), ir.Undefined)
     return builder.insert_value(builder.insert_value(empty, value, 0), tangents, 1)
 
 
 def constant(k: int, x: float) -> Any:
-    """Return the vector of k times the same number."""
+    """Return the vector with k equal entries."""
     return ir.Constant(ir.VectorType(DOUBLE, k), [x] * k)
 
 
@@ -125,11 +125,11 @@ def _quotient(builder: Any, x: Any, dx: Any, y: Any, dy: Any) -> tuple[Any, Any]
 
 
 Rule = Callable[[Any, Any, Any, Any, Any], Any]
-"""What makes value and derivatives, or a truth value, of those of two numbers."""
+"""A function from value and derivatives of two numbers to those of the result, or to a truth value."""
 
 
 def _binary(operation: Any, rule: Rule, result: Any = None) -> None:
-    """Give an operation a meaning for two numbers of which one is dual at least; its result is dual where no other type is named."""
+    """Define an operation on two numbers of which at least one is dual; the result is dual unless another type is given."""
 
     class Typed(AbstractTemplate):  # type: ignore[misc]
         key = operation
@@ -152,7 +152,7 @@ def _binary(operation: Any, rule: Rule, result: Any = None) -> None:
 
 
 def _comparison(sign: str) -> Rule:
-    """Return the rule of a comparison of values; as of floats, NaN is not equal to anything and in no order."""
+    """Return the rule of a comparison of values. As for floats, NaN is unequal to every number and unordered."""
     compared = "fcmp_unordered" if sign == "!=" else "fcmp_ordered"
     return lambda builder, x, dx, y, dy: getattr(builder, compared)(sign, x, y)
 
@@ -175,7 +175,7 @@ class Negative(AbstractTemplate):  # type: ignore[misc]
     """The type of -x."""
 
     def generic(self, args: Any, kws: Any) -> Any:
-        """Return the signature, of a dual number alone."""
+        """Return the signature, which exists for a dual number only."""
         return signature(args[0], args[0]) if len(args) == 1 and isinstance(args[0], Dual) else None
 
 

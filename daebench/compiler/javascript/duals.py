@@ -10,7 +10,7 @@ INFINITY = float("inf")
 
 
 def nested(function: Callable[..., Any], x: Any, *others: Any) -> Any:
-    """Return what a function gives for each number of a nested tuple."""
+    """Return the values of a function for each number of a nested tuple."""
     if isinstance(x, tuple):
         return tuple(nested(function, *entries) for entries in zip(x, *others, strict=True))
     return function(x, *others)

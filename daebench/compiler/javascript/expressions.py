@@ -1,4 +1,4 @@
-"""Expressions of a linked module as Python would evaluate them, with numbers that stand for variables."""
+"""Expressions of a linked module, evaluated as by Python, with numbers that stand for variables."""
 
 import ast
 from abc import ABC, abstractmethod
@@ -18,14 +18,14 @@ DIGITS = "0123456789"
 
 
 class Evaluator(ABC):
-    """Evaluates expressions of a module, and writes each operation down.
+    """Evaluates expressions of a module, and records each operation.
 
     Parameters
     ----------
     source : str
-        The module that the linker has made.
+        The linked module.
     known : Known
-        What earlier attempts have found out.
+        Knowledge from earlier attempts.
     """
 
     def __init__(self, source: str, known: Known) -> None:
@@ -43,7 +43,7 @@ class Evaluator(ABC):
                 self.constants[node.targets[0].id] = float("inf") if infinite else ast.literal_eval(node.value)
 
     def name(self) -> str:
-        """Return a name that is not in use: a letter, a digit, and so on, which no word of the language is."""
+        """Return a new name: a letter and a digit, and so on. No keyword of the language is of this form."""
         k, self.count = self.count, self.count + 1
         text = LETTERS[k % 52] + DIGITS[k // 52 % 10]
         k //= 520
@@ -59,10 +59,10 @@ class Evaluator(ABC):
 
     @abstractmethod
     def call(self, name: str, arguments: Sequence[Any]) -> Any:
-        """Return what a function returns; its statements are written where it is called."""
+        """Return the result of a function; its statements are written at the place of the call."""
 
     def variable(self, frame: Frame, name: str) -> Any:
-        """Return what a name stands for."""
+        """Return the value of a name."""
         if name in frame.storage:
             return frame.storage[name]
         if name in frame.values:
@@ -113,7 +113,7 @@ class Evaluator(ABC):
         raise untranslatable(node)
 
     def entries(self, frame: Frame, nodes: Sequence[ast.expr]) -> tuple[Any, ...]:
-        """Return the values of expressions, of which some may be tuples that are written out."""
+        """Return the values of expressions; starred tuples are expanded."""
         values: list[Any] = []
         for node in nodes:
             values += self.evaluate(frame, node.value) if isinstance(node, ast.Starred) else [self.evaluate(frame, node)]
@@ -143,7 +143,7 @@ class Evaluator(ABC):
         return result
 
     def compared(self, ops: Sequence[ast.cmpop], sides: Sequence[Number]) -> Number:
-        """Return whether neighbours compare."""
+        """Return the truth value of a chain of comparisons."""
         result: Number = True
         for op, a, b in zip(ops, sides, sides[1:], strict=False):
             result = self.arithmetic.logical("&&", result, self.arithmetic.compare(COMPARE[type(op)], a, b))
@@ -169,9 +169,9 @@ class Evaluator(ABC):
         if name == "len":
             (value,) = arguments
             return Real(self.let(("length", value.name))) if isinstance(value, Entries) else len(value)
-        raise BadInput(f"a page has no {name} of such numbers; take another problem or method for it.")
+        raise BadInput(f"a page cannot compute {name} of these numbers; choose another problem or method for it.")
 
 
 def untranslatable(node: ast.AST) -> BadInput:
-    """Return the error that an expression has no counterpart in a page."""
-    return BadInput(f"a page cannot compute {ast.unparse(node)[:60]}; take another problem or method for it.")
+    """Return the error for an expression without a counterpart in a page."""
+    return BadInput(f"a page cannot compute {ast.unparse(node)[:60]}; choose another problem or method for it.")

@@ -1,4 +1,4 @@
-"""What follows a linked module as Python would run it, with numbers that stand for variables, and writes down each operation."""
+"""Follows a linked module as Python would run it, with numbers that stand for variables, and records each operation."""
 
 import ast
 from collections.abc import Callable, Iterator, Sequence
@@ -11,7 +11,7 @@ from daebench.compiler.javascript.numbers import Dual, Entries, Number, Real, at
 from daebench.compiler.javascript.statements import Break, For, If, Label, Put, Set, Variables
 
 RESULT = "return"
-"""What the value of a function that returns from several places is kept under."""
+"""Key of the value of a function that returns from several places."""
 
 
 class Follower(Evaluator):
@@ -25,7 +25,7 @@ class Follower(Evaluator):
         self.block = outer
 
     def call(self, name: str, arguments: Sequence[Any]) -> Any:
-        """Return what a function returns; its statements are written where it is called."""
+        """Return the result of a function; its statements are written at the place of the call."""
         node = self.functions[name]
         parameters = [argument.arg for argument in node.args.args]
         changing = several_places(node, parameters) | {variable for function, variable in self.known.changing if function == name}
@@ -34,7 +34,7 @@ class Follower(Evaluator):
             for parameter, argument in zip(parameters, arguments, strict=True):
                 self.bind(frame, parameter, argument, copied=False)
             ended, value = self.run(frame, node.body)
-        assert ended or name == "store", f"{name} has an end without a result"
+        assert ended or name == "store", f"{name} ends without a result"
         self.block.append(frame.declared)
         if RESULT in frame.storage:
             self.block.append(Label(frame.label, body))
@@ -43,7 +43,7 @@ class Follower(Evaluator):
         return value
 
     def bind(self, frame: Frame, name: str, value: Any, *, copied: bool = True) -> None:
-        """Give a variable a value: a name for it, or a place where it is kept."""
+        """Give a variable a value: a new name, or storage if it changes."""
         if name in frame.changing or name == RESULT:
             self.keep(frame, name, value)
         else:
@@ -51,7 +51,7 @@ class Follower(Evaluator):
             frame.escaped.discard(name)
 
     def copied(self, value: Any) -> Any:
-        """Return a value with copies of what may change."""
+        """Return a value with copies of the parts that may change."""
         match value:
             case tuple():
                 return tuple(map(self.copied, value))
@@ -62,7 +62,7 @@ class Follower(Evaluator):
         return value
 
     def keep(self, frame: Frame, name: str, value: Any) -> None:
-        """Put a value where a variable that changes is kept."""
+        """Write a value into the storage of a variable that changes."""
         places: list[int] = [0]
         if name not in frame.storage:
             frame.storage[name] = self.storage(frame, name, value, places)
@@ -72,7 +72,7 @@ class Follower(Evaluator):
         self.block += [Set(target, atom(source)) for (target, _), source in zip(pairs, sources, strict=True) if atom(source) != target]
 
     def storage(self, frame: Frame, name: str, value: Any, places: list[int]) -> Any:
-        """Return new variables for a value of a form."""
+        """Return new variables for a value of this form."""
         if isinstance(value, tuple):
             return tuple(self.storage(frame, name, entry, places) for entry in value)
         if value is None or isinstance(value, Entries):
@@ -85,7 +85,7 @@ class Follower(Evaluator):
         return Dual(Real(names[0]), tuple(map(Real, names[1:]))) if k else Real(names[0])
 
     def pairs(self, frame: Frame, name: str, target: Any, value: Any, places: list[int]) -> Iterator[tuple[str, Number]]:
-        """Yield the variables of a storage with the numbers that go there."""
+        """Yield the variables of a storage, each with the number to be stored there."""
         if isinstance(target, tuple):
             for inner, entry in zip(target, value, strict=True):
                 yield from self.pairs(frame, name, inner, entry, places)
@@ -101,7 +101,7 @@ class Follower(Evaluator):
             yield target.name, value
 
     def run(self, frame: Frame, body: Sequence[ast.stmt]) -> tuple[bool, Any]:  # noqa: C901 - a case a kind of statement
-        """Follow statements; return whether they end the function, and what it then returns."""
+        """Follow statements; return whether they end the function, and its result if they do."""
         for node in body:
             match node:
                 case ast.Expr(value=ast.Call()):
@@ -124,7 +124,7 @@ class Follower(Evaluator):
         return False, None
 
     def returned(self, frame: Frame, value: Any) -> Any:
-        """Return the value of a function that ends here, kept where it may end elsewhere."""
+        """Return the result of a function that ends here; it is stored if the function may also end elsewhere."""
         if not frame.depth and RESULT not in frame.storage:
             return value
         self.bind(frame, RESULT, value)
@@ -133,7 +133,7 @@ class Follower(Evaluator):
         return frame.storage[RESULT]
 
     def branch(self, frame: Frame, test: Number, then: Sequence[ast.stmt], other: Sequence[ast.stmt]) -> tuple[bool, Any] | None:
-        """Follow a branch; return what :meth:`run` does where it ends the function."""
+        """Follow a branch; return the result of :meth:`run` if the branch ends the function."""
         if not isinstance(test, Real):
             ended = self.run(frame, then if test else other)
             return ended if ended[0] else None
@@ -143,7 +143,7 @@ class Follower(Evaluator):
         return (True, frame.storage[RESULT]) if all(ends) else None
 
     def nested(self, frame: Frame, block: list[Any], body: Sequence[ast.stmt]) -> bool:
-        """Follow the statements of a block, whose own names end with it; return whether they end the function."""
+        """Follow the statements of a block, whose local names end with it; return whether they end the function."""
         before = dict(frame.values)
         frame.depth += 1
         with self.within(block):
@@ -163,7 +163,7 @@ class Follower(Evaluator):
         self.block.append(For(counter, atom(start), atom(stop), block))
 
     def assign(self, frame: Frame, target: ast.expr, value: Any) -> None:
-        """Give what stands on the left a value; of several variables, all at once."""
+        """Assign a value to the left-hand side; several variables are assigned at once."""
         match target:
             case ast.Name(id=name):
                 self.bind(frame, name, value)
@@ -179,11 +179,11 @@ class Follower(Evaluator):
 
 
 Roots = Callable[[Follower], None]
-"""What follows functions of a module and writes down what becomes of their results."""
+"""A function that follows functions of a module and records where their results go."""
 
 
 def followed(source: str, roots: Roots) -> list[Any]:
-    """Return the statements of what ``roots`` follows; it is called again until all variables are known."""
+    """Return the statements that ``roots`` produces. ``roots`` is called again until all variables are known."""
     known = Known()
     while True:
         follower = Follower(source, known)

@@ -1,4 +1,4 @@
-"""Calls of functions that are being followed, and what is known of their variables."""
+"""Calls of functions that are being followed, and the knowledge about their variables."""
 
 import ast
 from collections.abc import Sequence
@@ -9,19 +9,19 @@ from daebench.compiler.javascript.statements import Variables
 
 
 class Again(Exception):
-    """A variable turned out to be another kind than its first value; what is known of it now is kept for the next attempt."""
+    """A variable turned out to be of another kind than its first value. The next attempt uses this knowledge."""
 
 
 @dataclass
 class Known:
-    """What is known of variables before a module is followed.
+    """Knowledge about variables before a module is followed.
 
     Parameters
     ----------
     changing : set of (str, str)
-        Function and variable that is given a value in one block and read in another.
+        Function and variable, if it is assigned in one block and read in another.
     directions : dict of (str, str, int) to int
-        Function, variable and place in it that holds dual numbers, and in how many directions.
+        For a function, a variable and a place in it that holds dual numbers: the number of directions.
     """
 
     changing: set[tuple[str, str]] = field(default_factory=set)
@@ -37,9 +37,9 @@ class Frame:
     function : str
         Its name.
     changing : set of str
-        Variables that are given values in more than one block.
+        Variables that are assigned in more than one block.
     values, storage : dict
-        Values of the others, and where these are kept.
+        Values of the other variables, and storage of the changing ones.
     """
 
     function: str
@@ -53,7 +53,7 @@ class Frame:
 
 
 def several_places(node: ast.FunctionDef, parameters: Sequence[str]) -> set[str]:
-    """Return the names of variables that are given values in more than one block of a function."""
+    """Return the names of variables that are assigned in more than one block of a function."""
     places: dict[str, set[int]] = {name: {id(node.body)} for name in parameters}
 
     def look(body: Sequence[ast.stmt]) -> None:

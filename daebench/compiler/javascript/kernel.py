@@ -1,8 +1,8 @@
 """The loop of a linked module, and functions of a state, as methods of one JavaScript object.
 
-Numbers go in and out in arrays that the page makes once: ``S`` holds the state, what the scheme remembers, the largest errors, the smallest
-pivot and the conserved quantities, each dual number as its value and its derivatives; ``P`` the run-time data; ``W`` the weights of a
-composition; ``R`` the steps done, the rows stored, the steps left until the next, the substeps tried, status and residual.
+Numbers are passed in arrays that the page allocates once. ``S`` holds the state, the memory of the scheme, the largest errors, the smallest
+pivot and the conserved quantities, each dual number as its value and its derivatives. ``P`` holds the run-time data, ``W`` the weights of a
+composition, and ``R`` the steps done, the rows stored, the steps left until the next row, the substeps tried, status and residual.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ INFINITY = float("inf")
 
 @dataclass(frozen=True)
 class Layout:
-    """What the arrays of a kernel hold.
+    """Contents of the arrays of a kernel.
 
     Parameters
     ----------
@@ -28,9 +28,9 @@ class Layout:
     par : nested tuple of float
         The run-time data.
     directions : int
-        In how many directions states have derivatives.
+        Number of directions in which states have derivatives.
     rows : int
-        Width of a row of states as they are stored.
+        Number of entries in a row of stored states.
     monitored : int
         Number of monitored errors.
     """
@@ -54,7 +54,7 @@ class Reader:
         return Real(self.follower.let(("index", self.array, self.index - 1)))
 
     def like(self, form: Any, directions: int = 0) -> Any:
-        """Return numbers in the form of a nested tuple; dual where it has dual ones, or in so many directions."""
+        """Return numbers in the form of a nested tuple. They are dual where it has dual ones, or in this many directions."""
         if isinstance(form, tuple):
             return tuple(self.like(entry, directions) for entry in form)
         k = len(form.parts) if isinstance(form, Dual) else directions
@@ -82,21 +82,21 @@ def method(name: str, parameters: str, block: list[Any]) -> str:
 def kernel(source: str, layout: Layout) -> str:
     """Return a linked module's loop as an object with ``start(S, h, P, R)`` and ``integrate(S, h, steps, ..., R)``.
 
-    ``start`` makes what the scheme remembers and what is conserved of the state that S begins with; its status is R[4]. ``integrate`` is
-    :func:`daebench.schemes.kernels.loop.integrate`: it stores a state in T when ``left`` steps are done and then after every ``every``.
-    S has ``size`` numbers, the largest errors from ``errors`` on.
+    ``start`` computes the memory of the scheme and the conserved quantities from the state at the start of S; its status is R[4].
+    ``integrate`` is :func:`daebench.schemes.kernels.loop.integrate`. It stores a state in T after ``left`` steps, then every ``every``.
+    S has ``size`` numbers; the largest errors start at ``errors``.
 
     Parameters
     ----------
     source : str
-        The module that the linker has made for a scheme and a problem.
+        The linked module of a scheme and a problem.
     layout : Layout
-        What its arrays hold.
+        Contents of its arrays.
 
     Raises
     ------
     BadInput
-        If the module computes what a page cannot.
+        If the module contains an operation that a page cannot compute.
     """
     forms: dict[str, Any] = {}
 
@@ -132,18 +132,18 @@ def kernel(source: str, layout: Layout) -> str:
 
 
 def functions(source: str, names: Iterable[str], arguments: Sequence[int], par: Any) -> str:
-    """Return functions of a problem as an object whose methods ``name(S, P, O)`` write what they return at a state into O.
+    """Return functions of a problem as an object whose methods ``name(S, P, O)`` write their values at a state into O.
 
     Parameters
     ----------
     source : str
-        A linked module that has them.
+        A linked module that contains them.
     names : iterable of str
         Names in the scheme language.
     arguments : sequence of int
-        Lengths of the vectors that they take, which S holds one after the other.
+        Lengths of the vectors that they take, which S holds one after another.
     par : nested tuple of float
-        The problem's numbers.
+        The parameters of the problem.
     """
 
     def text(name: str) -> str:

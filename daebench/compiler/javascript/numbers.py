@@ -1,6 +1,6 @@
 """Numbers that stand for variables of a script, real and dual, and the operations on them.
 
-Operations of constants are done at once; 1 x and x / 1 are x, which they are to the bit; derivatives that are zero are left out.
+Operations on constants are carried out at once. 1 x and x / 1 are replaced by x, which is exact. Zero derivatives are left out.
 """
 
 from collections.abc import Callable
@@ -41,7 +41,7 @@ class Dual:
 
 @dataclass(frozen=True)
 class Entries:
-    """An array of numbers: a vector, or rows of a width."""
+    """An array of numbers: a vector, or rows of fixed length."""
 
     name: str
     width: int = 0
@@ -62,7 +62,7 @@ def value_of(x: Number) -> Number:
 
 
 class Arithmetic:
-    """Operations, each of which makes a statement by what it is given: a function from an expression to a name.
+    """Operations on numbers. Each adds a statement through ``let``, a function from an expression to a name.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class Arithmetic:
         return self.made("neg", a) if isinstance(a, Real) else -a
 
     def compare(self, operation: str, a: Number, b: Number) -> Number:
-        """Return whether values compare so."""
+        """Return the result of a comparison of values."""
         a, b = value_of(a), value_of(b)
         if isinstance(a, Real) or isinstance(b, Real):
             return self.made(operation, a, b)
@@ -139,7 +139,7 @@ class Arithmetic:
         return self.made("!", a) if isinstance(a, Real) else not a
 
     def chosen(self, test: Number, a: Any, b: Any) -> Any:
-        """Return a where a truth value is true, else b; of tuples, entry by entry."""
+        """Return a if a truth value is true, else b; of tuples, entry by entry."""
         if not isinstance(test, Real):
             return a if test else b
         if isinstance(a, tuple):
@@ -151,11 +151,11 @@ class Arithmetic:
         return a if a == b and type(a) is type(b) else self.made("?", test, a, b)
 
     def extreme(self, operation: str, a: Number, b: Number) -> Number:
-        """Return the larger, or the smaller, of two numbers, the second where they do not compare, as numba does."""
+        """Return the larger, or the smaller, of two numbers; if they are unordered, the second, as numba does."""
         return self.chosen(self.compare(operation, a, b), a, b)
 
     def power(self, a: Number, b: Number) -> Number:
-        """Return a^b: by products where b is a whole constant, as numba does."""
+        """Return a^b: by products if b is an integer constant, as numba does."""
         if not isinstance(b, Real | Dual) and float(b).is_integer() and isinstance(b, int):
             product, square, left = None, a, abs(b)
             while left:
@@ -171,7 +171,7 @@ class Arithmetic:
         return self.made("Math.pow", a, b)
 
     def elementary(self, name: str, a: Number) -> Number:
-        """Return an elementary function of a number; its derivative is that of dual numbers."""
+        """Return an elementary function of a number, with the derivative that dual numbers have."""
         if not isinstance(a, Dual):
             return self.made(ELEMENTARY[name], a)
         import numpy as np
@@ -192,7 +192,7 @@ def is_zero(x: Number) -> bool:
 
 
 class Symbol:
-    """A number with operators, and the functions of NumPy as methods: what slopes of elementary functions are written with."""
+    """A number with operators, and the functions of NumPy as methods. The derivatives of elementary functions are written with it."""
 
     def __init__(self, arithmetic: Arithmetic, number: Number) -> None:
         self.arithmetic, self.number = arithmetic, number

@@ -1,4 +1,4 @@
-"""What becomes of statements before they are written: those that no result depends on go, and what is read once stands where it is read."""
+"""Passes over statements before they are written: removal of statements on which no result depends, and inlining of values read once."""
 
 from collections import Counter
 from typing import Any
@@ -7,7 +7,7 @@ from daebench.compiler.javascript.statements import Expression, For, If, Label, 
 
 
 def pruned(block: list[Any]) -> list[Any]:
-    """Return a block without statements that no array and no branch depends on; blocks that are empty then go too."""
+    """Return a block without statements on which no array and no branch depends. Blocks that become empty are removed too."""
     while True:
         values: dict[str, list[Expression]] = {}
         pending: list[str] = []
@@ -29,7 +29,7 @@ def pruned(block: list[Any]) -> list[Any]:
 
 
 def _without(block: list[Any], needed: set[str]) -> tuple[list[Any], bool]:
-    """Return a block without what is not needed, and whether anything went."""
+    """Return a block without the statements that are not needed, and whether any was removed."""
     left: list[Any] = []
     changed = False
     for statement in block:
@@ -59,7 +59,7 @@ def _without(block: list[Any], needed: set[str]) -> tuple[list[Any], bool]:
 
 
 def inlined(block: list[Any]) -> list[Any]:
-    """Return a block in which a value that is read once, in the block where it is made, stands where it is read."""
+    """Return a block in which each value that is read once, in the block where it is made, is inlined."""
     uses = Counter(name for statement in every(block) for head in heads(statement) for name in names_of(head))
     return _inlined(block, uses)
 
@@ -69,7 +69,7 @@ def _inlined(block: list[Any], uses: Counter[str]) -> list[Any]:  # noqa: C901 -
     pending: dict[str, Expression] = {}
 
     def put_back(others: set[str]) -> None:
-        """Write out pending values that depend on what changes, and those that they stand in, in their order."""
+        """Write out, in their order, pending values that depend on changed names, and the pending values in which they occur."""
         for name in [name for name, value in pending.items() if others & {name, *names_of(value)}]:
             made.append(Let(name, pending.pop(name)))
 
@@ -108,12 +108,12 @@ def _inlined(block: list[Any], uses: Counter[str]) -> list[Any]:  # noqa: C901 -
 
 
 def changed(statement: Set | Put) -> str:
-    """Return the name of what a statement changes."""
+    """Return the name that a statement changes."""
     return statement.name if isinstance(statement, Set) else statement.array
 
 
 def _replaced(expression: Expression, pending: dict[str, Expression]) -> Expression:
-    """Return an expression with pending values in the place of their names, which are then no longer pending."""
+    """Return an expression in which names of pending values are replaced by these values, which are then no longer pending."""
     if isinstance(expression, str):
         return pending.pop(expression, expression)
     if isinstance(expression, tuple):

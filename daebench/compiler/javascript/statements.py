@@ -1,4 +1,4 @@
-"""Statements of a script over numbers, and how they are written; an expression is a name, a number, or an operation and its operands."""
+"""Statements of a script over numbers, and their text. An expression is a name, a number, or an operation with its operands."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ Expression = Any
 
 @dataclass
 class Let:
-    """A name that is given a value once."""
+    """A name that is assigned once."""
 
     name: str
     value: Expression
@@ -18,14 +18,14 @@ class Let:
 
 @dataclass
 class Variables:
-    """Names that are given values again and again."""
+    """Names that are assigned repeatedly."""
 
     names: list[str] = field(default_factory=list)
 
 
 @dataclass
 class Set:
-    """A variable that is given a value."""
+    """An assignment to a variable."""
 
     name: str
     value: Expression
@@ -33,7 +33,7 @@ class Set:
 
 @dataclass
 class Put:
-    """An entry of an array that is given a value."""
+    """An assignment to an entry of an array."""
 
     array: str
     index: Expression
@@ -42,7 +42,7 @@ class Put:
 
 @dataclass
 class If:
-    """One block or another."""
+    """A choice between two blocks."""
 
     test: Expression
     then: list[Any]
@@ -51,7 +51,7 @@ class If:
 
 @dataclass
 class For:
-    """A block for each whole number from ``start`` to below ``stop``."""
+    """A loop of a block over the integers from ``start`` up to, but not including, ``stop``."""
 
     name: str
     start: Expression
@@ -80,7 +80,7 @@ ATOM = 9
 
 
 def heads(statement: Any) -> list[Expression]:
-    """Return the expressions that a statement itself has, those of its blocks left out."""
+    """Return the expressions of a statement itself, without those of its blocks."""
     match statement:
         case Let() | Set():
             return [statement.value]
@@ -104,7 +104,7 @@ def blocks(statement: Any) -> list[list[Any]]:
 
 
 def every(block: Iterable[Any]) -> Iterator[Any]:
-    """Yield all statements of a block and of those in it."""
+    """Yield all statements of a block and of the blocks within it."""
     for statement in block:
         yield statement
         for inner in blocks(statement):
@@ -121,7 +121,7 @@ def names_of(expression: Expression) -> Iterator[str]:
 
 
 def number(x: float) -> str:
-    """Return a number as it is written: with as many digits as give it back."""
+    """Return the text of a number, with as many digits as are needed to restore it."""
     if isinstance(x, bool):
         return str(x).lower()
     if x != x:
@@ -133,7 +133,7 @@ def number(x: float) -> str:
 
 
 def text(expression: Expression) -> tuple[str, int]:
-    """Return an expression as it is written, and how tightly it binds; operations keep the order in which Python does them."""
+    """Return the text of an expression, and its precedence; operations stay in the order in which Python does them."""
     if isinstance(expression, str):
         return expression, ATOM
     if not isinstance(expression, tuple):
@@ -157,7 +157,7 @@ def text(expression: Expression) -> tuple[str, int]:
 
 
 def bound(expression: Expression, least: int, *, first: bool = False) -> str:
-    """Return an expression in parentheses where it binds less tightly than ``least``, or where two signs would meet."""
+    """Return an expression, in parentheses if its precedence is below ``least`` or if two signs would meet."""
     written, level = text(expression)
     return f"({written})" if level < least or (written.startswith("-") and not first) else written
 

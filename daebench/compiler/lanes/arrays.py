@@ -1,6 +1,6 @@
 """Lanes read from and written to arrays.
 
-Arrays of nested tuples have a column for each run: lane w of a block that begins at column b is column b + w.
+Arrays of nested tuples have a column for each run: lane w of a block that begins at column b is in column b + w.
 """
 
 from typing import Any
@@ -40,7 +40,7 @@ def _read(builder: Any, address: Any) -> Any:
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def take_all(typingctx: Any, like: Any, array: Any, row: Any, column: Any, width: Any) -> Any:
-    """Return nested tuples of the form of ``like``, whose numbers are read from rows of an array, one row a number."""
+    """Return nested tuples of the form of ``like``, whose numbers are read from rows of an array, one row for each number."""
     lanes = Lanes(array.dtype, width.literal_value)
 
     def form(of: Any) -> Any:
@@ -63,7 +63,7 @@ def take_all(typingctx: Any, like: Any, array: Any, row: Any, column: Any, width
 
 @intrinsic  # type: ignore[untyped-decorator]
 def put_all(typingctx: Any, array: Any, row: Any, column: Any, live: Any, x: Any) -> Any:
-    """Write the numbers of nested tuples into rows of an array, in the lanes that are live."""
+    """Write the numbers of nested tuples into rows of an array, in the active lanes only."""
     lanes = Lanes(array.dtype, live.width)
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -87,7 +87,7 @@ def put_all(typingctx: Any, array: Any, row: Any, column: Any, live: Any, x: Any
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def mixed(typingctx: Any, x: Any, array: Any, column: Any, width: Any) -> Any:
-    """Return nested tuples in which an integer stands for a row of an array, which is read, and anything else for itself."""
+    """Return nested tuples in which each integer is replaced by the row of an array that it denotes; other entries stay."""
     lanes = Lanes(array.dtype, width.literal_value)
 
     def form(of: Any) -> Any:
@@ -145,7 +145,7 @@ def entry_of(typingctx: Any, array: Any, row: Any, place: Any, width: Any) -> An
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _put(typingctx: Any, array: Any, row: Any, place: Any, column: Any, x: Any) -> Any:
-    """Write lanes into an array at [row, place, column] and what is behind it; where row or place are lanes, from column 0 on."""
+    """Write lanes into an array at [row, place, column] and the entries after it; if row or place are lanes, from column 0 on."""
     lanes = Lanes(array.dtype, width_of([x, row, place]))
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -162,7 +162,7 @@ def _put(typingctx: Any, array: Any, row: Any, place: Any, column: Any, x: Any) 
 
 
 def put(array: Any, row: Any, place: Any, x: Any) -> None:
-    """Write lanes into an array whose last axis they are, or into columns of (array, column)."""
+    """Write lanes into an array whose last axis is the lanes, or into columns of (array, column)."""
 
 
 @overload(put, strict=False)  # type: ignore[untyped-decorator]
@@ -179,7 +179,7 @@ def _putting(array: Any, row: Any, place: Any, x: Any) -> Any:
 
 
 def largest(array: Any, row: Any, width: Any) -> Any:
-    """Return the largest number of a row in each lane; NaN where any is."""
+    """Return the largest number of a row in each lane; NaN if any is NaN."""
 
 
 @overload(largest, strict=False, prefer_literal=True)  # type: ignore[untyped-decorator]

@@ -1,8 +1,8 @@
-"""Functions rewritten so that several runs go through them at once: where these would branch apart, values are selected.
+"""Functions rewritten for several runs at once: where runs would take different branches, values are selected.
 
-What a generated function does under a test that runs may answer differently it does for all of them, and assigns by ``select``. An
-iteration goes on until all runs have returned: mostly they all do so at once, and what those return that do so earlier is noted in memory.
-Tests of numbers that all runs have in common, such as the number of steps, stay branches. So ::
+Statements under a test that may differ between runs are executed for all of them, and ``select`` assigns their values. An
+iteration goes on until all runs have returned. Mostly they return at once; the results of runs that return earlier are stored in memory.
+Tests of numbers that are common to all runs, such as the number of steps, stay branches. For example::
 
     for iteration in range(1, 100):                    live = True
         x, size = update(x)                            for iteration in range(1, 100):
@@ -15,7 +15,7 @@ Tests of numbers that all runs have in common, such as the number of steps, stay
                                                                note(early, now, value)
                                                        return select(live, (x, 1), value), or what was noted
 
-Loops over steps note the results of runs that return in memory: these are the few that have failed.
+Loops over steps store the results of runs that return in memory: only runs that have failed return early, and these are few.
 """
 
 import ast
@@ -26,10 +26,10 @@ from daebench.compiler.lanes.common import Common, names
 from daebench.errors import InvalidProblem
 
 STEPPING = ("integrate", "advance")
-"""Functions whose loops take steps: what a run that has returned goes on with is NaN there, for which no iteration goes on."""
+"""Functions whose loops take steps. A run that has returned continues with NaN there, on which no iteration goes on."""
 
 MOVED = ("x", "x1")
-"""What these go on with."""
+"""Variables that are set to NaN then."""
 
 
 def straightened(source: str) -> str:
@@ -78,7 +78,7 @@ class _Straight(ast.NodeTransformer):
             self.node.body = self._block(self.node.body, None)
             return self.node
         if not isinstance(last, ast.Return):
-            raise InvalidProblem(f"{self.node.name} ends without a return, which several runs at once cannot.")
+            raise InvalidProblem(f"{self.node.name} ends without a return; several runs at once do not support this.")
         self.last = last
         lines = [_assign("live", ast.Constant(True)), *self._block(body, None)]
         assert last.value is not None
@@ -153,9 +153,9 @@ class _Straight(ast.NodeTransformer):
         return ast.If(ast.UnaryOp(ast.Not(), _call("anyof", _name("live"))), [ast.Break()], [])
 
     def _result(self, last: ast.expr) -> list[ast.stmt]:
-        """Return what gives ``value_`` the last result, and in runs that returned elsewhere that of the place where they did.
+        """Return statements that set ``value_`` to the last result, and for runs that returned elsewhere to their result there.
 
-        Most runs return from iterations, all at once, but come to the end of what has none.
+        Most runs return from an iteration, all at once; in functions without iterations they reach the end.
         """
         if self.iterates:
             before = _name("before_")
@@ -171,7 +171,7 @@ class _Straight(ast.NodeTransformer):
 
     @staticmethod
     def _replaced(mask: ast.expr, value: ast.expr) -> ast.stmt:
-        """Return what gives ``value_`` another value where a mask is true."""
+        """Return the statement that replaces ``value_`` where a mask is true."""
         return _assign("value_", _call("select", mask, value, _name("value_")))
 
     # ---- branches and loops ----------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ class _Straight(ast.NodeTransformer):
         return lines
 
     def _of_status(self, node: ast.If) -> bool:
-        """Whether a test asks for the status of a report, as what is done about failures does, and makes no new variables."""
+        """Whether a test concerns the status of a report, as the handling of failures does, and makes no new variables."""
         asked = any(
             isinstance(part, ast.Compare) and isinstance(part.ops[0], ast.Eq | ast.NotEq) and isinstance(part.comparators[0], ast.Constant)
             for part in ast.walk(node.test)
@@ -199,7 +199,7 @@ class _Straight(ast.NodeTransformer):
         return asked and plain and not node.orelse and names(node.body, stored=True) <= self.defined
 
     def _where(self, mask: str, body: Sequence[ast.stmt], *, rare: bool = False) -> list[ast.stmt]:
-        """Return statements under a mask; they are left out where there is nothing to do, if that is rare or there are loops."""
+        """Return statements under a mask. They are skipped when no run needs them, if they are rarely needed or contain loops."""
         lines = self._block(body, mask)
         loops = any(isinstance(n, ast.For) for node in body for n in ast.walk(node))
         return [ast.If(_call("anyof", _name(mask)), lines, [])] if loops or rare else lines
@@ -209,13 +209,13 @@ class _Straight(ast.NodeTransformer):
             raise InvalidProblem(f"{self.node.name} loops over {ast.unparse(node.iter)}, which differs from run to run.")
         if self._notes([node], apart=mask is not None):
             if self.loops or mask:
-                raise InvalidProblem(f"{self.node.name} returns from a loop within a loop or a branch, which several runs at once cannot.")
+                raise InvalidProblem(f"{self.node.name} returns from a loop within a loop or a branch; several runs at once cannot.")
             return self._stepping_loop(node) if self.stepping else self._iteration(node)
         self.defined |= names(node.target, stored=True)
         return [ast.For(node.target, node.iter, self._block(node.body, mask), [])]
 
     def _stepping_loop(self, node: ast.For) -> list[ast.stmt]:
-        """Return a loop over steps, in which results of runs that return are noted in memory: they are few."""
+        """Return a loop over steps, in which the results of the few runs that return are stored in memory."""
         assert self.last.value is not None
         lines = self._placed(node, names(self.last.value))
         lines.append(_assign("result", _call("held", self.visit(copy.deepcopy(self.last.value)), _name("LANES"))))
@@ -225,10 +225,10 @@ class _Straight(ast.NodeTransformer):
         return lines
 
     def _iteration(self, node: ast.For) -> list[ast.stmt]:
-        """Return an iteration, in which what runs return is noted in memory unless they are the last."""
+        """Return an iteration, in which the results of returning runs are stored in memory unless these runs are the last."""
         assert self.last.value is not None
         if self.exits:
-            raise InvalidProblem(f"{self.node.name} returns before an iteration and from it, which several runs at once cannot.")
+            raise InvalidProblem(f"{self.node.name} returns before an iteration and from it; several runs at once do not support this.")
         self.iterates = True
         lines = self._placed(node, names(self.last.value))
         last = self.visit(self.last.value)
@@ -239,7 +239,7 @@ class _Straight(ast.NodeTransformer):
         return lines
 
     def _placed(self, node: ast.For, wanted: set[str]) -> list[ast.stmt]:
-        """Return what gives wanted variables that are assigned in a loop alone a form before it: zeros."""
+        """Return assignments of zeros, before a loop, to the wanted variables that are assigned only in it, to fix their form."""
         missing = wanted & (names(node, stored=True) - self.defined)
         index = names(node.target, stored=True)
         self.defined |= index
@@ -278,7 +278,7 @@ class _Straight(ast.NodeTransformer):
         return list(self._selected(mask, target, self.visit(node.value), old))
 
     def _array(self, name: str, value: ast.expr) -> ast.expr | None:
-        """Return what makes an array of lanes where a function makes an array of numbers, with a last axis for the lanes."""
+        """Return an expression that makes an array of lanes, with the lanes as last axis, where a function makes an array of numbers."""
         function = ast.unparse(value.func) if isinstance(value, ast.Call) else ""
         if function not in ("numpy.empty", "empty", "absolute"):
             return None
@@ -290,7 +290,7 @@ class _Straight(ast.NodeTransformer):
         return _call("empty", ast.Tuple([*shape, _name("LANES")], ast.Load()))
 
     def _selected(self, mask: str | None, target: ast.expr, value: ast.expr, old: set[str]) -> Iterator[ast.stmt]:
-        """Return what assigns a value, or the values of a tuple, in the place of old ones where a mask is true."""
+        """Return assignments of a value, or of the values of a tuple, that keep the old ones unless a mask is true."""
         pairs = list(zip(target.elts, value.elts, strict=True)) if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple) else []
         pairs = pairs or [(target, value)]
         temporary = [self._fresh("new") for _ in pairs]
@@ -323,18 +323,18 @@ class _Straight(ast.NodeTransformer):
         if target.value.id in self.arrays:
             value = value if mask is None else _call("select", _name(mask), value, _call("entry_of", target.value, *places, _name("LANES")))
         elif mask or not isinstance(target.slice, ast.Tuple):
-            raise InvalidProblem(f"{self.node.name} writes {ast.unparse(target)}, which several runs at once cannot.")
+            raise InvalidProblem(f"{self.node.name} writes {ast.unparse(target)}; several runs at once do not support this.")
         return ast.Expr(_call("put", target.value, *places, value))
 
     def _places(self, node: ast.Subscript) -> list[ast.expr]:
-        """Return row and column that an entry of an array is in."""
+        """Return row and column of an entry of an array."""
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice, ast.Constant(0)]
         return [self.visit(copy.deepcopy(index)) for index in indices]
 
     # ---- expressions -----------------------------------------------------------------------------------------------------
 
     def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
-        """Select where runs may differ."""
+        """Select if runs may differ."""
         if self.common(node.test):
             self.generic_visit(node)
             return node
@@ -364,7 +364,7 @@ class _Straight(ast.NodeTransformer):
         return node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        """Take numbers for real: there are no others in lanes."""
+        """Return the number itself for its real part: lanes hold only real numbers."""
         return self.visit(node.value) if node.attr == "real" else node
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
@@ -375,7 +375,7 @@ class _Straight(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        """Leave truth values what they are."""
+        """Leave calls on truth values unchanged."""
         if isinstance(node.func, ast.Name) and node.func.id == "bool":
             return self.visit(node.args[0])  # type: ignore[no-any-return]
         if isinstance(node.func, ast.Attribute) and node.func.attr == "max":

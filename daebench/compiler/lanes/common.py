@@ -1,21 +1,21 @@
-"""Which names of a function hold what all runs have in common that go through it at once."""
+"""Names in a function whose values are common to all runs that are computed at once."""
 
 import ast
 from collections.abc import Sequence
 
 COMMON = frozenset({"steps", "left", "every", "weights", "states", "stage_lams", "row"})
-"""Parameters that all runs have in common."""
+"""Parameters that are common to all runs."""
 
 
 def names(node: ast.AST | Sequence[ast.AST], *, stored: bool = False) -> set[str]:
-    """Return the names that are read in a piece of source, or that are assigned."""
+    """Return the names that are read, or that are assigned, in a piece of source."""
     nodes = [node] if isinstance(node, ast.AST) else node
     context = ast.Store if stored else ast.Load
     return {n.id for part in nodes for n in ast.walk(part) if isinstance(n, ast.Name) and isinstance(n.ctx, context)}
 
 
 class Common:
-    """Which names of a function hold what all runs have in common."""
+    """Names in a function whose values are common to all runs."""
 
     def __init__(self, node: ast.FunctionDef) -> None:
         parameters = {argument.arg for argument in node.args.args}

@@ -1,15 +1,15 @@
-"""What is called of a module of lanes: runs are in the columns of arrays, and are taken from there block by block.
+"""Entry points of a module of lanes: runs are stored in the columns of arrays, and are processed block by block.
 
-The functions are put into generated modules as they stand here; what they call is what the module has under these names. They have in
+The functions are put into generated modules unchanged. The names that they call are those of the module. They have these arguments in
 common, for N runs, padded to whole blocks:
 
-- ``x``, or ``forms`` of state, conserved quantities, maxima and pivots: nested tuples of numbers that tell nothing but their form;
-- ``h``, ``weights``, ``par``: step size, weights of a composition, and parameters with run-time data; in them an integer stands for a row
-  of ``rows``, and anything else for itself;
-- ``numbers``, shape(., N): a row for each number of the state, then from the rows ``places`` on of what is conserved, of maxima, of pivots,
-  of a report's residual, and of a memory;
+- ``x``, or ``forms`` of state, conserved quantities, maxima and pivots: nested tuples of numbers, of which only the form is used;
+- ``h``, ``weights``, ``par``: step size, weights of a composition, and parameters with run-time data; an integer in them denotes a row
+    of ``rows``, any other entry is a value;
+- ``numbers``, shape(., N): a row for each number of the state, then the conserved quantities, the maxima, the pivots, the residual of a
+    report and the memory, each from its row in ``places`` on;
 - ``counts``, shape(., N): status, steps done, substeps tried in the last step, and work;
-- ``begin``, ``end``: columns of the first run and behind the last one, multiples of LANES.
+- ``begin``, ``end``: columns of the first run and after the last one, multiples of LANES.
 """
 
 from typing import Any
@@ -22,13 +22,13 @@ LANES: int = 8
 """Number of runs in a block."""
 
 REMEMBERS: bool = False
-"""Whether the scheme remembers anything from step to step."""
+"""Whether the scheme has a memory that lasts from step to step."""
 
 STATUS = 0
 DONE = 1
 TRIED = 2
 WORK = 3
-"""Rows of ``counts``, the last one the first of several."""
+"""Rows of ``counts``; the last is the first of the rows for work."""
 
 CONSERVED = 0
 MAXIMA = 1
@@ -40,18 +40,18 @@ MEMORY = 4
 if REMEMBERS:
 
     def memory_form(x: Any, h: Any, par: Any) -> Any:
-        """Return something of the form of what the scheme remembers."""
+        """Return a value of the form of the memory of the scheme."""
         return absent(initialise, (x, h, par))[0]
 
 else:
 
     def memory_form(x: Any, h: Any, par: Any) -> Any:
-        """Return what a scheme has that remembers nothing."""
+        """Return the memory of a scheme that has none."""
         return ()
 
 
 def first_lanes(x: Any, h: Any, par: Any, numbers: Any, rows: Any, counts: Any, places: Any, begin: int, end: int) -> Any:
-    """Put what is conserved into ``numbers``."""
+    """Write the conserved quantities into ``numbers``."""
     for b in range(begin, end, LANES):
         live = take_all(0, counts, STATUS, b, LANES) == 0
         state, number = take_all(x, numbers, 0, b, LANES), mixed(par, rows, b, LANES)
@@ -59,9 +59,9 @@ def first_lanes(x: Any, h: Any, par: Any, numbers: Any, rows: Any, counts: Any, 
 
 
 def initialise_lanes(x: Any, h: Any, par: Any, numbers: Any, rows: Any, counts: Any, places: Any, begin: int, end: int) -> Any:
-    """Put what a scheme remembers, and the reports of its first memory, into ``numbers`` and ``counts``; return the length of a memory.
+    """Write the memory of a scheme, and the reports of its initialisation, into ``numbers`` and ``counts``; return the length of a memory.
 
-    Nothing is done where there are too few rows for it.
+    Nothing is written if ``numbers`` has too few rows for it.
     """
     length = 0
     for b in range(begin, end, LANES):
@@ -94,7 +94,7 @@ def integrate_lanes(
     begin: int,
     end: int,
 ) -> None:
-    """Take so many steps of each run that is live, from what is in ``numbers``, and put there what comes out."""
+    """Take this many steps of each active run from the values in ``numbers``, and write the results there."""
     for b in range(begin, end, LANES):
         live = take_all(0, counts, STATUS, b, LANES) == 0
         if anyof(live):

@@ -1,6 +1,6 @@
-"""Elementary functions of lanes, minima, maxima, and powers: what LLVM has exactly for vectors, and for all else the functions of float64.
+"""Elementary functions, powers, minima and maxima of lanes: LLVM's own if it is exact for vectors, otherwise the function of float64.
 
-sqrt is exact by IEEE 754. Of sin, exp and the like no vector has the bits that the library of C has, so that they are called for one lane
+sqrt is exact by IEEE 754. No vector function for sin, exp and the like gives the bits of the C library, so these are called for one lane
 after another.
 """
 
@@ -66,7 +66,7 @@ FUNCTIONS: dict[Any, Any] = {
     np.sign: lambda x: np.sign(x),
     np.floor: lambda x: np.floor(x),
 }
-"""Functions of one number that lanes call one after another."""
+"""Functions of one number that are called for one lane after another."""
 
 
 def _of_one(function: Any, scalar: Any) -> None:
@@ -103,7 +103,7 @@ def _sqrt(x: Any) -> Any:
 
 
 def _extreme(function: Any, sign: str) -> None:
-    """Give a minimum or a maximum a meaning for lanes: each number in turn takes the place of the one before where it is beyond it."""
+    """Extend a minimum or a maximum to lanes: each number in turn replaces the result so far if it exceeds it."""
 
     @intrinsic  # type: ignore[untyped-decorator]
     def chosen(typingctx: Any, xs: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Functions of lanes in nested tuples, as states and reports are held: all that generated modules import."""
+"""Functions of lanes in nested tuples, which hold states and reports; generated modules import all of them."""
 
 from daebench.compiler.lanes import functions as _functions  # noqa: F401 - gives functions a meaning for lanes
 from daebench.compiler.lanes.arrays import entry_of, largest, length_of, mixed, put, put_all, take_all

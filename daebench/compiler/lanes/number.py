@@ -1,7 +1,7 @@
-"""The type of lanes: W doubles, integers or truth values in one LLVM vector, and their arithmetic and comparisons.
+"""The type of lanes: W doubles, integers or truth values in one LLVM vector, with their arithmetic and comparisons.
 
-No operation is contracted or reordered, so that a lane has the bits that a number of its own would have. A plain number is one that is the
-same in all lanes.
+No operation is contracted or reordered, so that each lane has the same bits as a scalar computation. A plain number is the same in all
+lanes.
 """
 
 import operator
@@ -19,7 +19,7 @@ from numba.extending import lower_builtin, register_model
 INT32 = ir.IntType(32)
 SCALAR = (types.Float, types.Integer, types.Boolean)
 ELEMENTS = {types.float64: ir.DoubleType(), types.int64: ir.IntType(64), types.boolean: ir.IntType(1)}
-"""LLVM's types of what lanes are of."""
+"""LLVM's types of the entries of lanes."""
 
 
 class Lanes(types.Type):  # type: ignore[misc]
@@ -31,16 +31,16 @@ class Lanes(types.Type):  # type: ignore[misc]
 
     @property
     def key(self) -> Any:
-        """Type of the numbers, and how many there are."""
+        """Type of the numbers, and their count."""
         return self.dtype, self.width
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
-        """Return how a number of another type becomes one of this."""
+        """Return how a number of another type is converted to this type."""
         wider = isinstance(other, Lanes) and other.width == self.width and common([self, other]) == self.dtype
         return Conversion.promote if wider or (isinstance(other, SCALAR) and common([self, other]) == self.dtype) else None
 
     def unify(self, typingctx: Any, other: Any) -> Any:
-        """Return the type of what may be of this type or of another."""
+        """Return the common type of this type and another."""
         return Lanes(common([self, other]), self.width) if isinstance(other, (Lanes, *SCALAR)) else None
 
 
@@ -58,25 +58,25 @@ def vector(of: Lanes) -> Any:
 
 
 def element(of: Any) -> Any:
-    """Return the type of the numbers that a type is of: float64, int64 or boolean."""
+    """Return the type of the numbers in a type: float64, int64 or boolean."""
     if isinstance(of, Lanes):
         return of.dtype
     return types.boolean if isinstance(of, types.Boolean) else types.float64 if isinstance(of, types.Float) else types.int64
 
 
 def common(several: Any) -> Any:
-    """Return the type of numbers that those of several types can be taken for."""
+    """Return the type to which numbers of several types can be converted."""
     elements = {element(of) for of in several}
     return next(of for of in (types.float64, types.int64, types.boolean) if of in elements)
 
 
 def width_of(several: Any) -> int:
-    """Return the number of lanes of several types, 0 where none has any."""
+    """Return the number of lanes of several types; 0 if none has lanes."""
     return max((of.width for of in several if isinstance(of, Lanes)), default=0)
 
 
 def repeated(of: Lanes, value: float) -> Any:
-    """Return the vector of W times the same constant."""
+    """Return the vector of W equal constants."""
     return ir.Constant(vector(of), [value] * of.width)
 
 
@@ -86,7 +86,7 @@ def repeated(of: Lanes, value: float) -> Any:
 def spread(context: Any, builder: Any, fromty: Any, toty: Lanes, val: Any) -> Any:
     """Return a plain number as lanes."""
     number = context.cast(builder, val, fromty, toty.dtype)
-    if toty.dtype == types.boolean:  # numba computes with i1, and hands on i8
+    if toty.dtype == types.boolean:  # numba computes with i1, and passes i8
         number = builder.trunc(number, ir.IntType(1)) if number.type.width > 1 else number
     nothing = ir.Constant(vector(toty), ir.Undefined)
     first = builder.insert_element(nothing, number, ir.Constant(INT32, 0))
@@ -95,7 +95,7 @@ def spread(context: Any, builder: Any, fromty: Any, toty: Lanes, val: Any) -> An
 
 @lower_cast(Lanes, Lanes)  # type: ignore[untyped-decorator]
 def converted(context: Any, builder: Any, fromty: Lanes, toty: Lanes, val: Any) -> Any:
-    """Return lanes as those of another type of number."""
+    """Return lanes converted to another type of number."""
     if fromty == toty:
         return val
     if fromty.dtype == types.boolean:
@@ -104,7 +104,7 @@ def converted(context: Any, builder: Any, fromty: Lanes, toty: Lanes, val: Any) 
 
 
 def _binary(operation: Any, instructions: dict[Any, Any], result: Any = None) -> None:
-    """Give an operation a meaning for two numbers of which one is lanes at least, by what LLVM does for each type of number."""
+    """Define an operation on two numbers of which at least one is lanes, given LLVM's instruction for each type of number."""
 
     class Typed(AbstractTemplate):  # type: ignore[misc]
         key = operation
@@ -150,7 +150,7 @@ for _names, _instruction in ((("and_", "iand"), "and_"), (("or_", "ior"), "or_")
 
 
 def _compared(sign: str) -> dict[Any, Any]:
-    """Return the comparisons by a sign; of floats, NaN is not equal to anything and in no order."""
+    """Return the comparisons for a sign; among floats, NaN is unequal to every number and unordered."""
 
     def floats(builder: Any, x: Any, y: Any) -> Any:
         return builder.fcmp_unordered(sign, x, y) if sign == "!=" else builder.fcmp_ordered(sign, x, y)
@@ -163,7 +163,7 @@ for _name, _sign in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("eq"
 
 
 def _unary(operation: Any, instructions: dict[Any, Any]) -> None:
-    """Give an operation a meaning for lanes."""
+    """Define an operation on lanes."""
 
     class Typed(AbstractTemplate):  # type: ignore[misc]
         key = operation
@@ -180,7 +180,7 @@ def _unary(operation: Any, instructions: dict[Any, Any]) -> None:
 
 
 def intrinsic_of(builder: Any, name: str, x: Any) -> Any:
-    """Return what LLVM's own function of doubles makes of each lane."""
+    """Return the result of LLVM's own function of doubles for each lane."""
     function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(x.type, [x.type]), f"llvm.{name}.v{x.type.count}f64")
     return builder.call(function, [x])
 

@@ -1,4 +1,4 @@
-"""Places in memory for lanes in nested tuples: what a few runs return early is noted there, and recalled at the end."""
+"""Slots in memory for lanes in nested tuples: results that a few runs return early are stored there, and read at the end."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from daebench.compiler.lanes.number import SCALAR, Lanes, element
 
 
 class Slot(types.Type):  # type: ignore[misc]
-    """The type of a place in memory for nested tuples of a type."""
+    """The type of a slot in memory for nested tuples of a type."""
 
     def __init__(self, of: Any) -> None:
         self.of = of
@@ -21,21 +21,21 @@ class Slot(types.Type):  # type: ignore[misc]
 
 @register_model(Slot)
 class SlotModel(PrimitiveModel):  # type: ignore[misc]
-    """A place is its address."""
+    """A slot is its address."""
 
     def __init__(self, dmm: Any, fe_type: Slot) -> None:
         super().__init__(dmm, fe_type, dmm.lookup(fe_type.of).get_value_type().as_pointer())
 
 
 def _seen(builder: Any, place: Any) -> None:
-    """Let LLVM take a place in memory for read and written here, lest it hold the content in registers."""
+    """Make LLVM assume that a slot is read and written here, so that it does not hold the content in registers."""
     function = ir.FunctionType(ir.VoidType(), [place.type])
     builder.call(ir.InlineAsm(function, "", "r,~{memory}", side_effect=True), [place])
 
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def held(typingctx: Any, like: Any, width: Any) -> Any:
-    """Return a place in memory for nested tuples of the form of ``like``, whose numbers are lanes there."""
+    """Return a slot in memory for nested tuples of the form of ``like``, with lanes in place of numbers."""
 
     def form(of: Any) -> Any:
         if isinstance(of, types.BaseTuple):
@@ -53,7 +53,7 @@ def held(typingctx: Any, like: Any, width: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def note(typingctx: Any, slot: Any, first: Any, x: Any) -> Any:
-    """Write nested tuples into a place in memory, in the lanes where ``first`` is true."""
+    """Write nested tuples into a slot, in the lanes where ``first`` is true."""
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         def written(of: Any, kind: Any, value: Any, path: tuple[int, ...]) -> None:
@@ -75,5 +75,5 @@ def note(typingctx: Any, slot: Any, first: Any, x: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def recall(typingctx: Any, slot: Any) -> Any:
-    """Return the nested tuples that are in a place in memory."""
+    """Return the nested tuples in a slot."""
     return slot.of(slot), lambda context, builder, sig, args: builder.load(args[0])

@@ -1,4 +1,4 @@
-"""Lanes in nested tuples, as states and reports are held: selected, negated, and spoiled where a run is not live."""
+"""Operations on lanes in nested tuples, which hold states and reports: selection, negation, and NaN for inactive runs."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from daebench.compiler.lanes.number import SCALAR, Lanes, common, repeated, widt
 
 
 def _merged(first: Any, x: Any, y: Any) -> Any:
-    """Return the type of what is x or y, lane by lane where ``first`` is lanes."""
+    """Return the common type of x and y, with lanes if ``first`` is lanes."""
     if isinstance(x, types.BaseTuple):
         return types.Tuple(tuple(_merged(first, a, b) for a, b in zip(x, y, strict=True)))
     if not isinstance(x, (Lanes, *SCALAR)):
@@ -70,14 +70,14 @@ def negated(typingctx: Any, truths: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def absent(typingctx: Any, function: Any, arguments: Any) -> Any:
-    """Return zeros in the place of what a function returns, which is not called."""
+    """Return zeros in place of the result of a function, which is not called."""
     of = typingctx.resolve_function_type(function, tuple(arguments), {}).return_type
     return of(function, arguments), lambda context, builder, sig, args: context.get_constant_null(sig.return_type)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def spoiled(typingctx: Any, live: Any, x: Any) -> Any:
-    """Return numbers with NaN in the lanes that are not live, so that nothing is iterated for these."""
+    """Return numbers with NaN in the inactive lanes, so that no iteration continues for them."""
 
     def rule(builder: Any, mask: Any, of: Any, a: Any) -> Any:
         if isinstance(of, types.BaseTuple):

@@ -1,7 +1,7 @@
-"""Smallest relative pivots in lanes, whose divisions are done where their values are asked for.
+"""Smallest relative pivots in lanes, with divisions delayed until a value is needed.
 
-That a pivot is larger than a bound is tested in each sweep of an iteration, its value is kept from the last one alone. With a bound that is
-a power of two, a / s > bound, rounded, and a > bound s are the same, but for numbers that overflow or underflow.
+Each iteration tests whether a pivot exceeds a bound, but only the last one needs its value. If the bound is
+a power of two, a / s > bound, rounded, and a > bound s are equivalent, except for numbers that overflow or underflow.
 """
 
 import operator
@@ -19,7 +19,7 @@ from daebench.compiler.lanes.number import INT32, Lanes, repeated, spread, width
 
 
 class Share(Lanes):
-    """The type of the smallest of several quotients a_k / s_k in each lane, and of 1 where ``first`` is positive and finite, else 0."""
+    """The type of the smallest of several quotients a_k / s_k in each lane, and of 1 if ``first`` is positive and finite, else 0."""
 
     def __init__(self, width: int, count: int) -> None:
         super().__init__(types.float64, width)
@@ -28,7 +28,7 @@ class Share(Lanes):
 
     @property
     def key(self) -> Any:
-        """How many lanes there are, and how many quotients."""
+        """Numbers of lanes and of quotients."""
         return "share", self.width, self.count
 
     @property
@@ -48,7 +48,7 @@ class ShareModel(StructModel):  # type: ignore[misc]
 
 @intrinsic  # type: ignore[untyped-decorator]
 def smallest_share(typingctx: Any, first: Any, a: Any, s: Any) -> Any:
-    """Return the smallest of a_k / s_k, and of 1 where ``first`` is positive and finite, else 0."""
+    """Return the smallest of a_k / s_k, and of 1 if ``first`` is positive and finite, else 0."""
     kinds = [first, *a, *s]
     of = Share(max(1, width_of(kinds)), len(a))
     plain = not width_of(kinds)

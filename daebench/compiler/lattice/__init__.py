@@ -1,1 +1,1 @@
-"""What follows from the definition of a Poisson lattice."""
+"""Quantities derived from the definition of a Poisson lattice."""

@@ -1,4 +1,4 @@
-"""What follows from the definition of a Poisson lattice: functions of whole states as loops over sites, for any number of sites."""
+"""Functions derived from the definition of a Poisson lattice: functions of whole states as loops over sites, for any number of sites."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -16,9 +16,9 @@ from daebench.systems.poisson import PoissonCase, PoissonSystem
 
 
 class LatticeDerivation(InParts):
-    """The functions of one Poisson lattice, by the names of :class:`daebench.compiler.poisson.derivation.PoissonDerivation`.
+    """The functions of one Poisson lattice, under the names of :class:`daebench.compiler.poisson.derivation.PoissonDerivation`.
 
-    States are arrays, shape(n,): all sites of the first field, then those of the next. ``splitting`` is as for the base class.
+    States are arrays, shape(n,): all sites of the first field, then those of the next. ``splitting`` is as in the base class.
     """
 
     arrays = True
@@ -29,17 +29,17 @@ class LatticeDerivation(InParts):
 
     @cached_property
     def problem(self) -> PoissonSystem:
-        """The system written out, with a symbol for each coordinate: for few sites."""
+        """The system written out, with a symbol for each coordinate; only for few sites."""
         return self.lattice.expanded(self.lattice.sites)
 
     @property
     def fields(self) -> int:
-        """Number of fields of a site, s."""
+        """Number of fields at a site, s."""
         return len(self.lattice.here)
 
     @cached_property
     def h_here(self) -> list[sp.Expr]:
-        """Derivatives of H with respect to the fields of a site, which appear in its own density and in that of its right neighbour."""
+        """Derivatives of H with respect to the fields at a site, which appear in the density there and in that of the right neighbour."""
         lattice = self.lattice
         shift = dict(zip([*lattice.left, *lattice.here], [*lattice.here, *lattice.right], strict=True))
         beyond = sp.sympify(lattice.h).xreplace(shift)
@@ -52,7 +52,7 @@ class LatticeDerivation(InParts):
 
     @property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of the scheme language that the lattice settles."""
+        """Constants of the scheme language that are known from the lattice."""
         return {"DENSE": False, "BOUNDED": False, "CONSTRAINTS": 1}
 
     def facts(self) -> dict[str, Any]:
@@ -94,7 +94,7 @@ class LatticeDerivation(InParts):
         }
 
     def _sites(self, name: str, values: Sequence[sp.Expr], *, time: sp.Symbol | None = None) -> str:
-        """Source of name(y, [time,] par), which returns so many fields at every site."""
+        """Source of name(y, [time,] par), which returns this many fields at every site."""
         lines = self._loop([f"out[{i * self.lattice.sites} + k]" for i in range(len(values))], values, time=time)
         head = f"out = empty({len(values) * self.lattice.sites}, dtype=y.dtype)"
         return function(f"{name}(y, {'time, ' if time is not None else ''}par)", head, *lines, "return out")
@@ -107,7 +107,7 @@ class LatticeDerivation(InParts):
         return function(f"{name}(y, par)", *(f"{total} = 0.0 * y[0]" for total in totals), *lines, f"return {result}")
 
     def _loop(self, targets: Sequence[str], values: Sequence[sp.Expr], *, time: sp.Symbol | None = None, add: bool = False) -> list[str]:
-        """Lines of a loop over all sites that sets, or adds to, each target the value at that site."""
+        """Lines of a loop over all sites that assigns the value at that site to each target, or adds it."""
         if not targets:
             return []
         lattice, N = self.lattice, self.lattice.sites
@@ -124,7 +124,7 @@ class LatticeDerivation(InParts):
         return [f"for k in range({N}):", *(f"    {line}" for line in [*neighbours, *body])]
 
     def _structure(self) -> str:
-        """Source of B(y, par), the whole matrix, shape(n, n): for few sites, where a diagnostic asks for it."""
+        """Source of B(y, par), the whole matrix, shape(n, n); for few sites, if a diagnostic needs it."""
         s, N = self.fields, self.lattice.sites
         pairs = [(i, j) for i in range(s) for j in range(s) if self.lattice.b[i, j] != 0]
         lines = self._loop([f"out[{i * N} + k, {j * N} + k]" for i, j in pairs], [self.lattice.b[i, j] for i, j in pairs])
@@ -145,9 +145,9 @@ class LatticeDerivation(InParts):
 
 
 class DarbouxLattice(LatticeDerivation):
-    """The functions of a Poisson lattice in its canonical coordinates z = (q, p), HLW Corollary 3.6, a lattice again.
+    """The functions of a Poisson lattice in its canonical coordinates z = (q, p), HLW Corollary 3.6; it is a lattice again.
 
-    What a run monitors is a function of the lattice's own y, which the loop has from ``chart``.
+    The monitored quantities are functions of the lattice's own y, which the loop gets from ``chart``.
     """
 
     def __init__(self, own: LatticeDerivation) -> None:
@@ -157,7 +157,7 @@ class DarbouxLattice(LatticeDerivation):
         self.z = [(sp.Symbol(f"q{side}", real=True), sp.Symbol(f"p{side}", real=True)) for side in ("_left", "", "_right")]
 
     def _at(self, expression: sp.Expr) -> sp.Expr:
-        """Return an expression in the fields of three sites as one in their canonical coordinates."""
+        """Return an expression in the fields at three sites in terms of their canonical coordinates."""
         lattice = self.lattice
         substitution: dict[sp.Symbol, sp.Expr] = {}
         for fields, (q, p) in zip((lattice.left, lattice.here, lattice.right), self.z, strict=True):

@@ -1,4 +1,4 @@
-"""The *arrays* algebra: vectors are NumPy arrays, for systems so large that straight-line code would be too much of it."""
+"""The *arrays* algebra: vectors are NumPy arrays, for systems for which straight-line code would be too long."""
 
 from daebench.compiler.codegen import function
 
@@ -13,7 +13,7 @@ class Arrays:
     """
 
     elementwise = False
-    """Whether entries may be arrays in the place of numbers."""
+    """Whether entries may be arrays in place of numbers."""
 
     def __init__(self, n: int) -> None:
         self.n = n

@@ -1,4 +1,4 @@
-"""Source of linear solvers for dual numbers: values are solved for as of float64, and derivatives follow with the same matrix.
+"""Source of linear solvers for dual numbers: values are computed as for float64, and the derivatives follow with the same matrix.
 
 ::
 
@@ -25,7 +25,7 @@ PRODUCTS = [
     "        for c in range({width}):",
     "            w[i, {right} + {width} + c] += a[i, {n} + {sides} + j] * w[j, {right} + c]",
 ]
-"""dx, behind the remainders, with the inverse of A in ``a``."""
+"""dx, stored after the remainders, from the inverse of A in ``a``."""
 
 
 def _sides(rows: int) -> list[str]:
@@ -34,7 +34,7 @@ def _sides(rows: int) -> list[str]:
 
 
 def _moved(n: int, k: int, sides: Sequence[str], lines_of: Sequence[str]) -> list[str]:
-    """Source of an array ``w`` of derivatives of A, of right sides, and of zeros; and of lines for it."""
+    """Source of an array ``w`` with derivatives of A, derivatives of the right sides, and zeros; followed by lines that use it."""
     right, width = n * k, k * len(sides)
     return [
         f"w = numpy.zeros(({n}, {right + 2 * width}))",
@@ -45,7 +45,7 @@ def _moved(n: int, k: int, sides: Sequence[str], lines_of: Sequence[str]) -> lis
 
 
 def eliminating_dual(name: str, n: int, k: int, rows: int = 0) -> str:
-    """Source of ``name(A, b)``, or ``name(A, b, X)`` with so many rows of X, by elimination in loops, for k directions."""
+    """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, by elimination in loops, for k directions."""
     sides = _sides(rows)
     *body, pivot = lines("elimination", {"UNKNOWNS": str(n), "COLUMNS": str(2 * n + len(sides))})
     column = n * k + k * len(sides)
@@ -65,7 +65,7 @@ def eliminating_dual(name: str, n: int, k: int, rows: int = 0) -> str:
 def least_squares_dual(name: str, n: int, k: int) -> str:
     """Source of ``name(A, b)`` by least squares, for k directions.
 
-    What the null space of A adds to the derivatives of x is left out. It is that of constraints that depend on others, and no force depends
+    The contribution of the null space of A to the derivatives of x is left out. It belongs to dependent constraints, and no force depends
     on it.
     """
     return array_solver("least_squares", f"_{name}_values", n, "float64") + function(
@@ -83,7 +83,7 @@ def least_squares_dual(name: str, n: int, k: int) -> str:
 
 
 def derivatives_written_out(n: int, rows: int = 0) -> list[str]:
-    """Source of the derivatives of the solutions of an elimination that is written out, by the exchanges and factors that it has noted."""
+    """Source of the derivatives of the solutions of an unrolled elimination, from the stored exchanges and factors."""
     N = range(n)
     made = []
     for s, side in enumerate(_sides(rows)):

@@ -1,7 +1,7 @@
-"""Gaussian elimination by operations on whole rows, for what is not compiled; it says how close to singular the matrix was.
+"""Gaussian elimination by operations on whole rows, for code that is not compiled; it returns how close to singular the matrix was.
 
 Each number is computed by the same operations in the same order as in the loops over entries of ``schemes/kernels/elimination.py``, which
-take seven times as long with 24 unknowns where they are not compiled.
+take seven times as long with 24 unknowns if they are not compiled.
 """
 
 from typing import Any
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 SINGULAR = 1e-14
-"""Relative pivots up to this size are round-off: the matrix is singular for all that can be told."""
+"""Relative pivots up to this size are round-off: the matrix may be singular."""
 
 
 def eliminate(A: Any, B: Any) -> float:
@@ -25,7 +25,7 @@ def eliminate(A: Any, B: Any) -> float:
     Returns
     -------
     float
-        0 or NaN where A is exactly singular, NaN where a pivot is not a number.
+        Smallest relative pivot: 0 or NaN if A is exactly singular, NaN if a pivot is not a number.
     """
     a = np.concatenate((A, B), axis=1)
     with np.errstate(all="ignore"):
@@ -35,14 +35,14 @@ def eliminate(A: Any, B: Any) -> float:
 
 
 def solve_rows(a: Any) -> Any:
-    """Put the X of A X = B in the place of B, given a = (A, B); return the smallest relative pivot."""
+    """Replace B by X, where A X = B, given a = (A, B); return the smallest relative pivot."""
     pivot = reduced(a, np.abs(a[:, : len(a)]))
     substitute(a)
     return pivot
 
 
 def reduced(a: Any, s: Any) -> Any:
-    """Make a of shape(n, n + sides) upper triangular, s of shape(n, n) the sums of moduli; return the smallest relative pivot."""
+    """Make a, shape(n, n + sides), upper triangular, where s, shape(n, n), holds sums of moduli; return the smallest relative pivot."""
     n = len(a)
     scale, pivot = s.max(axis=1), np.inf
     for k in range(n):
@@ -69,7 +69,7 @@ def pivot_row(moduli: list[float], scale: list[float]) -> int:
 
 
 def substitute(a: Any) -> None:
-    """Solve with the upper triangle of a, shape(n, n + sides), in the place of the sides; terms are subtracted from left to right."""
+    """Replace the right sides by the solution, given a, shape(n, n + sides), upper triangular; terms are subtracted from left to right."""
     n = len(a)
     for k in range(n - 1, -1, -1):
         terms = a[k, k + 1 : n, None] * a[k + 1 :, n:]
@@ -80,7 +80,7 @@ def finite(health: float, values: Any) -> float:
     """Return ``health``, or NaN if any of the values, shape(k,), is not finite."""
     wrong = False
     for value in values:
-        wrong |= value - value != 0.0  # infinite or NaN; no number waits for the one before, as those of a sum do
+        wrong |= value - value != 0.0  # true if infinite or NaN; no operation waits for the one before, as in a sum
     return float("nan") if wrong else health
 
 

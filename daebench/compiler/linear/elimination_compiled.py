@@ -1,4 +1,4 @@
-"""Elimination, handed to numba once for all generated modules that call it: it takes longer to compile than most of what calls it."""
+"""Elimination, compiled by numba once for all generated modules that call it: it takes longer to compile than most of its callers."""
 
 import inspect
 
@@ -25,11 +25,11 @@ BOTH = (
     "        a[i, n + j] = B[i, j]",
 )
 BACK = ("for i in range(n):", "    for j in range(sides):", "        B[i, j] = a[i, n + j]")
-"""A and B into one matrix, and X back: entry by entry, for what raises where slices differ in shape takes numba as long as all the rest."""
+"""Copies of A and B into one matrix, and of X back, entry by entry: the shape checks of slices would double the compilation time."""
 
 
 def source(cached: bool) -> str:
-    """Return the source of a module of the functions of :mod:`daebench.compiler.linear.elimination` named below, handed to numba."""
+    """Return the source of a module with the functions of :mod:`daebench.compiler.linear.elimination` named below, decorated for numba."""
     *body, pivot = lines("elimination", {"UNKNOWNS": "n", "COLUMNS": "a.shape[1]", "INF": "inf"})
     written = function("eliminate(A, B)", *BOTH, *body, *BACK, pivot)
     texts = [written, inspect.getsource(elimination.finite), inspect.getsource(elimination.finite_matrix)]

@@ -1,4 +1,4 @@
-"""Source of linear solvers for matrices of fixed size: Gaussian elimination with scaled partial pivoting, unrolled or by arrays."""
+"""Source of linear solvers for matrices of fixed size: Gaussian elimination with scaled partial pivoting, unrolled or with arrays."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,25 +8,25 @@ from daebench.compiler.linear.dual_solvers import derivatives_written_out, elimi
 from daebench.compiler.linear.kernels import array_solver
 
 UNROLLED = 10
-"""Unknowns up to which elimination of stages is unrolled; above, it would be compiled for longer than it is worth."""
+"""Number of unknowns up to which elimination of stages is unrolled; beyond, its compilation takes longer than it saves."""
 
 UNROLLED_ENTRIES = 40
-"""Entries of matrix and right sides up to which elimination with several of them is unrolled; with 42, in loops it is as fast."""
+"""Number of entries of matrix and right sides up to which elimination with several right sides is unrolled; with 42, loops are as fast."""
 
 
 class Target(NamedTuple):
-    """What an algebra is written for.
+    """Properties of the code that an algebra is written for.
 
     Parameters
     ----------
     dtype : str
         Name of the number type.
     compiled : bool
-        Whether functions are handed to numba.
+        Whether functions are compiled by numba.
     stages : int
         Number of stages of the scheme.
     least_squares : bool
-        Whether systems of constraints are solved by least squares, which leave out what is dependent.
+        Whether systems of constraints are solved by least squares, which leave out dependent constraints.
     directions : int
         Number of directions in which numbers carry derivatives.
     lanes : bool
@@ -42,12 +42,12 @@ class Target(NamedTuple):
 
 
 def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
-    """Source of elimination with so many extra right sides, unrolled or not by its size."""
+    """Source of elimination with this many extra right sides, unrolled or not according to its size."""
     return solver(name, n, target, rows) if n * (n + rows) <= UNROLLED_ENTRIES else large_solver(name, n, target, rows)
 
 
 def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
-    """Source of elimination for many unknowns: in loops that are soon compiled, or by rows where they are not compiled at all."""
+    """Source of elimination for many unknowns: in loops that compile quickly, or by rows if they are not compiled at all."""
     if target.directions:
         return eliminating_dual(name, n, target.directions, rows)
     if target.compiled:
@@ -56,9 +56,9 @@ def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
 
 
 def blocked(name: str, n: int, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:
-    """Source of elimination block by block, for a symmetric matrix whose rows couple within these sets of indices alone.
+    """Source of elimination block by block, for a symmetric matrix whose rows couple only within these sets of indices.
 
-    What belongs to an index in no set is 0, as if its row of the matrix were infinite.
+    Entries of the solution for an index in no set are 0, as if its row of the matrix were infinite.
     """
     if len(blocks) == 1 and len(blocks[0]) == n:
         return eliminating(name, len(blocks[0]), target, rows)
@@ -81,10 +81,10 @@ def blocked(name: str, n: int, blocks: Sequence[Sequence[int]], target: Target, 
 def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     """Source of Gaussian elimination with scaled partial pivoting, unrolled.
 
-    ``name(A, b)`` returns x and the smallest relative pivot; with extra right sides ``name(A, b, X)`` returns x, the solutions for
+    ``name(A, b)`` returns x and the smallest relative pivot. With extra right sides ``name(A, b, X)`` returns x, the solutions for
     the rows of X, and the pivot. A pivot is taken relative to the sum of moduli of the terms that it was computed from: it is the
-    share that cancellation has left, and scaling rows or columns (masses between 1e-8 and 1e8, say) does not change it. For a matrix
-    of one entry nothing can cancel: its relative pivot is 1, or 0 if it is 0.
+    fraction that cancellation has left, and scaling rows or columns (masses between 1e-8 and 1e8, say) does not change it. In a matrix
+    with one entry nothing can cancel: its relative pivot is 1, or 0 if it is 0.
     """
     N, extra, dual = range(n), range(rows), target.directions > 0
     sides, read = ["x", *(f"y{r}_" for r in extra)], ("value({})" if dual else "{}").format
@@ -119,9 +119,9 @@ def _largest(items: Sequence[str]) -> str:
 
 
 def _elimination(k: int, n: int, sides: Sequence[str], *, noted: bool) -> list[str]:
-    """Source of step k: the largest of the column's rest is swapped up to the pivot's place, then what is below it eliminated.
+    """Source of step k: the row with the largest pivot is swapped up, then the entries below the pivot are eliminated.
 
-    Exchanges and factors are noted where derivatives follow by them.
+    Exchanges and factors are stored if the derivatives are computed from them.
     """
     lines = []
     names = [f"{matrix}{{0}}_{j}" for matrix in "as" for j in range(k, n)] + [f"{side}{{0}}" for side in (*sides, "scale")]

@@ -1,6 +1,6 @@
-"""Kernels of linear algebra, files of ``schemes/kernels``, as one function each: called procedures are put in the place of the calls.
+"""Kernels of linear algebra from files of ``schemes/kernels``, as one function each, with the procedures that they call inlined.
 
-Machine code of loops over a small array is twice as fast where the array is not handed to another function.
+Loops over a small array run twice as fast if the array is not passed to another function.
 """
 
 import ast
@@ -10,11 +10,11 @@ from daebench.compiler.codegen import function, pack
 from daebench.systems.files.package import text_of
 
 DEPENDENT = {"float64": "4e-11", "float32": "2e-05", "complex128": "4e-11"}
-"""What least squares take for dependent: eps^(2/3) of the number type. Of G M^-1 G^T that is the square of an angle."""
+"""Tolerance below which least squares treat constraints as dependent: eps^(2/3) of the number type. For G M^-1 G^T: a squared angle."""
 
 
 class _Settled(ast.NodeTransformer):
-    """Replaces constants by their sources, and calls of the file's other functions by the bodies, in which the names are the same."""
+    """Replaces constants by their sources, and calls of other functions of the file by their bodies, which use the same names."""
 
     def __init__(self, functions: Mapping[str, ast.FunctionDef], constants: Mapping[str, str]) -> None:
         self.functions, self.constants = functions, constants
@@ -29,14 +29,14 @@ class _Settled(ast.NodeTransformer):
         return self._inlined(node.value) or self.generic_visit(node)
 
     def _inlined(self, node: ast.expr) -> list[ast.stmt]:
-        """Return the statements of a function of this file that is called, without its return; none for another expression."""
+        """Return the statements of a called function of this file, without its return; none for another expression."""
         known = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and self.functions.get(node.func.id)
         body = self.visit(known).body if known else []
         return body[:-1] if body and isinstance(body[-1], ast.Return) else body
 
 
 def lines(file: str, constants: Mapping[str, str], name: str = "solve") -> list[str]:
-    """Return the lines of a function of a file with these sources of constants; the last line of ``solve`` returns the pivot."""
+    """Return the lines of a function of a file, with these sources of constants; the last line of ``solve`` returns the pivot."""
     functions = {
         node.name: node for node in ast.parse(text_of(f"daebench.schemes.kernels.{file}")).body if isinstance(node, ast.FunctionDef)
     }
@@ -45,7 +45,7 @@ def lines(file: str, constants: Mapping[str, str], name: str = "solve") -> list[
 
 
 def array_solver(file: str, name: str, n: int, dtype: str, rows: int = 0) -> str:
-    """Source of ``name(A, b)``, or ``name(A, b, X)`` with so many rows of X, which fills an array for the kernel of a file; "" for rows."""
+    """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, which fills an array for a file's kernel; "" for rows."""
     sides = ["b", *(f"X[{r}]" for r in range(rows))]
     constants = {"UNKNOWNS": str(n), "COLUMNS": str(n + len(sides)), "DEPENDENT": DEPENDENT[dtype]}
     *body, pivot = lines(file, constants) if file else ["pivot = solve_rows(a)", "return pivot"]

@@ -1,7 +1,7 @@
 """The *loops* algebra: vectors are arrays of one axis, matrices of two, for so many unknowns that straight-line code would be too long.
 
-Each operation returns a new array, for schemes change nothing in place. Structural zeros of G are left out as in
-:mod:`daebench.compiler.linear.tuples`, by tables of the columns that are not zero.
+Each operation returns a new array, because schemes change nothing in place. Structural zeros of G are left out as in
+:mod:`daebench.compiler.linear.tuples`, by tables of the nonzero columns.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ class Loops:
     """
 
     elementwise = False
-    """Whether entries may be arrays in the place of numbers."""
+    """Whether entries may be arrays in place of numbers."""
 
     def __init__(self, values: Values) -> None:
         self.d, self.m, self.target, self.measured = values.d, values.m, values.target, values.measured
@@ -45,7 +45,7 @@ class Loops:
         return [f"out = numpy.{filled}({shape}, dtype=numpy.{self.target.dtype})", *body, "return out"]
 
     def _each(self, signature: str, entry: str, n: int, *, symmetric: int = 0) -> Callable[[], str]:
-        """Return what writes a function that returns an array with an entry for each of n, or of n times so many, indices."""
+        """Return the writer of a function that returns an array with n entries, or with n times ``symmetric`` entries."""
         inner = [f"for i in range({n}):", f"    out[i] = {entry}"]
         if symmetric:
             inner = [f"for i in range({n}):", f"    for j in range({symmetric}):", f"        out[i, j] = {entry}"]
@@ -53,7 +53,7 @@ class Loops:
         return lambda: function(signature, *self._new(shape, inner))
 
     def _total(self, signature: str, entry: str, n: int, start: str = "") -> Callable[[], str]:
-        """Return what writes a function that returns a sum of n terms."""
+        """Return the writer of a function that returns a sum of n terms."""
         first = entry.replace("[i]", "[0]")
         return lambda: function(
             signature, f"found = {start or first}", f"for i in range({0 if start else 1}, {n}):", f"    found += {entry}", "return found"
@@ -84,7 +84,7 @@ class Loops:
         }
 
     def _sums(self, signature: str, rows: int, columns: int, over: str, term: str) -> Callable[[], str]:
-        """Return what writes a function that returns sums of products over the range, or over what is not zero of row i."""
+        """Return the writer of a function that returns sums of products over a range, or over the nonzero entries of row i."""
         depth = "    " * (2 if columns else 1)
         entry, head = (
             ("out[i, j]", ["for i in range({0}):", "    for j in range({1}):"]) if columns else ("out[i]", ["for i in range({0}):"])
@@ -94,7 +94,7 @@ class Loops:
         return lambda: function(signature, *self._new(shape, [*(line.format(rows, columns) for line in head), *inner]))
 
     def _scattered(self, signature: str, shape: str, head: Sequence[str], statement: str) -> Callable[[], str]:
-        """Return what writes a function that adds up products of what is not zero of G."""
+        """Return the writer of a function that adds up products with the nonzero entries of G."""
         loops = [f"for a in range({self.m}):", "    for e in range(STARTS[a], STARTS[a + 1]):", "        j = FILLED[e]"]
         body = [*loops, *(f"        {line}" for line in head), "        " + "    " * len(head) + statement]
         return lambda: function(signature, *self._new(shape, body, filled="zeros"))
@@ -157,13 +157,13 @@ class Loops:
         }
 
     def _kernel(self, n: int, columns: int, *, least_squares: bool) -> tuple[list[str], str]:
-        """Lines that solve with the array ``a``, and the source of the pivot."""
+        """Lines that solve the system in the array ``a``, and the source of the pivot."""
         file = "least_squares" if least_squares and self.target.least_squares and n > 1 else "elimination"
         *body, pivot = lines(file, {"UNKNOWNS": str(n), "COLUMNS": str(columns), "DEPENDENT": DEPENDENT[self.target.dtype]})
         return body, pivot.removeprefix("return ")
 
     def _solver(self, signature: str, n: int, rows: int = 0, *, least_squares: bool = False, massless: Sequence[int] = ()) -> str:
-        """Source of a solution, and of those for the rows of X; of what is massless it is 0, as if its row were infinite."""
+        """Source of the solutions for b and the rows of X; entries without mass are 0, as if their rows were infinite."""
         body, pivot = self._kernel(n, n + 1 + rows, least_squares=least_squares)
         fill = [f"for i in range({n}):", f"    for j in range({n}):", "        a[i, j] = A[i, j]", f"    a[i, {n}] = b[i]"]
         fill += [f"    for r in range({rows}):", f"        a[i, {n + 1} + r] = X[r, i]"] * bool(rows)
@@ -181,7 +181,7 @@ class Loops:
         return function(signature, f"a = numpy.empty(({n}, {n + 1 + rows}), dtype=numpy.{self.target.dtype})", *fill, *body, result)
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
-        """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for so many blocks of one size."""
+        """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for this many blocks of equal size."""
         n, K = blocks * size, range(blocks)
         body, pivot = self._kernel(n, n + 1, least_squares=size == self.m)
         fill = [f"for i in range({size}):", f"    for j in range({size}):"]

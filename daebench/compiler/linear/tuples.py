@@ -16,12 +16,12 @@ def _sum(terms: Sequence[str]) -> str:
 
 
 def _halves(n: int) -> str:
-    """Source of the return of a solution z of 2 n entries, its halves apart, and the pivot."""
+    """Source of a return statement for a solution z of 2 n entries: its two halves, and the pivot."""
     return f"return {pack(f'z[{i}]' for i in range(n))}, {pack(f'z[{i}]' for i in range(n, 2 * n))}, pivot"
 
 
 def _matrix(signature: str, entry: Callable[[int, int], str], left: range, right: range) -> Callable[[], str]:
-    """Return what writes a function of this signature that returns a matrix of these entries."""
+    """Return the writer of a function with this signature that returns a matrix of these entries."""
     return lambda: function(signature, "return " + pack(pack(entry(i, j) for j in right) for i in left))
 
 
@@ -33,19 +33,19 @@ class Values:
     d, m : int
         Numbers of positions and of constraints.
     structure : sequence of sequence of bool, shape(m, d)
-        Where G is not zero.
+        Pattern of the nonzero entries of G.
     inverse_mass : sequence of sequence of bool, shape(d, d)
-        Where H_pp is not zero.
+        Pattern of the nonzero entries of H_pp.
     target : Target
-        What it is written for.
+        Properties of the code that it is written for.
     mass : sequence of sequence of int, optional
-        Positions that M couples with each other, set by set; all in one set if left out. One in no set has no mass.
+        Sets of positions that M couples with each other; one set if left out. A position in no set has no mass.
     unmeasured : int
-        Number of last entries that norms leave out, unless they are not finite.
+        Number of last entries that norms leave out unless they are not finite.
     """
 
     elementwise = True
-    """Whether entries may be arrays in the place of numbers, which makes a function one of many states at once."""
+    """Whether entries may be arrays in place of numbers, so that a function applies to many states at once."""
 
     def __init__(
         self,
@@ -164,7 +164,7 @@ class Values:
         }
 
     def _of_constraints(self, name: str, n: int) -> str:
-        """Source of the least-squares solution of a system of n unknown multipliers where that is asked for, and there can be any."""
+        """Source of the least-squares solution of a system of n unknown multipliers, if requested and if n can be positive."""
         if not self.target.least_squares or n == 1:
             return ""
         if self.target.directions:
@@ -172,7 +172,7 @@ class Values:
         return array_solver("least_squares", name, n, self.target.dtype)
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
-        """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for so many blocks of one size."""
+        """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for this many blocks of equal size."""
         n = blocks * size
         whole = pack(pack(f"B[{i // size}][{j // size}][{i % size}][{j % size}]" for j in range(n)) for i in range(n))
         right = pack(f"b[{i // size}][{i % size}]" for i in range(n))
@@ -183,7 +183,7 @@ class Values:
         return inner + main
 
     def _solve_2d(self) -> str:
-        """Source of solve_2d(A, b): A (x, y) = b for two halves of the size of a state's."""
+        """Source of solve_2d(A, b): A (x, y) = b for two halves, each of half the size of a state."""
         return solver("_solve_2d", 2 * self.d, self.target) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
 
     def _solve_2m(self) -> str:

@@ -1,1 +1,1 @@
-"""What follows from the definition of a Poisson system."""
+"""Quantities derived from the definition of a Poisson system."""

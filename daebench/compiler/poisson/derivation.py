@@ -1,4 +1,4 @@
-"""Everything that follows from the definition of a Poisson system, derived when first asked for and then kept."""
+"""All quantities derived from the definition of a Poisson system, each computed when it is first asked for and then stored."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -17,7 +17,7 @@ Rule = tuple[Arguments, Sequence[sp.Expr], tuple[int, ...]]
 
 
 class PoissonDerivation(InParts):
-    """The expressions of one Poisson system, by the textbook's names; ``splitting`` as for the base class."""
+    """The expressions of one Poisson system, under the textbook's names; ``splitting`` is as in the base class."""
 
     def __init__(self, system: PoissonSystem, splitting: str = "") -> None:
         super().__init__(system, splitting, system.H, system.y)
@@ -45,7 +45,7 @@ class PoissonDerivation(InParts):
 
     @cached_property
     def field(self) -> sp.Matrix:
-        """Right side B grad H, shape(n,), expanded where that cancels what H_y divides by."""
+        """Right side B grad H, shape(n,), expanded if this cancels a denominator of H_y."""
         return (self.B * self.H_y).applyfunc(_shorter)
 
     @cached_property
@@ -60,10 +60,10 @@ class PoissonDerivation(InParts):
 
     @cached_property
     def bilinear(self) -> bool:
-        """Whether B and H have the form of HLW Example 4.7, in as many pairs as there are.
+        """Whether B and H have the form of HLW Example 4.7, for any number of pairs.
 
-        B has one diagonal block d_k(u_k, v_k), linear in each, and H is a sum of functions of one u_k or v_k; or it is whatever H where the
-        block is constant.
+        B has one diagonal block d_k(u_k, v_k). Either each d_k is linear in u_k and in v_k, and H is a sum of functions of one u_k or v_k.
+        Or the block is constant and H is arbitrary.
         """
         m = self.m
         u, v = list(self.y[:m]), list(self.y[m : 2 * m])
@@ -84,7 +84,7 @@ class PoissonDerivation(InParts):
 
     @cached_property
     def constants(self) -> dict[str, bool | int]:
-        """Constants of ``kernels/language.py`` and ``kernels/poisson_language.py`` that the system settles."""
+        """Constants of ``kernels/language.py`` and ``kernels/poisson_language.py`` that are known from the system."""
         return {"DENSE": True, "BOUNDED": bool(self.problem.domain), "CONSTRAINTS": self.m}
 
     def facts(self) -> dict[str, Any]:
@@ -132,7 +132,7 @@ class PoissonDerivation(InParts):
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        """What each function's arguments, values and shape are; nothing is derived before it is called."""
+        """Arguments, values and shape of each function; nothing is derived before a rule is called."""
         y: Arguments = {"y": list(self.problem.y)}
         n, m, system = self.n, self.m, self.problem
         u, v = self.y[:m], self.y[m : 2 * m]
@@ -153,7 +153,7 @@ class PoissonDerivation(InParts):
 
 
 def _shorter(expression: sp.Expr) -> sp.Expr:
-    """Return an expression expanded, where that makes it no longer."""
+    """Return an expression in expanded form, unless that is longer."""
     expanded = sp.expand(expression)
     return expanded if sp.count_ops(expanded) <= sp.count_ops(expression) else expression
 
@@ -161,7 +161,7 @@ def _shorter(expression: sp.Expr) -> sp.Expr:
 class DarbouxDerivation(PoissonDerivation):
     """The expressions of a Poisson system in its canonical coordinates z = (q, p, c), HLW Corollary 3.6: z' = B0 grad K(z).
 
-    What a run monitors, and the domain, are functions of the system's own y, which the loop has from ``chart``.
+    The monitored quantities and the domain are functions of the system's own y, which the loop gets from ``chart``.
     """
 
     def __init__(self, own: PoissonDerivation) -> None:
@@ -172,7 +172,7 @@ class DarbouxDerivation(PoissonDerivation):
 
     @property
     def m(self) -> int:
-        """Number of q, and of p."""
+        """Number of entries of q, and of p."""
         return len(self.map.q)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What Poisson systems and lattices have in common: H, alone or in parts with known flows, and the integrals besides."""
+"""Common parts of Poisson systems and lattices: H, whole or split into parts with known flows, and the other integrals."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -18,18 +18,18 @@ def _cost(kind: str, times: int = 1) -> list[int]:
 
 
 class InParts(Derived):
-    """What follows from the definition of a Poisson system or of a Poisson lattice.
+    """Quantities derived from the definition of a Poisson system or of a Poisson lattice.
 
     Parameters
     ----------
     definition : PoissonSystem or PoissonLattice
         The definition.
     splitting : str
-        Name of the splitting whose flows the functions ``before``, ``turn`` and ``after`` are; "" for the first.
+        Name of the splitting whose flows are the functions ``before``, ``turn`` and ``after``; "" for the first.
     energy : Expr
         H, or its density at a site.
     variables : sequence of Symbol
-        What that is a function of.
+        Variables of that expression.
     """
 
     states = "poisson"
@@ -45,7 +45,7 @@ class InParts(Derived):
         self.parts = [definition.parts[name] for name in order]
 
     def split(self, splitting: str) -> Self:
-        """Return the same with this splitting."""
+        """Return the derivation with this splitting."""
         return type(self)(self.definition, splitting)  # type: ignore[call-arg]
 
     @property
@@ -81,7 +81,7 @@ class InParts(Derived):
         }
 
     def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int) -> Monitored:
-        """Return what the loop does beside stepping."""
+        """Return the functions that the loop calls besides the step."""
         guarded = may_be_left_unseen([self.energy], self.variables, getattr(self.definition, "domain", ()))
         quantities = of_poisson(len(self.definition.casimirs), len(self.definition.integrals))
         return Monitored(quantities, State((("x", self.n),), arrays=self.arrays), names, kinds, guarded=guarded)
@@ -104,4 +104,4 @@ class InParts(Derived):
 
     @abstractmethod
     def _expression(self, name: str) -> str | None:
-        """Return the source of a function that is no flow."""
+        """Return the source of a function that is not a flow."""

@@ -1,4 +1,4 @@
-"""An axis: what is measured along it, between which numbers, and where its ticks are."""
+"""An axis: its quantity, its ends, and its ticks."""
 
 import itertools
 import math
@@ -13,34 +13,34 @@ from daebench.errors import BadInput
 from daebench.runs.ivp import Array
 
 TICKS = 5
-"""Ticks on an axis, at most about."""
+"""Approximate maximum number of ticks on an axis."""
 
 MINUS = "\N{MINUS SIGN}"
 
 DIGITS = 15
-"""Places after the point that a label has at most."""
+"""Maximum number of decimal places of a label."""
 
 LEAST, MOST = 1e-300, 1e300
-"""Shortest and longest extent of an axis, so that neither its ticks nor its shares overflow."""
+"""Shortest and longest extent of an axis, so that neither its ticks nor its fractions overflow."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What is measured along an axis.
+    """The quantity, the ends and the scale of an axis.
 
     Parameters
     ----------
     label : str
-        Quantity and unit; text of an SVG where it is ``Markup``.
+        Quantity and unit; text of an SVG if it is ``Markup``.
     low, high : float
-        Ends, low < high; both positive where the scale is logarithmic.
+        Ends, low < high; both positive if the scale is logarithmic.
     log : bool
         Whether the scale is logarithmic.
 
     Raises
     ------
     BadInput
-        If the ends are not finite, not in order, too near or too far apart for numbers, or not positive where they must be.
+        If the ends are not finite, not in order, too near or too far apart for floating point, or not positive on a logarithmic scale.
     """
 
     label: str
@@ -54,7 +54,7 @@ class Axis:
             raise BadInput(f"axis {self.label}: no {scale} scale goes from {self.low:g} to {self.high:g}; give finite ends in order.")
 
     def share(self, values: npt.ArrayLike) -> Array:
-        """Return where values are along the axis, 0 at its low end and 1 at its high end; NaN where they have no place."""
+        """Return positions along the axis, 0 at its low end and 1 at its high end; NaN for values that cannot be placed on it."""
         low, high, given = (self._linear(value) for value in (self.low, self.high, values))
         return np.asarray((given - low) / (high - low), dtype=float)
 
@@ -63,7 +63,7 @@ class Axis:
         return np.log10(np.where(given > 0, given, np.nan)) if self.log else given
 
     def ticks(self, most: int = TICKS) -> tuple[list[tuple[float, Markup]], int]:
-        """Return values of ticks, no more than about ``most``, what is written there, and the power of ten to be taken times."""
+        """Return values of ticks, about ``most`` at most, with their labels, and the exponent of the common power of ten."""
         from matplotlib.ticker import MaxNLocator
 
         if self.log:
@@ -78,26 +78,26 @@ class Axis:
         return list(zip(values, texts, strict=True)), exponent
 
     def widened(self, factor: float) -> "Axis":
-        """Return a linear axis about the same middle, so many times as long."""
+        """Return a linear axis with the same middle, longer by this factor."""
         middle, half = (self.low + self.high) / 2, factor * (self.high - self.low) / 2
         return replace(self, low=middle - half, high=middle + half)
 
 
 def around(label: str, *values: npt.ArrayLike, log: bool = False, floor: float = 0.0, margin: float = 0.06) -> Axis:
-    """Return an axis that holds all finite values, with a margin.
+    """Return an axis that contains all finite values, with a margin.
 
     Parameters
     ----------
     label : str
         Quantity and unit.
     *values : array_like
-        What has to fit; without any finite value the axis goes from 0 to 1, or from 0.1 to 1.
+        Values to contain. Without any finite value the axis goes from 0 to 1, or from 0.1 to 1.
     log : bool
-        Whether the scale is logarithmic: what is not positive then has no place.
+        Whether the scale is logarithmic; values that are not positive are then ignored.
     floor : float
-        Where the scale is logarithmic, its low end is not below this.
+        Lower bound of the low end of a logarithmic axis.
     margin : float
-        Part of the extent that is added at each end.
+        Fraction of the extent that is added at each end.
     """
     numbers = np.concatenate([np.ravel(np.asarray(array, dtype=float)) for array in values]) if values else np.empty(0)
     numbers = numbers[np.isfinite(numbers) & ((numbers > 0) | (not log))]
@@ -117,7 +117,7 @@ def power(k: int) -> Markup:
 
 
 def labels(values: Sequence[float]) -> tuple[list[Markup], int]:
-    """Return what is written at ticks of a linear axis, and the power of ten that all of it is to be taken times."""
+    """Return the labels at ticks of a linear axis, and the exponent of the common power of ten."""
     largest = max((abs(x) for x in values), default=0.0)
     step = min((abs(b - a) for a, b in itertools.pairwise(values)), default=largest) or 1.0
     exponent = math.floor(math.log10(largest)) if largest else 0

@@ -16,11 +16,11 @@ INK = "currentColor"
 """The colour of the page's text, light or dark."""
 
 PER_PIXEL = 2.0
-"""Points of a curve for each pixel of its panel's width beyond which only the lowest and the highest of each bin are drawn."""
+"""Number of points of a curve per pixel of its panel's width above which only the lowest and the highest of each bin are drawn."""
 
 
 class Place(Protocol):
-    """Takes data to pixels."""
+    """Maps data to pixels."""
 
     @property
     def width(self) -> float:
@@ -47,7 +47,7 @@ def color_of(stroke: Stroke) -> str:
 
 @dataclass(frozen=True)
 class Curve:
-    """A line through points; where one is not finite, or has no place on the axes, it is broken.
+    """A line through points; it is broken at points that are not finite or cannot be placed on the axes.
 
     Parameters
     ----------
@@ -56,11 +56,11 @@ class Curve:
     stroke : Stroke
         Colour and dashes.
     name : str
-        What it is called in the legend; not in it where empty.
+        Name in the legend; no entry if empty.
     width : float
         Width of the line, pixels.
     faint : bool
-        Whether it only gives orientation.
+        Whether it is only a guide to the eye.
     """
 
     x: npt.ArrayLike
@@ -88,9 +88,9 @@ class Dots:
     x, y : array_like, shape(n,)
         The points.
     stroke : Stroke
-        Its colour is theirs.
+        Their colour is that of the stroke.
     name : str
-        What they are called in the legend; not in it where empty.
+        Name in the legend; no entry if empty.
     radius : float
         Radius of a disc, pixels.
     hollow : bool
@@ -105,7 +105,7 @@ class Dots:
     hollow: bool = False
 
     def svg(self, place: Place) -> Markup:
-        """Return them as one path of round caps, or as circles where they are hollow."""
+        """Return them as one path of round caps, or as circles if they are hollow."""
         x, y = place(self.x, self.y)
         finite = np.isfinite(x) & np.isfinite(y)
         color = color_of(self.stroke)
@@ -128,9 +128,9 @@ class Area:
     x, y : array_like, shape(n,)
         Its corners.
     stroke : Stroke
-        Its outline; the filling is the same colour, pale.
+        Its outline; the fill has the same colour, pale.
     name : str
-        What it is called in the legend; not in it where empty.
+        Name in the legend; no entry if empty.
     """
 
     x: npt.ArrayLike
@@ -155,11 +155,11 @@ class Tiles:
     across, up : ndarray, shape(columns + 1,) and shape(rows + 1,)
         Edges of the tiles of the grid.
     chosen : ndarray of bool, shape(rows, columns)
-        Which are drawn.
+        Tiles that are drawn.
     stroke : Stroke
-        Its colour is theirs.
+        Their colour is that of the stroke.
     name : str
-        What they are called in the legend; not in it where empty.
+        Name in the legend; no entry if empty.
     """
 
     across: Array
@@ -169,7 +169,7 @@ class Tiles:
     name: str = ""
 
     def svg(self, place: Place) -> Markup:
-        """Return them as one path of rectangles: neighbours are joined."""
+        """Return them as one path of rectangles; neighbours are joined."""
         boxes = np.array(list(rectangles(self.chosen)), dtype=int).reshape(-1, 4)
         (x, y), (right, top) = (place(self.across[boxes[:, 2 + k]], self.up[boxes[:, k]]) for k in (0, 1))
         corners = zip(x.tolist(), y.tolist(), right.tolist(), top.tolist(), strict=True)
@@ -184,11 +184,11 @@ class Note:
     Parameters
     ----------
     x, y : float
-        Where, in the units of the axes.
+        Position, in the units of the axes.
     text : str
-        The words; text of an SVG where it is ``Markup``.
+        The words; text of an SVG if it is ``Markup``.
     anchor : str
-        Which part of the words is at the point: "start", "middle" or "end".
+        Part of the text that is at the point: "start", "middle" or "end".
     """
 
     x: float
@@ -197,7 +197,7 @@ class Note:
     anchor: str = "start"
 
     def svg(self, place: Place) -> Markup:
-        """Return it as text; nothing where it has no place."""
+        """Return it as text; nothing if it cannot be placed on the axes."""
         (x,), (y,) = place([self.x], [self.y])
         if not (np.isfinite(x) and np.isfinite(y)):
             return Markup("")
@@ -205,7 +205,7 @@ class Note:
 
 
 def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """Return a curve with about as many points at most, none of its lowest, highest and gaps lost: up to three for each bin."""
+    """Return a curve with about ``most`` points at most, up to three for each bin. Lowest and highest points and gaps are not lost."""
     n = len(x)
     if n <= most:
         return x, y
@@ -222,7 +222,7 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
 
 
 def path_of(x: Array, y: Array) -> str:
-    """Return points in pixels as the data of a path, with a gap where one is not finite."""
+    """Return points in pixels as the data of a path, with a gap at points that are not finite."""
     there = np.isfinite(x) & np.isfinite(y)
     pens = np.where(np.concatenate([[False], there[:-1]]), "L", "M")[there].tolist()
     pixels = np.clip(np.stack([x[there], y[there]], axis=1), -1e5, 1e5).tolist()

@@ -11,7 +11,7 @@ from daebench.draw.svg.marks import Area, Curve, Dots, Mark, Tiles, color_of, da
 from daebench.runs.ivp import Array
 
 WIDTH = 760.0
-"""Width of all panels together, in the pixels that its numbers are in; in the page it is as wide as there is room."""
+"""Width of all panels together, in units of the drawing; in the page it fills the available width."""
 
 LEFT, RIGHT, TOP, BOTTOM = 62.0, 12.0, 26.0, 44.0
 """Pixels around the frame of a panel, for labels and title."""
@@ -22,7 +22,7 @@ LINE = 20.0
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a panel's axes are in the drawing, in pixels, and the map from data to them."""
+    """Position of a panel's axes in the drawing, in pixels, and the map from data to pixels."""
 
     left: float
     top: float
@@ -45,13 +45,13 @@ class Panel:
     x, y : Axis
         The axes.
     marks : sequence of Mark
-        What is drawn, the last above the others; named curves, dots, areas and tiles are in the legend.
+        Contents, the last on top; named curves, dots, areas and tiles are in the legend.
     title : str
-        What the panel shows; text of an SVG where it is ``Markup``.
+        Title; text of an SVG if it is ``Markup``.
     equal : bool
-        Whether a unit of x is as long as one of y: the shorter axis is then widened. For linear axes.
+        Whether x and y have the same scale; the shorter axis is then widened. For linear axes.
     bare : bool
-        Whether there are neither ticks nor labels nor a grid: a view of space.
+        Whether ticks, labels and grid are left out, for a view of space.
     """
 
     x: Axis
@@ -62,7 +62,7 @@ class Panel:
     bare: bool = False
 
     def frame(self, left: float, top: float, width: float, height: float) -> Frame:
-        """Return where its axes are, within a rectangle that labels and title share."""
+        """Return the position of its axes, within a rectangle that also contains labels and title."""
         inside = (LEFT if not self.bare else RIGHT, BOTTOM if not self.bare else RIGHT)
         frame = Frame(left + inside[0], top + TOP, width - inside[0] - RIGHT, height - TOP - inside[1], self.x, self.y)
         if not self.equal:
@@ -79,7 +79,7 @@ def draw_panels(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: 
     panels : sequence of Panel
         The panels, row by row.
     alt : str
-        What the picture shows, in words, for those who cannot see it.
+        Description of the picture for screen readers.
     columns : int
         Panels in a row.
     height : float
@@ -96,9 +96,9 @@ def draw_panels(panels: Sequence[Panel], *, alt: str, columns: int = 2, height: 
 
 
 def panel_svg(panel: Panel, frame: Frame) -> Markup:
-    """Return a panel as a group; it carries its frame and its scales, for scripts that move what is in it.
+    """Return a panel as a group. It contains its frame and its scales, for scripts that move its contents.
 
-    Its clip path is named after the frame: where two in a page have one name, they are the same.
+    Its clip path is named after the frame, so two clip paths of the same name in a page are equal.
     """
     name = "clip" + "-".join(f"{length:.0f}" for length in (frame.left, frame.top, frame.width, frame.height))
     box = Markup('x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"').format(frame.left, frame.top, frame.width, frame.height)
@@ -141,7 +141,7 @@ def axes_svg(frame: Frame) -> Markup:
 
 
 def legend(panels: Sequence[Panel], top: float, width: float) -> tuple[Markup, int]:
-    """Return the legend of all named marks, each name once, and how many lines it has."""
+    """Return the legend of all named marks, with each name once, and its number of lines."""
     named = {mark.name: mark for panel in panels for mark in panel.marks if isinstance(mark, Curve | Dots | Area | Tiles) and mark.name}
     parts, x, line = [], 10.0, 0
     for name, mark in named.items():
@@ -166,4 +166,4 @@ def sample(mark: Curve | Dots | Area | Tiles, x: float, y: float) -> Markup:
     return swatch.format(x + 3, y - 5, color_of(mark.stroke), 1 if isinstance(mark, Tiles) else 0.22, color_of(mark.stroke))
 
 
-sheet = draw_panels  # the name of the release before; it goes with the next one
+sheet = draw_panels  # the name in the previous release; it will be removed in the next one

@@ -89,7 +89,7 @@ def padded(members: int, lanes: int) -> int:
 
 
 class _Ensemble:
-    """One method, the members, and what is asked of each."""
+    """One method, the members, and the request for each."""
 
     def __init__(self, method: FixedStepMethod[Any, Any], members: Members, request: Request, watch: tuple[str, ...] | None = None) -> None:
         self.began = time.perf_counter()

@@ -43,7 +43,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     anyway : bool
         Whether a scheme may be run on a system outside of the class for which it is a Poisson integrator.
     compiled : bool
-        Whether the kernel is handed to numba.
+        Whether the kernel is compiled by numba.
 
     Raises
     ------

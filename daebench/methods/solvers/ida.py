@@ -161,7 +161,7 @@ def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor)
 
 
 def _compile(dae: Posed) -> None:
-    """Call each function once with arrays of the kinds that IDA hands over: its own are read-only."""
+    """Call each function once with arrays of the kinds that IDA passes: its own are read-only."""
     res = np.empty(dae.n)
     y, yp = read_only(dae.y0), read_only(dae.yp0)
     dae.residual(0.0, y, yp, res, dae.par)

@@ -10,7 +10,7 @@ from daebench.methods.formulations.constrained import Dae, pose, read_only
 from daebench.runs.ivp import ConstrainedIvp
 
 COMPILED = True
-"""Whether the right side is handed to numba."""
+"""Whether the right side is compiled by numba."""
 
 
 def reduced(ivp: ConstrainedIvp) -> Dae:

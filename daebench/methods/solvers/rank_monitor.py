@@ -20,7 +20,7 @@ EDGE = 1e-4
 """Part of a step at its ends that is not inside."""
 
 KEPT = 64
-"""States over a run that a multiplier is held against, about."""
+"""Approximate number of states over a run with which a multiplier is compared."""
 
 COMBINED = "combined"
 """What a run does whose constraints are combinations of redundant ones: it stops where they are no longer independent."""

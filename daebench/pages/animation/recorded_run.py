@@ -27,7 +27,7 @@ class RecordedRun:
     Parameters
     ----------
     method, knob : str
-        Name of the method, and what it is steered by.
+        Name of the method, and its control parameter.
     value : float
         Value of the knob.
     t : ndarray, shape(n,)
@@ -62,7 +62,7 @@ def _latest(t: Array, times: Array) -> Any:
 
 
 def requested(ivp: Ivp, method: Any, value: float, times: Array) -> Request:
-    """Return what is asked of a method to be shown at these times."""
+    """Return the request to a method for output at these times."""
     kinds, t_end = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED, float(times[-1])
     if method.knob == "tol":
         return Request(value=value, t_end=t_end, points=WITHIN * (len(times) - 1) + 1, watch=())

@@ -93,12 +93,12 @@ class PoissonClaims:
     symmetric : bool
         Whether Phi_{-h} o Phi_h is the identity.
     poisson : str
-        The class of structure matrices, of :data:`CLASSES`, for which it is a Poisson integrator, HLW Def. 4.6: a Poisson map that keeps
-        the Casimir functions; "" if for none.
+        The class of structure matrices, of :data:`CLASSES`, for which it is a Poisson integrator, HLW Def. 4.6: a Poisson map that
+        preserves the Casimir functions; "" if there is none.
     source : str
         Where it is defined, with the equation number.
     keeps : str
-        First integrals that it keeps for any B: "linear", "quadratic", or "" for none.
+        First integrals that it conserves for any B: "linear", "quadratic", or "" for none.
     halves : bool
         Whether it treats two halves of the state differently.
     """

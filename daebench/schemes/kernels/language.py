@@ -195,7 +195,7 @@ def G(q: Vector) -> Jacobian:
 
 
 def squares(q: Vector) -> Multiplier:
-    """Squares of the distances that the constraints keep, -g(0), shape(m,); of a problem all of whose constraints are distances."""
+    """Squares of the distances that the constraints prescribe, -g(0), shape(m,), for a problem whose constraints are all distances."""
 
 
 def rows(X: Rows, p: Vector, q: Vector) -> Rows:

@@ -43,9 +43,9 @@ if RANK_WATCHED:
     def lost(before: Pivots, now: Pivots) -> bool:
         """Return whether G loses rank within the next step, given the records before and after this step.
 
-        The measure behaves like the square of an angle: where G loses rank transversally, its root sigma goes to zero linearly. With the
-        last three, the line through the last two reaches zero within one step, and that through the first two within three, which no single
-        rough step brings about. A minimum sigma^2 = delta^2 + c^2 t^2 does so only where c h is more than 1.5 delta, so that h does not
+        The measure behaves like the square of an angle: if G loses rank transversally, its root sigma goes to zero linearly. Given the
+        last three values, the line through the last two reaches zero within one step, and that through the first two within three; no
+        single rough step causes this. A minimum sigma^2 = delta^2 + c^2 t^2 does so only if c h is more than 1.5 delta, so that h does not
         resolve it::
 
             sigma_2 <= sigma_1 - sigma_2        sigma_1 <= 3 (sigma_0 - sigma_1)

@@ -31,7 +31,7 @@ CHOICES = {"differences": 0.0, "projected": 1.0}
 
 
 def choices(differences: float, projected: float) -> tuple[float, float]:
-    """Return the first two numbers of a scheme; raise :class:`BadInput` where one is neither 0 nor 1."""
+    """Return the first two numbers of a scheme; raise :class:`BadInput` if one is neither 0 nor 1."""
     for name, value in (("differences", differences), ("projected", projected)):
         if value not in (0, 1):
             raise BadInput(f"{name} = {value:g} must be 0 for no or 1 for yes.")
@@ -48,7 +48,7 @@ def rattle_step(solve_positions: Positions, solve_momenta: Momenta, p0: Vector, 
         p1     = p_half - h/2 U_q(q1) - G(q1)^T mu,      or  mu = 0             where ``projected`` is 0
 
     The equations are those of RATTLE, HLW (1.25), lam = 2 nu / h^2. Both p_half are equal up to rounding: q1 is rounded to the spacing
-    of positions, which differences divide by h (B. Hess, gmx-developers, October 2006, 001873). Momenta that are not projected make it
+    of positions, which differences divide by h (B. Hess, gmx-developers, October 2006, 001873). Without the projection of momenta it is
     SHAKE in the form of velocity Verlet: q0, q1, ... are those of HLW (1.23), and the half kick of the constraints is missing in p1.
     """
     G0 = G(q0)

@@ -19,7 +19,7 @@ BELOW = 1e-3
 """The error of the reference is drawn where it is more than this part of the least error."""
 
 NAMED = 5
-"""Methods that are drawn in colours: the choice and those that come nearest to it in price."""
+"""Methods that are drawn in colours: the choice, and those whose cost is nearest to its cost."""
 
 
 def draw(out: Path, advice: Advice) -> Path:

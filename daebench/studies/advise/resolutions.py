@@ -23,7 +23,7 @@ BELOW = 0.85
 """Part of the accuracy that a prediction aims at."""
 
 START = 2e-5
-"""Time that a run takes before its first step, s, about: what is shorter says nothing of the price of a step."""
+"""Approximate time that a run takes before its first step, s; a shorter time says nothing about the cost of a step."""
 
 FARTHEST = 16
 """By how much a prediction may refine at once."""

@@ -15,7 +15,7 @@ from daebench.studies.certificate.record import NAME, Certificate, title
 from daebench.studies.grid.run_specification import code_digest
 
 ONCE = ("case", "parameters", "definition")
-"""Parts of an answer that a certificate has of each problem, and that are held against it besides the numbers."""
+"""Parts of an answer in a certificate for each problem that are compared besides the numbers."""
 
 
 def measured(

@@ -20,7 +20,7 @@ Known = Callable[[Run, Places], tuple[Array, float, str]]
 """From a run and some of its outputs to the states there, what these may be wrong by, and what they are."""
 
 OUTPUTS = 64
-"""Times at which a run is held against its reference, about."""
+"""Approximate number of times at which a run is compared with its reference."""
 
 LOST = 1e-2
 """Bound of a reference, in parts of the largest coordinate, with which the motion itself is no longer known."""
@@ -88,7 +88,7 @@ def _places(run: Run) -> Places:
 
 
 def _common(ivp: Ivp, runs: Sequence[Run], part: str) -> Known | None:
-    """Return what all runs can be held against, None if there is nothing."""
+    """Return the reference for all runs; None if there is none."""
     if not runs:
         return None
     if reference := certified_for(ivp, max(float(run.t[-1]) for run in runs)):

@@ -109,7 +109,7 @@ def _like(specification: GridRun) -> tuple[Any, ...]:
 
 
 def _usual(specification: GridRun) -> tuple[str, float]:
-    """Return what a method is steered by, and what a step, or a second of motion, usually costs."""
+    """Return a method's control parameter, and the usual cost of a step, or of a second of motion."""
     solver = specification.solver
     if solver.knob != "h":
         return solver.knob, TOLERANCE_SECONDS

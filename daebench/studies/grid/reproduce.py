@@ -193,7 +193,7 @@ def compared(archived: Mapping[str, Any], new: Mapping[str, Any], *, rtol: float
 
 
 def _entries(old: Any, now: Any) -> list[tuple[Any, Any]]:
-    """Return what is held against each other: two values, or those of two lists."""
+    """Return the values that are compared with each other: two, or those of two lists."""
     lists = isinstance(old, list) and isinstance(now, list) and len(old) == len(now)
     return list(zip(old, now, strict=True)) if lists else [(old, now)]
 

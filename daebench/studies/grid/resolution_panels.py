@@ -1,4 +1,4 @@
-"""Curves of methods against what they are steered by: a panel for step sizes, and one for tolerances."""
+"""Curves of methods against their control parameters: a panel for step sizes, and one for tolerances."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LABELS = {"h": "step size h [s]", "tol": "tolerance"}
-"""What methods are steered by."""
+"""Control parameters of methods."""
 
 
 def resolution_panels(table: "pd.DataFrame", column: str, height: float) -> tuple["Figure", dict[str, Any]]:

@@ -62,7 +62,7 @@ def _references(
 def start_row(specification: StartRuns, timed: Callable[[StartRuns, Any, InitialValueProblem], Row]) -> Row:
     """Return what becomes of the runs: lists with an entry for each start.
 
-    Columns are error_q and bound_q, ..., steps, failure, and seconds. Of a method that runs members together all have the same price: the
+    Columns are error_q and bound_q, ..., steps, failure, and seconds. Of a method that runs members together all have the same cost: the
     median time of runs by themselves from the first :data:`TIMED` starts that come to their end, after one that warms up, with
     seconds_least and seconds_most; others have the time and counts n_... of work of each run. ``timed`` returns these of one run.
     """
@@ -96,7 +96,7 @@ def _together(specification: StartRuns, solver: Any, reference: MemberReferences
 
 
 def _price(times: list[float]) -> Row:
-    """Return the columns of the price that runs have in common: the median of some times, the least of them and the most."""
+    """Return the columns of the cost that runs have in common: the median of some times, the least of them and the most."""
     known = sorted(seconds for seconds in times if np.isfinite(seconds)) or [NAN]
     return {"seconds": float(np.median(known)), "seconds_least": known[0], "seconds_most": known[-1]}
 

@@ -25,7 +25,7 @@ MOST_STAGE_MULTIPLIERS = 2e7
 
 @dataclass(frozen=True)
 class Bench(Runs):
-    """Where the runs of one method are made and held against the reference at the common times.
+    """Where the runs of one method are made and compared with the reference at the common times.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class Bench(Runs):
 
 @dataclass(frozen=True)
 class PoissonBench(Runs):
-    """Where the runs of one method are made and held against the reference at the common times.
+    """Where the runs of one method are made and compared with the reference at the common times.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ SLOW = 1.0
 
 @dataclass(frozen=True)
 class Runs(ABC):
-    """The runs of one method, held against the reference at the common times.
+    """The runs of one method, compared with the reference at the common times.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ def _methods(asked: Asked) -> list[str]:
     """Return the methods that are compared."""
     for name in filter(is_outside, asked.methods):
         raise BadInput(
-            f"{name} is from outside, and computes in its own arithmetic; precision compares arithmetics of methods of daebench."
+            f"{name} is from outside, and computes in its own arithmetic; precision compares kinds of arithmetic for methods of daebench."
         )
     methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
     if not methods:

@@ -142,7 +142,7 @@ class Curves:
     Parameters
     ----------
     method, knob : str
-        The method, and what it is steered by: "h" or "tol".
+        The method, and its control parameter: "h" or "tol".
     values : ndarray, shape(m,)
         Step sizes or tolerances.
     errors : ndarray, shape(m, n)
@@ -154,7 +154,7 @@ class Curves:
     failed : ndarray of int, shape(m,)
         Runs that stopped early.
     scatter : float
-        By which part times differ between the starts that are timed, where all starts have one price: the median over step sizes of the
+        By which part times differ between the starts that are timed, where all starts have one cost: the median over step sizes of the
         longest over the shortest, less 1; 0 where each run is timed.
     """
 

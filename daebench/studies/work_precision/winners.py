@@ -40,7 +40,7 @@ class Level:
     known: NDArray[np.bool_]
 
     def of(self, *methods: str) -> tuple[Array, ...]:
-        """Return the prices of some methods from the starts that all of them have, which are compared and which one of them reaches."""
+        """Return the costs of some methods from the starts that all of them have, which are compared and which one of them reaches."""
         n = min(len(self.prices[method]) for method in methods)
         prices = np.array([self.prices[method][:n] for method in methods])
         return tuple(prices[:, self.known[:n] & np.isfinite(prices).any(axis=0)])
@@ -54,12 +54,12 @@ class Level:
 
     @property
     def ranked(self) -> list[str]:
-        """Methods by the median price of their own starts, without those that do not reach the accuracy from half of these."""
+        """Methods by the median cost of their own starts, without those that do not reach the accuracy from half of these."""
         medians = {name: self.median(name).value for name in self.prices}
         return sorted((name for name, price in medians.items() if np.isfinite(price)), key=medians.__getitem__)
 
     def median(self, method: str) -> Estimate:
-        """Return the median price of a method from its own starts, s."""
+        """Return the median cost of a method from its own starts, s."""
         prices = self.prices[method]
         return median(prices[self.known[: len(prices)]])
 
@@ -84,12 +84,12 @@ def winners(curves: Sequence[Curves], levels: Sequence[float] = LEVELS) -> "pd.D
     Returns
     -------
     DataFrame
-        A row each of accuracy and method, ranked by the median price from the starts that a method has: level, method, price, that
+        A row each of accuracy and method, ranked by the median cost from the starts that a method has: level, method, price, that
         median, s; cheapest, the share of the starts that all methods have in which no other is cheaper, and of, their number; next, the
         next method; before, the share of starts in which it is cheaper than the next, and starts, the number of those, which both have;
-        ratio, the median of the price of the next over its own; scatter, by which part the times of the two differ from one timed start
+        ratio, the median of the cost of the next over its own; scatter, by which part the times of the two differ from one timed start
         to another; and left_out, how many starts are not compared for the error of their reference. price, cheapest, before and ratio
-        have intervals, ..._low and ..._high, see :mod:`daebench.studies.work_precision.intervals`: these are over starts, at prices as
+        have intervals, ..._low and ..._high, see :mod:`daebench.studies.work_precision.intervals`: these are over starts, at costs as
         they were measured.
     """
     import pandas as pd

@@ -1,4 +1,4 @@
-"""Files of the user's own: code that is executed, with the files beside it that it imports, and mistakes that are named."""
+"""The user's own files: they are executed with the files beside them that they import, and mistakes are reported with their place."""
 
 import contextlib
 import sys
@@ -12,12 +12,12 @@ from daebench.systems.files.imports import Fresh
 
 
 def is_path(name: str) -> bool:
-    """Return whether a name is the path of a file: it ends in .py, or has a separator of folders in it."""
+    """Return whether a name is the path of a file: it ends in .py, or contains a path separator."""
     return name.endswith(".py") or "/" in name or "\\" in name
 
 
 def existing(name: str, what: str, listed: str) -> Path:
-    """Return the path of a file that is there; else BadInput says which kind of file it is to be, and which command lists names."""
+    """Return the path of an existing file; otherwise raise BadInput with the kind of file needed and the command that lists names."""
     try:
         path = Path(name).expanduser()
         there = path.is_file()
@@ -29,7 +29,7 @@ def existing(name: str, what: str, listed: str) -> Path:
 
 
 def executed(path: Path, name: str) -> types.ModuleType:
-    """Return the module of a file, run once under a name that no other file or text of this file has."""
+    """Return the module of a file, executed once under a name that no other file or content of this file has."""
     if name not in sys.modules:
         module = types.ModuleType(name, None)
         module.__file__ = str(path)
@@ -46,10 +46,10 @@ def naming(
     wrong: type[DaebenchError],
     passing: tuple[type[BaseException], ...] = (),
 ) -> Iterator[None]:
-    """Turn whatever goes wrong in a file into one sentence with its file and line; what it prints goes to standard error.
+    """Turn any error in a file into one sentence with its file and line; printed output goes to standard error.
 
-    The sentence calls the file by ``name``, and names lines of the files that ``user_files`` returns, the file itself among them. It is
-    an error of the type ``wrong``; errors of the types ``passing`` pass as they are.
+    The sentence calls the file ``name``, and gives lines of the files that ``user_files`` returns, which include the file itself. The
+    exception is of the type ``wrong``; exceptions of the types ``passing`` are not changed.
     """
     try:
         with contextlib.redirect_stdout(sys.stderr):

@@ -1,8 +1,8 @@
-"""Files beside a problem file: importable by their plain names while it runs and not afterwards, and known before it runs.
+"""Files beside a problem file: importable by their plain names while it runs but not afterwards, and known before it runs.
 
-Two folders may have files of one name, and neither sees the other's: what was imported from a folder is forgotten when its problem file
-has run, and what the same names meant before is put back. Names of Python's own modules, and of the packages that daebench stands on,
-keep their meaning.
+Two folders may contain files of the same name, and neither sees the other's. Modules imported from a folder are removed when its problem
+file has run, and the previous meanings of the names are restored. Names of Python's own modules, and of the packages on which daebench
+depends, keep their meaning.
 """
 
 import ast
@@ -32,11 +32,11 @@ TAKEN = sys.stdlib_module_names | {
 }
 TAKEN |= {"PIL", "isympy", "numba", "numpy", "pandas", "platformdirs", "pyarrow", "pylab", "rich", "scipy"}
 TAKEN |= {"sksundae", "solve_dae", "sympy", "typer"}
-"""Names that no file beside a problem file can take."""
+"""Names that no file beside a problem file can have."""
 
 
 class Fresh(SourceFileLoader):
-    """Loads a file from its text alone: compiled code that Python keeps may be that of a file edited within the same second."""
+    """Loads a file from its text only: Python's stored byte code may belong to a version that was edited within the same second."""
 
     def get_code(self, fullname: str) -> types.CodeType:
         """Return the code of the file as it is now."""
@@ -45,14 +45,14 @@ class Fresh(SourceFileLoader):
 
 
 class Neighbours(MetaPathFinder):
-    """Finds the modules of one folder, that of a problem file, and remembers which it found."""
+    """Finds the modules of one folder, that of a problem file, and records which it found."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
         self.found: dict[str, Path] = {}
 
     def find_spec(self, name: str, path: Sequence[str] | None = None, target: types.ModuleType | None = None) -> ModuleSpec | None:
-        """Return where a module of the folder, or of a package in it, is; None for any other."""
+        """Return the place of a module of the folder, or of a package in it; None for any other."""
         top = name.partition(".")[0]
         if top in TAKEN or (path is not None and top not in self.found):
             return None
@@ -67,7 +67,7 @@ class Neighbours(MetaPathFinder):
 
 @contextmanager
 def importable(folder: Path) -> Iterator[Neighbours]:
-    """Let the files of a folder be imported by their plain names, and forget them afterwards."""
+    """Make the files of a folder importable by their plain names, and remove them afterwards."""
     finder, names = Neighbours(folder), {name for name in _names(folder) if name not in TAKEN}
     hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in names}
     sys.meta_path.insert(0, finder)
@@ -82,9 +82,9 @@ def importable(folder: Path) -> Iterator[Neighbours]:
 
 
 def imported(path: Path) -> list[Path]:
-    """Return the files that a problem file may import: what it names of its folder, what these name, and packages whole.
+    """Return the files that a problem file may import: those of its folder that it names, those that these name, and whole packages.
 
-    They are in a fixed order, without the file itself.
+    They are in a fixed order, without the problem file itself.
     """
     folder, files, names = path.parent, dict[Path, None](), list(_imports(_syntax(path)))
     seen: set[str] = set()
@@ -108,7 +108,7 @@ def _files(folder: Path, top: str) -> list[Path]:
 
 
 def _imports(tree: ast.Module) -> Iterator[str]:
-    """Yield the names of all modules that a file imports, wherever in it."""
+    """Yield the names of all modules that a file imports, anywhere in it."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -117,7 +117,7 @@ def _imports(tree: ast.Module) -> Iterator[str]:
 
 
 def _syntax(path: Path) -> ast.Module:
-    """Return the syntax of a file, empty where it is not Python: Python says so when it is imported."""
+    """Return the syntax of a file, empty if it is not Python; the error then comes when it is imported."""
     try:
         return ast.parse(path.read_bytes())
     except (OSError, SyntaxError, ValueError):
@@ -125,5 +125,5 @@ def _syntax(path: Path) -> ast.Module:
 
 
 def _names(folder: Path) -> set[str]:
-    """Return the names under which something in a folder could be imported."""
+    """Return the names under which files or folders in a folder could be imported."""
     return {path.stem if path.suffix == ".py" else path.name for path in folder.iterdir() if path.suffix == ".py" or path.is_dir()}

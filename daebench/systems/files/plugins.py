@@ -1,4 +1,4 @@
-"""Problems that other packages bring: entry points of the group ``daebench.problems``, found and read without importing anything."""
+"""Problems provided by other packages: entry points of the group ``daebench.problems``, found and read without any import."""
 
 import importlib
 import re
@@ -26,14 +26,14 @@ _VALUE = re.compile(r"\w+(\.\w+)*(:problem)?")
 
 @dataclass(frozen=True)
 class Plugins:
-    """What other packages bring.
+    """Problems provided by other packages.
 
     Parameters
     ----------
     problems : mapping of str to Problem
         Problems that can be used.
     broken : mapping of str to str
-        Why others cannot be used, a sentence each.
+        Reasons why others cannot be used, one sentence each.
     """
 
     problems: Mapping[str, Problem]
@@ -42,7 +42,7 @@ class Plugins:
 
 @cache
 def plugins(taken: tuple[str, ...]) -> Plugins:
-    """Return what other packages bring, beside the names that are taken."""
+    """Return the problems provided by other packages, except under names that are taken."""
     by_name: dict[str, list[EntryPoint]] = {}
     for entry_point in entry_points(group=GROUP):
         by_name.setdefault(entry_point.name, []).append(entry_point)
@@ -58,12 +58,10 @@ def plugins(taken: tuple[str, ...]) -> Plugins:
 
 def _problem(name: str, points: Sequence[EntryPoint], taken: Sequence[str]) -> Problem:
     if name in taken:
-        raise BadInput(f"problem {name} of {_package(points[0])} has the name of one of daebench's own, which is used; rename it there.")
+        raise BadInput(f"problem {name} of {_package(points[0])} has the name of a problem of daebench, which is used; rename it there.")
     if len(points) > 1:
         both = " and ".join(sorted(map(_package, points)))
-        raise BadInput(
-            f"problem {name} is brought by {both}, so that the name could mean either; uninstall one, or give a file by its path."
-        )
+        raise BadInput(f"problem {name} is provided by {both}, so the name is ambiguous; uninstall one, or give a file by its path.")
     if is_path(name):
         raise BadInput(f"problem {name!r} of {_package(points[0])} has the name of a file; rename it there.")
     try:
@@ -98,7 +96,7 @@ def _file(point: EntryPoint) -> Path:
 
 
 def _spec(module: str) -> ModuleSpec | None:
-    """Return where a module is; the packages on the way to it are found and not imported."""
+    """Return the location of a module; its parent packages are located but not imported."""
     parts = module.split(".")
     try:
         spec = find_spec(parts[0])
@@ -112,7 +110,7 @@ def _spec(module: str) -> ModuleSpec | None:
 
 
 def _files(module: str, path: Path) -> list[Path]:
-    """Return the files of the package that a module is in, or what the file of a module that is in none imports beside it."""
+    """Return the files of the package of a module; without a package, the files that the module's file imports from beside it."""
     spec = _spec(module.partition(".")[0])
     places = (spec.submodule_search_locations or []) if spec is not None else []
     return [source for place in places for source in sorted(Path(place).rglob("*.py"))] if places else imported(path)

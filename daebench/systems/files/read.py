@@ -1,4 +1,4 @@
-"""A problem file read as text, never run: its summary, its parameters, its kind, and the content that its definition depends on."""
+"""Reading of a problem file as text, without running it: summary, parameters, kind, and the files on which its definition depends."""
 
 import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -30,26 +30,26 @@ class Problem:
     Parameters
     ----------
     name : str
-        Name by which it is asked for: that of a problem of the catalogue, or the path of a file.
+        Name by which it is requested: that of a problem of the catalogue, or the path of a file.
     summary : str
         First line of its docstring.
     parameters : mapping of str to float
         Run-time parameters and their defaults: the arguments of ``problem`` that are annotated float.
     structure : mapping of str to int
-        Structural parameters and their defaults: the arguments annotated int. Another value is another definition.
+        Structural parameters and their defaults: the arguments annotated int. Each value gives another definition.
     kind : str
-        "constrained" or "poisson": what ``problem`` is annotated to return.
+        "constrained" or "poisson": the annotated return type of ``problem``.
     path : Path
         The file.
     package : str
-        Who brings it: "daebench", a distribution, or "" for a file of the user's own.
+        Its provider: "daebench", a distribution, or "" for a file of the user's own.
     depends_on : callable
-        Returns the files that may decide the definition, the file itself among them.
+        Returns the files that may determine the definition, including the file itself.
     run : callable
         ``run(problem, structure)`` runs the file and returns the definition; this imports SymPy.
     again : callable, optional
-        ``again(problem, structure)`` returns the definition once more in each of the ways in which it may come to be asked for; nothing
-        for what comes with daebench.
+        ``again(problem, structure)`` returns the definition again by each of the ways in which it may be requested; nothing
+        for problems of daebench.
     """
 
     name: str
@@ -65,12 +65,12 @@ class Problem:
 
     @cached_property
     def digest(self) -> str:
-        """Content hash of the file and of all files that it may import, and where they are."""
+        """Content hash of the file and of all files that it may import, with their locations."""
         return digest_of_files(("" if self.own else str(file.resolve()), file) for file in self.depends_on(self))
 
     @cached_property
     def content(self) -> str:
-        """Content hash of the file and of all files that it may import, wherever they are; "" for what comes with daebench."""
+        """Content hash of the file and of all files that it may import, without their locations; "" for problems of daebench."""
         if self.own:
             return ""
         folder, files = self.path.parent, self.depends_on(self)
@@ -79,7 +79,7 @@ class Problem:
 
     @property
     def own(self) -> bool:
-        """Whether it comes with daebench."""
+        """Whether it is a problem of daebench."""
         return self.package == "daebench"
 
     def define(self, /, **structure: int) -> "Definition":
@@ -90,7 +90,7 @@ class Problem:
 def read(path: Path, *, name: str, **origin: Any) -> Problem:
     """Return a problem from its file's text, without running it; ``origin`` has the other fields of :class:`Problem`.
 
-    BadInput is raised if the file cannot be read, is not Python, or has no function ``problem`` of the form that is needed.
+    BadInput is raised if the file cannot be read, is not Python, or has no function ``problem`` of the required form.
     """
     tree = parsed(path)
     constructor = _constructor(tree, path)
@@ -106,7 +106,7 @@ def parsed(path: Path) -> ast.Module:
     except OSError as error:
         raise BadInput(f"{path}: the file cannot be read ({error.strerror}); give the path of a problem file.") from error
     except (MemoryError, RecursionError) as error:
-        raise BadInput(f"{path}: its expressions are nested too deep for Python to read; write them flatter.") from error
+        raise BadInput(f"{path}: its expressions are nested too deeply for Python to read; nest them less deeply.") from error
     except (SyntaxError, ValueError) as error:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
         raise BadInput(f"{path}{line}: this is not Python: {getattr(error, 'msg', error)}.") from error
@@ -139,9 +139,7 @@ def _arguments(constructor: ast.FunctionDef, path: Path) -> tuple[dict[str, floa
     arguments = constructor.args
     if others := [*arguments.posonlyargs, *arguments.args, *filter(None, (arguments.vararg, arguments.kwarg))]:
         given = ", ".join(parameter.arg for parameter in others)
-        raise BadInput(
-            f"{path.name}, line {constructor.lineno}: problem() takes {given}; write problem(*, ...): arguments by keyword alone."
-        )
+        raise BadInput(f"{path.name}, line {constructor.lineno}: problem() takes {given}; write problem(*, ...): keyword-only arguments.")
     floats: dict[str, float] = {}
     ints: dict[str, int] = {}
     for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
@@ -155,7 +153,7 @@ def _arguments(constructor: ast.FunctionDef, path: Path) -> tuple[dict[str, floa
         elif value == int(value) >= 1:
             ints[argument.arg] = int(value)
         else:
-            raise BadInput(f"{where} is annotated int, and its default {value:g} is not a whole number of at least 1.")
+            raise BadInput(f"{where} is annotated int, but its default {value:g} is not a whole number of at least 1.")
     return floats, ints
 
 
@@ -163,4 +161,4 @@ def _default(default: ast.expr, where: str) -> float:
     try:
         return real(where, ast.literal_eval(default))
     except (BadInput, ValueError, TypeError, SyntaxError) as error:
-        raise BadInput(f"{where} has the default {ast.unparse(default)}, and must have a number that is written out.") from error
+        raise BadInput(f"{where} has the default {ast.unparse(default)}, but must have a literal number.") from error

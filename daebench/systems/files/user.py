@@ -1,4 +1,4 @@
-"""Problem files outside of the package: code that is executed, with the files beside it that it imports, and mistakes that are named."""
+"""Problem files outside of the package: they are executed with the files beside them that they import, and mistakes are reported."""
 
 import sys
 import types
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 def find(name: str) -> Problem:
-    """Return the problem in a file; raise BadInput if there is no such file, or its text is not that of a problem."""
+    """Return the problem in a file; raise BadInput if there is no such file, or its text does not define a problem."""
     path = existing(name, "problem", "daebench list problems")
     return read(path, name=name, package="", depends_on=_files, run=_defined, again=_again)
 
 
 def own_files() -> list[Path]:
-    """Return the files of daebench's own problems: a file of another's may import their helpers."""
+    """Return the files of daebench's own problems, whose helpers a file from another source may import."""
     return sorted(folder("daebench.problems").rglob("*.py"))
 
 
@@ -34,13 +34,13 @@ def _files(problem: Problem) -> Sequence[Path]:
 
 
 def _again(problem: Problem, structure: Mapping[str, int]) -> "Iterator[Definition]":
-    """Return the definition of a file as its module gives it a second time, and as it gives it when executed once more."""
+    """Return the definition of a file from a second call of its module, and from a second execution of the file."""
     yield _defined(problem, structure)
     yield _afresh(problem, structure)
 
 
 def _afresh(problem: Problem, structure: Mapping[str, int]) -> "Definition":
-    """Return the definition of a file that is executed once more, whatever its module has kept."""
+    """Return the definition of a file that is executed again, independent of any state of its module."""
     module = sys.modules.pop(_name(problem))
     try:
         return _defined(problem, structure)
@@ -54,7 +54,7 @@ def _defined(problem: Problem, structure: Mapping[str, int]) -> "Definition":
             definition = call(problem, executed(problem.path, _name(problem)), structure)
         _require_seen(problem, neighbours)
     except BaseException:
-        sys.modules.pop(_name(problem), None)  # another try is to find the same fault
+        sys.modules.pop(_name(problem), None)  # so that another try finds the same error
         raise
     return definition
 
@@ -63,31 +63,31 @@ def _require_seen(problem: Problem, neighbours: Neighbours) -> None:
     known = {path.resolve() for path in problem.depends_on(problem)}
     if unseen := [path for path in neighbours.found.values() if path.is_file() and path.resolve() not in known]:
         raise InvalidProblem(
-            f"{problem.name} imports {unseen[0].name} in a way that cannot be seen in its text, so that a change there would go unnoticed; "
+            f"{problem.name} imports {unseen[0].name} in a way that is not visible in its text, so a change there would go unnoticed; "
             "name it in an import statement."
         )
 
 
 def _name(problem: Problem) -> str:
-    """Return the name of a file's module, which no other file or text of this file has."""
+    """Return the name of a file's module, which no other file or content of this file has."""
     return f"daebench_problem_{problem.path.stem}_{problem.digest[:16]}"
 
 
 def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int]) -> "Definition":
-    """Return what the function ``problem`` of a module returns; it must be what it is annotated to be.
+    """Return the result of the function ``problem`` of a module; its type must be the annotated one.
 
-    InvalidProblem is raised if it returns something else, or declares other parameters than it takes.
+    InvalidProblem is raised if its type is another, or it declares other parameters than its arguments.
     """
     constructor: Callable[..., Definition] = module.problem
     definition = constructor(**structure)
     if KINDS.get(type(definition).__name__) != problem.kind:
         what = "nothing" if definition is None else f"a {type(definition).__name__}"
-        raise InvalidProblem(f"problem() returns {what}, which is not what it is annotated to return.")
+        raise InvalidProblem(f"problem() returns {what}, which is not its annotated type.")
     declared = {str(symbol) for symbol in definition.parameters}
     if odd := sorted(declared ^ set(problem.parameters)):
         taken = ", ".join(problem.parameters) or "none"
         raise InvalidProblem(
-            f"the float arguments of problem() are {taken}, and the parameters of its definition {', '.join(sorted(declared)) or 'none'}; "
+            f"the float arguments of problem() are {taken}, but the parameters of its definition {', '.join(sorted(declared)) or 'none'}; "
             f"{', '.join(odd)} must be both."
         )
     for name, case in definition.cases.items():
@@ -97,7 +97,7 @@ def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int
 
 
 def naming(problem: Problem) -> AbstractContextManager[None]:
-    """Turn whatever goes wrong in a problem's files into one sentence with file and line, an InvalidProblem."""
+    """Turn any error in a problem's files into one sentence with file and line, an InvalidProblem."""
     return execute.naming(
         problem.name, problem.path, lambda: [problem.path, *(set(problem.depends_on(problem)) - set(own_files()))], InvalidProblem
     )

@@ -45,7 +45,7 @@ class Grid:
         ivp : InitialValueProblem
             The problem.
         n : int, optional
-            Number of members, if it is to be held against that of the grid.
+            Number of members, if it is compared with that of the grid.
         h : float, optional
             Step size, where it is not in the grid.
         parameters : mapping of str to array_like, shape(n,), optional

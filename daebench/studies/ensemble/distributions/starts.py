@@ -90,7 +90,7 @@ def require_inside(some: Members, what: str) -> Members:
         outside = np.flatnonzero(~some.along("inside", some.start[0]).astype(bool))
         if len(outside):
             raise BadInput(
-                f"{len(outside)} of {len(some)} starts of {what} of {some.ivp.problem} are outside of its domain {domain}, the first of "
+                f"{len(outside)} of {len(some)} starts of {what} of {some.ivp.problem} are outside its domain {domain}, the first of "
                 f"them that of member {outside[0]}; stay inside."
             )
     return some
