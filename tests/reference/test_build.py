@@ -167,7 +167,7 @@ BAD = {
     "unknown problem": ({"name": "plane_pendulum-rotating"}, r"unknown problem 'plane_pendulum'; did you mean planar_pendulum"),
     "unknown case": ({"name": "planar_pendulum-rotates"}, r"unknown case of planar_pendulum 'rotates'; did you mean rotating"),
     "spacing": ({"name": NAME, "spacing": 10}, r"10 outputs per second are not a power of two"),
-    "end": ({"name": NAME, "t_end": 1.3}, r"t_end = 1.3 must be 8 to 100000 whole outputs, .*; give 1.375, or another spacing"),
+    "end": ({"name": NAME, "t_end": 1.3}, r"t_end = 1.3 must be 8 to 100000 whole outputs at 8 per second; give 1.375, or another spacing"),
     "short": ({"name": NAME, "t_end": 0.03, "spacing": 1024}, r"t_end = 0.03 must be .*; give 0.0302734375, or another spacing"),
     "too short": ({"name": NAME, "t_end": 0.5}, r"t_end = 0.5 must be 8 to"),
     "too long": ({"name": NAME, "t_end": 1e300}, r"must be 8 to 100000 whole outputs"),
