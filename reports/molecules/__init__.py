@@ -6,14 +6,14 @@ from typing import Any
 
 from daebench.pages.report import Progress, make_page
 from daebench.pages.report.page import constants
-from daebench.reports.molecules import claims, laws, motions
+from daebench.reports.molecules import claims, laws, motions, well
 from daebench.reports.molecules import numbers as _numbers
 from daebench.reports.molecules.claims import check
 from daebench.reports.molecules.figures import draw
 from daebench.reports.molecules.numbers import Numbers, measure
 from daebench.reports.molecules.tables import femtoseconds, tables
 
-CONSTANTS = constants(motions, claims, laws, _numbers)
+CONSTANTS = constants(motions, well, claims, laws, _numbers)
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -25,7 +25,6 @@ def make(out: Path, progress: Progress) -> Path:
             "drawn": draw(numbers, conclusions, out / "figures"),
             "tables": tables(numbers, conclusions, out / "tables"),
             "femtoseconds": femtoseconds,
-            "well": (motions.HERE / "butane_in_well.py").read_text(encoding="utf-8"),
         }
 
     return make_page("molecules/page.html", out, "daebench report molecules", progress, measure=measure, check=check, content=content)

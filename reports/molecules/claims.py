@@ -9,7 +9,7 @@ import pandas as pd
 from daebench.methods.fixed_step.constraint_structure import RADIUS
 from daebench.pages.report.claims import require
 from daebench.reports.molecules.hess import check_hess
-from daebench.reports.molecules.laws import clear, fit
+from daebench.reports.molecules.laws import CLEAR, clear, fit
 from daebench.reports.molecules.motions import (
     BUTANE,
     DOUBLE,
@@ -249,7 +249,16 @@ def luck(starts: pd.DataFrame, runs: pd.DataFrame) -> SimpleNamespace:
             )
     table = pd.DataFrame(rows)
     worst = table.iloc[int(table["part"].to_numpy().argmax())]
-    means = double(runs, GAUSS_SEIDEL).set_index(keys)["mean"].abs()
-    place = (worst["molecule"], worst["h"])
-    ordered = float(means[(*place, worst["loose"])]) > float(means[(*place, worst["tight"])])
-    return SimpleNamespace(pairs=len(table), some=int((table["part"] > 0).sum()), worst=worst, worst_ordered=ordered)
+    indexed = double(runs, GAUSS_SEIDEL).set_index(keys)
+    loose, tight = (indexed.loc[(worst["molecule"], worst["h"], worst[which])] for which in ("loose", "tight"))
+    early = loose["mean"] - loose["slope"]
+    cancels = early < -CLEAR * loose["error"] and loose["slope"] > CLEAR * loose["slope_error"]
+    return SimpleNamespace(
+        pairs=len(table),
+        some=int((table["part"] > 0).sum()),
+        worst=worst,
+        loose=loose,
+        tight=tight,
+        worst_ordered=abs(loose["mean"]) > abs(tight["mean"]),
+        cancels=bool(cancels),
+    )

@@ -73,7 +73,7 @@ def draw_tolerances(runs: pd.DataFrame, folder: Path) -> Path:
                 chosen = chosen[chosen["iterations"].isin((0, ITERATIONS))]
                 _curve(ax, chosen.assign(tolerance=x), scheme, precision)
         ax.set(xscale="log", yscale="log", title=title, xlim=(BESIDE[0] / 4, 4e-3), ylim=(LEAST / 3, 20))
-        ax.set_xticks([1e-14, 1e-11, 1e-8, 1e-5, 1e-3])
+        ax.set_xticks([1e-14, 1e-10, 1e-6, 1e-3])
         ax.minorticks_off()
     axes[0, 0].text(2e-15, 1.5 * MOST, f"one part in {1 / MOST:.0f}", color=QUIET, fontsize=7.5, va="bottom")
     _legend(figure, (GAUSS_SEIDEL, ILVES, LINCS, SETTLE))

@@ -78,6 +78,8 @@ def check_always(runs: pd.DataFrame) -> SimpleNamespace:
     seen = clear(inaccurate[inaccurate["velocities"] == MULTIPLIERS])
     up = seen[seen["mean"] > 0].sort_values("mean", ascending=False)
     parts = {molecule: seen[seen["molecule"] == molecule] for molecule in TITLES}
+    velocities = inaccurate[inaccurate["velocities"] == MULTIPLIERS]
+    later = clear(velocities.assign(mean=velocities["slope"], error=velocities["slope_error"]))
     require(
         len(up) < len(seen) / 2, "inaccurate constraining decreases the energy in most settings", f"{len(up)} of {len(seen)} increase it"
     )
@@ -85,6 +87,8 @@ def check_always(runs: pd.DataFrame) -> SimpleNamespace:
         n=len(seen),
         down=len(seen) - len(up),
         up=up,
+        later=len(later),
+        later_up=later[later["mean"] > 0].sort_values("mean", ascending=False),
         by_molecule={molecule: (int((rows["mean"] < 0).sum()), len(rows)) for molecule, rows in parts.items()},
     )
 
