@@ -65,6 +65,6 @@ def fit(rows: pd.DataFrame) -> Law:
     x, *_ = np.linalg.lstsq(A, y, rcond=None)
     variance = float(np.sum((y - A @ x) ** 2)) / (len(y) - len(x))
     errors = np.sqrt(variance * np.diag(np.linalg.inv(A.T @ A)))
-    found = dict(zip(varied, zip(x[1:], errors[1:], strict=True), strict=True))
-    a, b = (tuple(map(float, found.get(name, (NAN, NAN)))) for name in "ab")
-    return Law(*a, *b, len(used), tightest)
+    found = {name: (float(x[k]), float(errors[k])) for k, name in enumerate(varied, start=1)}
+    (a, a_error), (b, b_error) = (found.get(name, (NAN, NAN)) for name in "ab")
+    return Law(a, a_error, b, b_error, len(used), tightest)
