@@ -34,6 +34,8 @@ def tables(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict
     """Write the tables as CSV; return what makes HTML of each, given a caption."""
     title, step, spread = TITLES.__getitem__, {"h": "step [fs]"}, {"mean": "change", "error": "&plusmn;", "high": "95&thinsp;%"}
     first: dict[str, Format] = {"molecule": title, "scheme": name_of, "choice": text, "precision": str}
+    every: dict[str, Format] = {**first, "velocities": str, "h": femtoseconds, **dict.fromkeys(("mean", "error", "low", "high"), number)}
+    every |= {"slope": number, "rate": number, "trend": str, "rounds": number}
     layouts: dict[str, tuple[pd.DataFrame, dict[str, Format], dict[str, str]]] = {
         "asked": (
             both_asked(conclusions.asked),
@@ -76,17 +78,7 @@ def tables(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict
         ),
         "runs": (
             with_choice(conclusions.runs),
-            {"molecule": title, "scheme": name_of, "choice": text, "precision": str, "velocities": str, "h": femtoseconds}
-            | {
-                "mean": number,
-                "error": number,
-                "low": number,
-                "high": number,
-                "slope": number,
-                "rate": number,
-                "trend": str,
-                "rounds": number,
-            },
+            every,
             step | spread | {"low": "5&thinsp;%", "slope": "of it, last 7/8", "rate": "kJ/mol/ns/dof", "trend": "verdict"},
         ),
         "converged": (
