@@ -151,7 +151,7 @@ def _of(rows: pd.DataFrame, molecule: str) -> pd.DataFrame:
 
 def _two_rounds(rows: pd.DataFrame) -> pd.DataFrame:
     """Return one row a step: a run in which every step took two rounds, whatever its tolerance; without the tolerance."""
-    two = rows[np.abs(rows["rounds"] - 2) < 0.01]
+    two: pd.DataFrame = rows[(rows["rounds"] - 2).abs() < 0.01]
     return two.drop_duplicates("h").assign(tolerance=np.nan)
 
 
