@@ -1,4 +1,4 @@
-"""Which tolerance of constraints a molecule needs: energy drift of the solvers of molecular dynamics, its law, and its price."""
+"""Which constraint tolerance a molecule needs: energy drift with the constraint solvers of molecular dynamics, its law, and its cost."""
 
 from pathlib import Path
 from types import SimpleNamespace

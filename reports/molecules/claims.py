@@ -9,7 +9,8 @@ import pandas as pd
 from daebench.methods.fixed_step.constraint_structure import RADIUS
 from daebench.pages.report.claims import require
 from daebench.reports.molecules.hess import check_hess
-from daebench.reports.molecules.laws import CLEAR, clear, fit
+from daebench.reports.molecules.laws import clear, fit
+from daebench.reports.molecules.luck import luck
 from daebench.reports.molecules.motions import (
     BUTANE,
     DOUBLE,
@@ -21,8 +22,10 @@ from daebench.reports.molecules.motions import (
     NEWTON,
     SETTLE,
     SINGLE,
+    SINGLE_TOLERANCES,
     TITLES,
     WATER,
+    double,
 )
 from daebench.reports.molecules.numbers import Numbers
 
@@ -30,13 +33,16 @@ MOST = 1e-3
 """The change of the energy that is wanted at most in 10 ps, in parts of the fluctuation of the kinetic energy."""
 
 ROUND_OFF = 1e-9
-"""Changes below are no matter of the solver any more."""
+"""An exact solver changes the energy by less."""
 
 STEEP = (0.5, 2.5)
 """The exponent of the tolerance is between these for the Gauss-Seidel iteration."""
 
 LEVEL = 0.6
 """A change that goes like a power of the step with a smaller exponent is said to depend on it hardly: 1.5 times for twice the step."""
+
+ERRORS = 2.0
+"""The modulus of a mean change is at most the measured one and so many of its standard errors; of a normal mean in 19 cases of 20."""
 
 NANOSECOND = 1e4
 """Units of 0.1 ps in a nanosecond."""
@@ -57,8 +63,13 @@ def check(numbers: Numbers) -> SimpleNamespace:
         stairs=check_stairs(runs),
         exact=check_exact(runs, numbers.converged),
         solvers=solvers(runs, enough),
-        price=price(runs, enough),
+        cost=cost(runs, enough),
+        missed=missed_in_single(runs),
         floor=floor(runs),
+        scatter=scatter(runs),
+        tenfold=tenfold(laws),
+        lincs=extremes(laws[laws["scheme"] == LINCS]["b"].dropna()),
+        loose=extremes(numbers.molecules["loose"]),
         luck=luck(numbers.starts, runs),
         hess=check_hess(runs),
         converged=numbers.converged,
@@ -66,46 +77,50 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 
 def with_rates(numbers: Numbers) -> pd.DataFrame:
-    """Return the runs with the mean change as a rate, kJ/mol per nanosecond and degree of freedom."""
+    """Return the runs with the mean change as a rate, kJ/mol per nanosecond and degree of freedom, and the upper limit of its modulus."""
     size = numbers.converged.set_index(["molecule", "h"])["fluctuation"]
     degrees = numbers.molecules.set_index("molecule")["degrees"]
     keys = zip(numbers.runs["molecule"], numbers.runs["h"], strict=True)
     unit = np.array([float(size[key]) / float(degrees[key[0]]) for key in keys])
-    return numbers.runs.assign(rate=numbers.runs["mean"] * unit * NANOSECOND / numbers.t_end)
-
-
-def double(runs: pd.DataFrame, scheme: str) -> pd.DataFrame:
-    """Return the runs of a scheme in double precision."""
-    return runs[(runs["scheme"] == scheme) & (runs["precision"] == DOUBLE)]
+    limit = numbers.runs["mean"].abs() + ERRORS * numbers.runs["error"]
+    return numbers.runs.assign(rate=numbers.runs["mean"] * unit * NANOSECOND / numbers.t_end, limit=limit)
 
 
 def asked(runs: pd.DataFrame) -> pd.DataFrame:
     """Return, for each molecule and step, the loosest tolerance with which, and with all tighter ones, the change is small enough.
 
-    Small enough is a change of at most :data:`MOST` from nineteen starts in twenty. Columns molecule, scheme, h, tolerance (NaN where none
-    is enough), rounds, high, and fortuitous: looser tolerances with a change as small, though a tighter one has not.
+    Small enough is a mean change whose upper limit is at most :data:`MOST`. Columns molecule, scheme, h, tolerance (NaN where none is
+    enough), rounds, limit, and fortuitous: looser tolerances with a change as small, though a tighter one has not.
     """
     rows = []
     for (molecule, scheme, h), some in pd.concat([double(runs, GAUSS_SEIDEL), double(runs, ILVES)]).groupby(
         ["molecule", "scheme", "h"], sort=False
     ):
         ordered = some.sort_values("tolerance")
-        good = (ordered["high"] <= MOST).to_numpy()
+        good = (ordered["limit"] <= MOST).to_numpy()
         first = int(np.argmin(good)) if not good.all() else len(good)
-        row: dict[str, Any] = {"molecule": molecule, "scheme": scheme, "h": h, "tolerance": np.nan, "rounds": np.nan, "high": np.nan}
+        row: dict[str, Any] = {"molecule": molecule, "scheme": scheme, "h": h, "tolerance": np.nan, "rounds": np.nan, "limit": np.nan}
         if first:
-            row |= {name: float(ordered[name].iloc[first - 1]) for name in ("tolerance", "rounds", "high")}
+            row |= {name: float(ordered[name].iloc[first - 1]) for name in ("tolerance", "rounds", "limit")}
         rows.append(row | {"fortuitous": [float(x) for x in ordered["tolerance"].to_numpy()[first:][good[first:]]]})
     return pd.DataFrame(rows)
 
 
 def check_answer(enough: pd.DataFrame) -> SimpleNamespace:
-    """Test that some tolerance is enough everywhere; return the tightest that has to be asked for, of each scheme and molecule."""
+    """Test that some tolerance is enough everywhere; return the tightest that a molecule needs, by the step."""
     require(enough["tolerance"].notna().all(), f"some tolerance keeps the change below {MOST:g} with every step", enough.to_dict("records"))
-    least = {str(scheme): some.groupby("molecule")["tolerance"].min().reindex(list(TITLES)) for scheme, some in enough.groupby("scheme")}
-    by_hand, newton = least[GAUSS_SEIDEL], least[ILVES]
+    least = {scheme: enough[enough["scheme"] == scheme].groupby("h")["tolerance"].min() for scheme in (GAUSS_SEIDEL, ILVES)}
     looser = enough[enough["fortuitous"].map(len) > 0]
-    return SimpleNamespace(gauss_seidel=by_hand, ilves=newton, tightest=float(by_hand.min()), newton=float(newton.min()), fortuitous=looser)
+    steps: dict[float, list[float]] = {}
+    for h in sorted(least[GAUSS_SEIDEL].index):
+        steps.setdefault(float(least[GAUSS_SEIDEL][h]), []).append(float(h))
+    return SimpleNamespace(
+        steps=steps,
+        usual=float(least[GAUSS_SEIDEL][MIDDLE]),
+        newton=float(least[ILVES][MIDDLE]),
+        by_molecule=enough[(enough["scheme"] == GAUSS_SEIDEL) & (enough["h"] == MIDDLE)].set_index("molecule")["tolerance"],
+        fortuitous=looser,
+    )
 
 
 def check_radii(molecules: pd.DataFrame) -> pd.DataFrame:
@@ -177,7 +192,7 @@ def check_exact(runs: pd.DataFrame, converged: pd.DataFrame) -> SimpleNamespace:
 
 
 def solvers(runs: pd.DataFrame, enough: pd.DataFrame) -> pd.DataFrame:
-    """Return every solver on every molecule with the middle step: with the tolerance that is enough there, and its price."""
+    """Return every solver on every molecule with the middle step: with the tolerance that is enough there, and its cost."""
     middle = runs[(runs["h"] == MIDDLE) & (runs["velocities"] == MULTIPLIERS)]
     tolerances = enough[enough["h"] == MIDDLE].set_index(["molecule", "scheme"])["tolerance"]
 
@@ -186,7 +201,7 @@ def solvers(runs: pd.DataFrame, enough: pd.DataFrame) -> pd.DataFrame:
             return (row["order"], row["iterations"]) == (8, 4)
         wanted = tolerances.get((row["molecule"], row["scheme"]), np.nan)
         if row["precision"] == SINGLE and np.isfinite(row["tolerance"]):
-            return bool(row["tolerance"] == max(wanted, SINGLE_FINEST)) or row["scheme"] == ILVES
+            return bool(row["tolerance"] == max(wanted, SINGLE_TOLERANCES[-1]))
         return bool(np.isnan(row["tolerance"]) or row["tolerance"] == wanted)
 
     some = middle[middle.apply(chosen, axis=1)]
@@ -194,21 +209,32 @@ def solvers(runs: pd.DataFrame, enough: pd.DataFrame) -> pd.DataFrame:
     return some.assign(times=some["nanoseconds"] / some["molecule"].map(least)).reset_index(drop=True)
 
 
-def price(runs: pd.DataFrame, enough: pd.DataFrame) -> SimpleNamespace:
-    """Return the rounds of a step with the tolerance that is enough everywhere, and how many more each decade takes."""
-    tightest = enough.groupby("scheme")["tolerance"].min()
+def cost(runs: pd.DataFrame, enough: pd.DataFrame) -> SimpleNamespace:
+    """Return the rounds of a middle step with the tolerance that is enough there on all molecules, and how many more each decade takes."""
+    tightest = enough[enough["h"] == MIDDLE].groupby("scheme")["tolerance"].min()
     middle = {scheme: double(runs, scheme)[lambda rows: rows["h"] == MIDDLE] for scheme in (GAUSS_SEIDEL, ILVES)}
     rounds = {scheme: rows[rows["tolerance"] == tightest[scheme]]["rounds"] for scheme, rows in middle.items()}
     of_molecule = middle[GAUSS_SEIDEL].groupby("molecule")
     slopes = [float(np.polyfit(-np.log10(rows["tolerance"]), rows["rounds"], 1)[0]) for _, rows in of_molecule]
     require(min(slopes) > 0, "each decade of the tolerance takes more rounds", slopes)
+    seconds = {scheme: rows[rows["tolerance"] == tightest[scheme]].set_index("molecule")["nanoseconds"] for scheme, rows in middle.items()}
+    faster = seconds[GAUSS_SEIDEL] / seconds[ILVES]
     return SimpleNamespace(
-        least=float(rounds[GAUSS_SEIDEL].min()),
-        most=float(rounds[GAUSS_SEIDEL].max()),
-        newton_least=float(rounds[ILVES].min()),
-        newton_most=float(rounds[ILVES].max()),
+        rounds=extremes(rounds[GAUSS_SEIDEL]),
+        newton=extremes(rounds[ILVES]),
+        faster=extremes(faster),
         decade=float(np.median(slopes)),
     )
+
+
+def missed_in_single(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the best run of the Gauss-Seidel iteration in single precision, for each molecule on which none is good enough.
+
+    With the middle step, and velocities from multipliers.
+    """
+    rows = runs[(runs["scheme"] == GAUSS_SEIDEL) & (runs["precision"] == SINGLE) & (runs["velocities"] == MULTIPLIERS)]
+    best = rows[rows["h"] == MIDDLE].sort_values("limit").drop_duplicates("molecule")
+    return best[best["limit"] > MOST]
 
 
 def floor(runs: pd.DataFrame) -> float:
@@ -216,49 +242,16 @@ def floor(runs: pd.DataFrame) -> float:
     return float(clear(_of(double(runs, GAUSS_SEIDEL), BUTANE))["mean"].abs().min())
 
 
-SINGLE_FINEST = 1e-6
-"""The tightest tolerance of runs in single precision."""
+def scatter(runs: pd.DataFrame) -> Any:
+    """Return the row of butane whose tolerance is the tightest and whose step is the largest."""
+    return _of(double(runs, GAUSS_SEIDEL), BUTANE).sort_values(["tolerance", "h"], ascending=[True, False]).iloc[0]
 
 
-def luck(starts: pd.DataFrame, runs: pd.DataFrame) -> SimpleNamespace:
-    """Return from how many starts a looser tolerance changes the energy less than the next tighter one, whose change is clear.
+def tenfold(laws: pd.DataFrame) -> SimpleNamespace:
+    """Return by what a tolerance ten times as tight divides the change, by the laws of the molecules."""
+    return extremes(10 ** laws[laws["scheme"] == GAUSS_SEIDEL]["a"])
 
-    Of the Gauss-Seidel iteration in double precision; ``worst`` is the pair of tolerances in which that is most frequent.
-    """
-    keys = ["molecule", "h", "tolerance"]
-    chosen = clear(double(runs, GAUSS_SEIDEL))
-    sizes = (
-        double(starts, GAUSS_SEIDEL)
-        .assign(size=lambda rows: rows["change"].abs())
-        .pivot(index=[*keys[:2], "start"], columns="tolerance", values="size")
-    )
-    tolerances = sorted(sizes.columns, reverse=True)
-    rows = []
-    for molecule, h, tight in chosen[keys].itertuples(index=False):
-        k = tolerances.index(tight)
-        if k:
-            pair = sizes.loc[(molecule, h)][[tolerances[k - 1], tight]].dropna()
-            rows.append(
-                {
-                    "molecule": molecule,
-                    "h": h,
-                    "loose": tolerances[k - 1],
-                    "tight": tight,
-                    "part": float(np.mean(pair.iloc[:, 0] < pair.iloc[:, 1])),
-                }
-            )
-    table = pd.DataFrame(rows)
-    worst = table.iloc[int(table["part"].to_numpy().argmax())]
-    indexed = double(runs, GAUSS_SEIDEL).set_index(keys)
-    loose, tight = (indexed.loc[(worst["molecule"], worst["h"], worst[which])] for which in ("loose", "tight"))
-    early = loose["mean"] - loose["slope"]
-    cancels = early < -CLEAR * loose["error"] and loose["slope"] > CLEAR * loose["slope_error"]
-    return SimpleNamespace(
-        pairs=len(table),
-        some=int((table["part"] > 0).sum()),
-        worst=worst,
-        loose=loose,
-        tight=tight,
-        worst_ordered=abs(loose["mean"]) > abs(tight["mean"]),
-        cancels=bool(cancels),
-    )
+
+def extremes(values: Any) -> SimpleNamespace:
+    """Return the least and the most of some numbers."""
+    return SimpleNamespace(least=float(values.min()), most=float(values.max()))

@@ -4,10 +4,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from daebench.draw.figures import QUIET, drawing, grid_of_axes, save
+from daebench.draw.figures import GREEN, QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.molecules.claims import MOST
@@ -32,8 +31,8 @@ CHANGE = "change of the energy in 10 ps\nover fluctuation of the kinetic energy"
 LEAST = 1e-16
 """Changes below are drawn here."""
 
-BESIDE = 3e-17, 1e-15
-"""Where on the axis of tolerances solvers without one are drawn."""
+BESIDE = 1e-15, 1e-14
+"""Where on the axis of tolerances the two solvers without one are drawn."""
 
 GROWTH = (
     (WATER, SETTLE, MULTIPLIERS, "water, SETTLE,\nvelocities from multipliers"),
@@ -46,13 +45,55 @@ GROWTH = (
 ORDER, ITERATIONS = 8, 4
 """The expansion of LINCS that is drawn."""
 
+SINGLE_SCHEMES = (SETTLE, LINCS)
+"""Solvers without a tolerance, whose change in single precision is drawn against the step."""
+
+FINEST = 1e-8
+"""The tightest tolerance in the picture of the answer."""
+
+ENOUGH = GREEN
+
 
 def draw(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict[str, Path]:
     """Draw all figures into a folder; return the paths of the SVG files by stem."""
     with drawing():
-        paths = [draw_tolerances(numbers.runs, folder), draw_growth(numbers.growth, folder), draw_steps(numbers.runs, folder)]
-    draw_thumbnail(folder, lambda axis: _thumbnail(axis, numbers.runs))
+        paths = [
+            draw_answer(conclusions.runs, conclusions.answer.usual, folder),
+            draw_tolerances(numbers.runs, folder),
+            draw_growth(numbers.growth, folder),
+            draw_steps(numbers.runs, folder),
+        ]
+    draw_thumbnail(folder, lambda axis: _thumbnail(axis, conclusions.runs))
     return {path.stem: path for path in paths}
+
+
+def draw_answer(runs: pd.DataFrame, answer: float, folder: Path) -> Path:
+    """Draw the change against the tolerance of the Gauss-Seidel iteration, a curve a molecule; mark the tolerances that suffice."""
+    rows = iteration(runs)
+    figure, axes = grid_of_axes(1, 1, 4.0, x="constraint tolerance", y=CHANGE)
+    ax = axes[0, 0]
+    ax.set(xscale="log", yscale="log", xlim=(FINEST / 3, 3e-3))
+    curves_by_molecule(ax, rows)
+    ax.axhline(MOST, color=QUIET, linewidth=1.0)
+    ax.axvspan(FINEST / 3, answer * 1.25, color=ENOUGH, alpha=0.13, linewidth=0, zorder=0)
+    ax.annotate(f"wanted: at most one part in {1 / MOST:.0f}", (2.8e-3, MOST), (0, -3), textcoords="offset points", ha="right", va="top")
+    ax.annotate("enough on all three", (FINEST / 2.6, 1), (0, -4), xycoords=("data", "axes fraction"), textcoords="offset points", va="top")
+    ax.minorticks_off()
+    ax.legend(loc="lower right")
+    return save(figure, folder, "answer", rows)
+
+
+def iteration(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs of the Gauss-Seidel iteration with the middle step, in double precision."""
+    rows: pd.DataFrame = runs[(runs["h"] == MIDDLE) & (runs["scheme"] == GAUSS_SEIDEL) & (runs["precision"] == DOUBLE)]
+    return rows[rows["tolerance"] >= FINEST]
+
+
+def curves_by_molecule(ax: Any, rows: pd.DataFrame) -> None:
+    """Draw the upper limits of the mean changes against the tolerance, a curve a molecule."""
+    for k, (molecule, title) in enumerate(TITLES.items()):
+        some = rows[rows["molecule"] == molecule].sort_values("tolerance")
+        ax.plot(some["tolerance"], some["limit"].clip(lower=LEAST), **STROKES[k].points(), label=title)
 
 
 def draw_tolerances(runs: pd.DataFrame, folder: Path) -> Path:
@@ -61,23 +102,28 @@ def draw_tolerances(runs: pd.DataFrame, folder: Path) -> Path:
     figure, axes = grid_of_axes(1, 3, 3.9, x="tolerance", sharey=True)
     axes[0, 0].set_ylabel(CHANGE)
     for ax, (molecule, title) in zip(axes[0], TITLES.items(), strict=True):
-        some = rows[rows["molecule"] == molecule]
-        ax.axhline(MOST, color=QUIET, linewidth=1.0)
-        ax.axvspan(BESIDE[0] / 4, BESIDE[1] * 1.7, color="#eeeeee", zorder=0, linewidth=0)
-        for scheme in (GAUSS_SEIDEL, ILVES):
-            for precision in (DOUBLE, SINGLE):
-                _curve(ax, some[(some["scheme"] == scheme) & (some["precision"] == precision)].sort_values("tolerance"), scheme, precision)
-        for scheme, x in ((SETTLE, BESIDE[0]), (LINCS, BESIDE[0] * 10)):
-            for precision in (DOUBLE, SINGLE):
-                chosen = some[(some["scheme"] == scheme) & (some["precision"] == precision) & some["order"].isin((0, ORDER))]
-                chosen = chosen[chosen["iterations"].isin((0, ITERATIONS))]
-                _curve(ax, chosen.assign(tolerance=x), scheme, precision)
-        ax.set(xscale="log", yscale="log", title=title, xlim=(BESIDE[0] / 4, 4e-3), ylim=(LEAST / 3, 20))
-        ax.set_xticks([1e-14, 1e-10, 1e-6, 1e-3])
-        ax.minorticks_off()
-    axes[0, 0].text(2e-15, 1.5 * MOST, f"one part in {1 / MOST:.0f}", color=QUIET, fontsize=7.5, va="bottom")
+        _panel(ax, rows[rows["molecule"] == molecule])
+        ax.set_title(title)
+    axes[0, 0].text(3e-14, 1.5 * MOST, f"one part in {1 / MOST:.0f}", color=QUIET, fontsize=7.5, va="bottom")
     _legend(figure, (GAUSS_SEIDEL, ILVES, LINCS, SETTLE))
     return save(figure, folder, "tolerances", rows)
+
+
+def _panel(ax: Any, rows: pd.DataFrame) -> None:
+    """Draw the solvers on one molecule."""
+    ax.axhline(MOST, color=QUIET, linewidth=1.0)
+    ax.axvspan(BESIDE[0] / 4, BESIDE[1] * 2, color="#eeeeee", zorder=0, linewidth=0)
+    beside = dict(zip((SETTLE, LINCS), BESIDE, strict=True))
+    for scheme in (GAUSS_SEIDEL, ILVES, *beside):
+        for precision in (DOUBLE, SINGLE):
+            chosen = rows[(rows["scheme"] == scheme) & (rows["precision"] == precision)].sort_values("tolerance")
+            if scheme in beside:
+                chosen = chosen[chosen["order"].isin((0, ORDER)) & chosen["iterations"].isin((0, ITERATIONS))]
+                chosen = chosen.assign(tolerance=beside[scheme])
+            _curve(ax, chosen, scheme, precision)
+    ax.set(xscale="log", yscale="log", xlim=(BESIDE[0] / 4, 4e-3), ylim=(LEAST / 3, 20))
+    ax.set_xticks([1e-12, 1e-9, 1e-6, 1e-3])
+    ax.minorticks_off()
 
 
 def _curve(ax: Any, rows: pd.DataFrame, scheme: str, precision: str) -> None:
@@ -144,34 +190,33 @@ def one_growth(growth: pd.DataFrame, molecule: str, scheme: str, velocities: str
 
 def draw_steps(runs: pd.DataFrame, folder: Path) -> Path:
     """Draw the change in single precision against the step, with both velocities: a panel a molecule."""
-    rows = runs[(runs["precision"] == SINGLE) & runs["scheme"].isin((SETTLE, LINCS, ILVES))]
-    figure, axes = grid_of_axes(1, 3, 3.4, x="step [fs]", sharey=True)
+    rows = runs[(runs["precision"] == SINGLE) & runs["scheme"].isin(SINGLE_SCHEMES)]
+    molecules = [molecule for molecule in TITLES if molecule in set(rows["molecule"])]
+    figure, axes = grid_of_axes(1, len(molecules), 3.4, x="step [fs]", sharey=True)
     axes[0, 0].set_ylabel(CHANGE)
-    for ax, (molecule, title) in zip(axes[0], TITLES.items(), strict=True):
-        for scheme in (SETTLE, LINCS, ILVES):
-            for velocities in (MULTIPLIERS, DIFFERENCES):
-                some = rows[(rows["molecule"] == molecule) & (rows["scheme"] == scheme) & (rows["velocities"] == velocities)].sort_values(
-                    "h"
-                )
-                if some.empty:
-                    continue
-                stroke, filled = stroke_of(scheme), velocities == DIFFERENCES
-                look = {"color": stroke.color, "marker": MARKERS[scheme], "markerfacecolor": stroke.color if filled else "white"}
-                ax.fill_between(100 * some["h"], some["low"], some["high"], color=stroke.color, alpha=0.15, linewidth=0)
-                ax.plot(100 * some["h"], some["median"], **look, linestyle="-" if filled else (0, (4, 2)))
-        ax.set(xscale="log", yscale="log", title=title)
+    for ax, molecule in zip(axes[0], molecules, strict=True):
+        for (scheme, velocities), some in rows[rows["molecule"] == molecule].groupby(["scheme", "velocities"]):
+            _steps_curve(ax, some.sort_values("h"), str(scheme), velocities == DIFFERENCES)
+        ax.set(xscale="log", yscale="log", title=TITLES[molecule])
         ax.set_xticks([0.5, 1, 2, 4], ["0.5", "1", "2", "4"])
         ax.minorticks_off()
     _steps_legend(figure)
     return save(figure, folder, "steps", rows)
 
 
+def _steps_curve(ax: Any, rows: pd.DataFrame, scheme: str, filled: bool) -> None:
+    """Draw medians and bands over the starts against the step; filled markers and whole lines are differences."""
+    color = stroke_of(scheme).color
+    look = {"color": color, "marker": MARKERS[scheme], "markerfacecolor": color if filled else "white"}
+    ax.fill_between(100 * rows["h"], rows["low"], rows["high"], color=color, alpha=0.15, linewidth=0)
+    ax.plot(100 * rows["h"], rows["median"], **look, linestyle="-" if filled else (0, (4, 2)))
+
+
 def _steps_legend(figure: Any) -> None:
     from matplotlib.lines import Line2D
 
     schemes = [
-        Line2D([], [], color=stroke_of(s).color, marker=MARKERS[s], markerfacecolor="white", label=name_of(s))
-        for s in (SETTLE, LINCS, ILVES)
+        Line2D([], [], color=stroke_of(s).color, marker=MARKERS[s], markerfacecolor="white", label=name_of(s)) for s in SINGLE_SCHEMES
     ]
     black: dict[str, Any] = {"color": "black", "marker": "o"}
     looks = [
@@ -182,13 +227,10 @@ def _steps_legend(figure: Any) -> None:
 
 
 def _thumbnail(axis: Any, runs: pd.DataFrame) -> None:
-    """Draw the change against the tolerance of the Gauss-Seidel iteration, a curve a molecule."""
-    rows = runs[(runs["h"] == MIDDLE) & (runs["scheme"] == GAUSS_SEIDEL) & (runs["precision"] == DOUBLE) & (runs["tolerance"] >= 1e-8)]
+    """Draw the picture of the answer in small."""
     axis.axhline(MOST, color=QUIET, linewidth=1.0)
-    for molecule, marker in zip(TITLES, "osD", strict=True):
-        some = rows[rows["molecule"] == molecule].sort_values("tolerance")
-        look = {"marker": marker, "markersize": 3.5, "markerfacecolor": "white", "linewidth": 1.1}
-        axis.plot(some["tolerance"], np.maximum(some["median"], LEAST), color=stroke_of(GAUSS_SEIDEL).color, label=molecule, **look)
+    rows = iteration(runs)
+    curves_by_molecule(axis, rows)
     axis.set(xscale="log", yscale="log")
     axis.set_xticks([1e-8, 1e-6, 1e-4])
     axis.minorticks_off()

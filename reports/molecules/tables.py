@@ -14,10 +14,17 @@ from daebench.draw.figures import save_table
 from daebench.draw.methods import name_of
 from daebench.pages.report import NONE, number, power_of_ten, table, with_error
 from daebench.pages.report.tables import column, text
-from daebench.reports.molecules.motions import GAUSS_SEIDEL, ILVES, LINCS, TITLES
+from daebench.reports.molecules.motions import LINCS, TITLES
 from daebench.reports.molecules.numbers import Numbers
 
 Format = Callable[[Any], Any]
+
+Layout = tuple[pd.DataFrame, dict[str, Format], dict[str, str]]
+"""Rows, the columns that are shown with what makes text of each, and the headings that are not the column's name."""
+
+ROUNDS = "iterations per step"
+STEP = {"h": "step [fs]"}
+SPREAD = {"mean": "change", "error": "&plusmn;", "high": "largest"}
 
 
 def femtoseconds(h: float) -> Markup:
@@ -25,81 +32,30 @@ def femtoseconds(h: float) -> Markup:
     return number(100 * h, 2 if 100 * h < 1 else 1)
 
 
+def solver(scheme: str) -> str:
+    """Return the name of a solver, without that of the scheme whose step it takes."""
+    return name_of(scheme).removeprefix("RATTLE, ")
+
+
 def tolerance(value: float) -> Markup:
-    """Return a tolerance, or nothing where there is none."""
-    return power_of_ten(value) if np.isfinite(value) else Markup("")
+    """Return a tolerance, or an en dash where there is none."""
+    return power_of_ten(value) if np.isfinite(value) else Markup(NONE)
+
+
+TITLE: Format = TITLES.__getitem__
+SETTING: dict[str, Format] = {"molecule": TITLE, "scheme": name_of, "choice": text, "precision": str}
 
 
 def tables(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict[str, Callable[[str], Markup]]:
     """Write the tables as CSV; return what makes HTML of each, given a caption."""
-    title, step, spread = TITLES.__getitem__, {"h": "step [fs]"}, {"mean": "change", "error": "&plusmn;", "high": "95&thinsp;%"}
-    first: dict[str, Format] = {"molecule": title, "scheme": name_of, "choice": text, "precision": str}
-    every: dict[str, Format] = {**first, "velocities": str, "h": femtoseconds, **dict.fromkeys(("mean", "error", "low", "high"), number)}
-    every |= {"slope": number, "rate": number, "trend": str, "rounds": number}
-    layouts: dict[str, tuple[pd.DataFrame, dict[str, Format], dict[str, str]]] = {
-        "asked": (
-            both_asked(conclusions.asked),
-            {
-                "molecule": title,
-                "h": femtoseconds,
-                "gauss": tolerance,
-                "gauss_rounds": number,
-                "newton": tolerance,
-                "newton_rounds": number,
-            },
-            step | {"gauss": "Gauss-Seidel", "gauss_rounds": "rounds a step", "newton": "ILVES", "newton_rounds": "rounds a step"},
-        ),
-        "radii": (
-            conclusions.radii,
-            {
-                "molecule": title,
-                "positions": str,
-                "constraints": str,
-                "degrees": str,
-                "radius": lambda x: number(x, 3),
-                "refused": _refused,
-            },
-            {"degrees": "degrees of freedom", "radius": "spectral radius", "refused": "LINCS"},
-        ),
-        "solvers": (
-            with_choice(conclusions.solvers),
-            first | {"mean": number, "error": number, "high": number, "rate": number, "trend": str, "rounds": number, "times": number},
-            spread | {"rate": "kJ/mol/ns per degree of freedom", "trend": "verdict", "rounds": "rounds a step", "times": "CPU time"},
-        ),
-        "laws": (
-            with_exponents(conclusions.laws),
-            {"molecule": title, "scheme": name_of, "what": str, "a_text": text, "b_text": text, "points": str},
-            {"what": "runs", "a_text": "<i>a</i>", "b_text": "<i>b</i>", "points": "settings"},
-        ),
-        "single": (
-            with_exponents(conclusions.hess.smaller.laws),
-            {"molecule": title, "scheme": name_of, "velocities": str, "b_text": text, "points": str},
-            {"velocities": "velocities from", "b_text": "<i>b</i>", "points": "settings"},
-        ),
-        "runs": (
-            with_choice(conclusions.runs),
-            every,
-            step | spread | {"low": "5&thinsp;%", "slope": "of it, last 7/8", "rate": "kJ/mol/ns/dof", "trend": "verdict"},
-        ),
-        "converged": (
-            conclusions.converged,
-            {
-                "molecule": title,
-                "h": femtoseconds,
-                "kinetic": number,
-                "fluctuation": number,
-                "oscillation": number,
-                "verdict": str,
-                "bound": number,
-            },
-            step
-            | {
-                "kinetic": "kinetic energy [kJ/mol]",
-                "fluctuation": "its fluctuation [kJ/mol]",
-                "oscillation": "oscillation",
-                "bound": "bound",
-            },
-        ),
+    layouts: dict[str, Layout] = {
+        "asked": _asked(conclusions.asked),
+        "radii": _radii(conclusions.radii),
+        "solvers": _solvers(conclusions.solvers),
+        "laws": _laws(conclusions.laws),
+        "single": _single(conclusions.hess.smaller.laws),
+        "runs": _runs(conclusions.runs),
+        "converged": _converged(conclusions.converged),
     }
     for name, (frame, _, _) in layouts.items():
         save_table(folder / f"{name}.csv", frame.drop(columns=[x for x in ("a_text", "b_text", "choice", "trend") if x in frame]))
@@ -107,13 +63,51 @@ def tables(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict
     return {name: partial(table, name, *layout) for name, layout in layouts.items()}
 
 
-def both_asked(asked: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a molecule and step, with both solvers side by side."""
-    sides = []
-    for scheme, name in ((GAUSS_SEIDEL, "gauss"), (ILVES, "newton")):
-        some = asked[asked["scheme"] == scheme].set_index(["molecule", "h"])[["tolerance", "rounds"]]
-        sides.append(some.set_axis([name, f"{name}_rounds"], axis=1))
-    return pd.concat(sides, axis=1).reset_index()
+def _asked(asked: pd.DataFrame) -> Layout:
+    rows = asked.pivot(index=["molecule", "scheme"], columns="h", values="tolerance").reindex(list(TITLES), level=0)
+    names = {float(str(h)): f"h{100 * float(str(h)):g}" for h in rows.columns}
+    formats: dict[str, Format] = {"molecule": TITLE, "scheme": solver} | dict.fromkeys(names.values(), tolerance)
+    return (
+        rows.rename(columns=names).reset_index(),
+        formats,
+        {name: f"{femtoseconds(h)}&nbsp;fs" for h, name in names.items()} | {"scheme": "solver"},
+    )
+
+
+def _radii(molecules: pd.DataFrame) -> Layout:
+    formats: dict[str, Format] = {"molecule": TITLE} | dict.fromkeys(("positions", "constraints", "degrees"), str)
+    formats |= {"radius": lambda x: number(x, 3), "refused": lambda sentence: "refused" if sentence else "runs"}
+    return molecules, formats, {"degrees": "degrees of freedom", "radius": "spectral radius", "refused": "LINCS"}
+
+
+def _solvers(solvers: pd.DataFrame) -> Layout:
+    headings = {"rate": "kJ/mol/ns per degree of freedom", "trend": "verdict", "rounds": ROUNDS, "times": "CPU time"}
+    formats = SETTING | dict.fromkeys(("mean", "error", "high", "rate"), number) | {"trend": str, "rounds": number, "times": number}
+    return with_choice(solvers), formats, SPREAD | headings
+
+
+def _laws(laws: pd.DataFrame) -> Layout:
+    formats: dict[str, Format] = {"molecule": TITLE, "scheme": name_of, "what": str, "a_text": text, "b_text": text, "points": str}
+    return with_exponents(laws), formats, {"what": "runs", "a_text": "<i>a</i>", "b_text": "<i>b</i>", "points": "settings"}
+
+
+def _single(laws: pd.DataFrame) -> Layout:
+    formats: dict[str, Format] = {"molecule": TITLE, "scheme": name_of, "velocities": str, "b_text": text, "points": str}
+    return with_exponents(laws), formats, {"velocities": "velocities from", "b_text": "<i>b</i>", "points": "settings"}
+
+
+def _runs(runs: pd.DataFrame) -> Layout:
+    headings = {"low": "smallest", "slope": "of it, last 7/8", "rate": "kJ/mol/ns/dof", "trend": "verdict", "rounds": ROUNDS}
+    formats = SETTING | {"velocities": str, "h": femtoseconds}
+    formats |= dict.fromkeys(("mean", "error", "low", "high", "slope", "rate"), number) | {"trend": str, "rounds": number}
+    return with_choice(runs), formats, STEP | SPREAD | headings
+
+
+def _converged(converged: pd.DataFrame) -> Layout:
+    formats: dict[str, Format] = {"molecule": TITLE, "h": femtoseconds}
+    formats |= dict.fromkeys(("kinetic", "fluctuation", "oscillation"), number) | {"verdict": str, "bound": number}
+    headings = {"kinetic": "kinetic energy [kJ/mol]", "fluctuation": "its fluctuation [kJ/mol]", "oscillation": "oscillation"}
+    return converged, formats, STEP | headings | {"bound": "bound"}
 
 
 def with_choice(rows: pd.DataFrame) -> pd.DataFrame:
@@ -136,7 +130,3 @@ def with_exponents(laws: pd.DataFrame) -> pd.DataFrame:
     """Return laws with their exponents and errors as HTML."""
     texts = {f"{x}_text": column([with_error(*pair) for pair in zip(laws[x], laws[f"{x}_error"], strict=True)], laws) for x in "ab"}
     return laws.assign(**texts)
-
-
-def _refused(sentence: str) -> str:
-    return "refused" if sentence else "runs"

@@ -1,22 +1,24 @@
 """The report on molecules: potentials, laws, conclusions from numbers that are known, claims that faults refute, and the page."""
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.image import imread
 from pages import standalone
 from reported import require_refused, rows_of
 
-import daebench
+from daebench.draw.figures import drawing
+from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.pages.report import build
 from daebench.problems import butane
 from daebench.reports import molecules
 from daebench.reports.molecules import motions
 from daebench.reports.molecules import numbers as _numbers
 from daebench.reports.molecules.claims import check
-from daebench.reports.molecules.figures import draw
+from daebench.reports.molecules.figures import draw, draw_answer
 from daebench.reports.molecules.laws import fit
 from daebench.reports.molecules.motions import (
     BUTANE,
@@ -76,7 +78,7 @@ def made():
         for setting in settings(*kernel):
             mean, spread, rounds = outcome(setting)
             ends = mean + spread * NORMAL
-            low, median, high = np.quantile(np.abs(ends), (0.05, 0.5, 0.95))
+            low, median, high = np.quantile(np.abs(ends), (0.0, 0.5, 1.0))
             numbers = {"rounds": rounds, "nanoseconds": 100 + 10 * rounds, "mean": mean, "error": spread / 3, "spread": spread}
             numbers |= {
                 "low": low,
@@ -91,8 +93,8 @@ def made():
             if setting.h == MIDDLE:
                 t = np.array([1.0, 10.0, 100.0])
                 growth.append(pd.DataFrame(vars(setting) | {"t": t, "mean": mean * t / 100, "spread": spread * np.sqrt(t / 100)}))
-    about = [(WATER, 9, 3, 6, 0.8, ""), (BUTANE, 12, 5, 7, 0.88, ""), (RING, 18, 12, 6, 1.0, "has no sum.")]
-    names = ["molecule", "positions", "constraints", "degrees", "radius", "refused"]
+    about = [(WATER, 9, 3, 6, 0.8, "", 1.1), (BUTANE, 12, 5, 7, 0.88, "", 1.6), (RING, 18, 12, 6, 1.0, "has no sum.", 1.7)]
+    names = ["molecule", "positions", "constraints", "degrees", "radius", "refused", "loose"]
     converged = [{"molecule": molecule, "h": h, "fluctuation": 2.0, "kinetic": 5.0} for molecule, steps in STEPS.items() for h in steps]
     frame = pd.DataFrame(converged).assign(oscillation=1e-3, rounds=3.0, verdict="bounded", reason="", bound=1e-4)
     frames = pd.DataFrame(rows), pd.concat(starts, ignore_index=True), pd.concat(growth, ignore_index=True)
@@ -132,8 +134,8 @@ def test_changes_are_means_of_the_last_eighth_and_windows_have_means_and_spreads
     assert spread == pytest.approx(np.sqrt(2) * middles)
 
 
-@pytest.mark.usefixtures("uncompiled_schemes")
 def test_changes_are_those_of_runs_by_themselves(monkeypatch):
+    monkeypatch.setattr(motions, "FixedStep", partial(FixedStep, compiled=False))
     monkeypatch.setattr(motions, "STARTS", {WATER: 2})
     monkeypatch.setattr(motions, "APART", 0.02)
     monkeypatch.setattr(motions, "T_END", 0.64)
@@ -142,7 +144,8 @@ def test_changes_are_those_of_runs_by_themselves(monkeypatch):
     setting = Setting(WATER, GAUSS_SEIDEL, DOUBLE, 0.04, tolerance=1e-3)
     found = motions.change(setting, motions.energies(setting))
     start = motions.starts(WATER)[1]
-    both = [setting.method.solve(start, Request(value=0.04, steps=16)), daebench.run(start, method="rattle", h=0.04, t_end=0.64)]
+    request = Request(value=0.04, steps=16)
+    both = [method.solve(start, request) for method in (setting.method, motions.FixedStep("rattle"))]
     H = [np.array([start.value("H", p, q) for p, q in zip(run.p, run.q, strict=True)], dtype=float) for run in both]
     assert found[1] * motions.fluctuation(WATER, 0.04) == pytest.approx(H[0] - H[1], abs=1e-12)
     assert np.max(np.abs(found)) > 1e-6
@@ -153,8 +156,9 @@ def test_changes_are_those_of_runs_by_themselves(monkeypatch):
 
 def test_conclusions_are_those_that_the_numbers_were_made_for():
     found = check(made())
-    assert found.answer.gauss_seidel.to_dict() == {WATER: 1e-5, BUTANE: 1e-6, RING: 1e-6}
-    assert found.answer.tightest == 1e-6
+    assert found.answer.by_molecule.to_dict() == {WATER: 1e-5, BUTANE: 1e-6, RING: 1e-6}
+    assert found.answer.steps == {1e-6: [0.01, 0.02, 0.04]}
+    assert found.missed.empty
     laws = found.laws.set_index(["molecule", "scheme", "what"])
     assert laws.loc[(BUTANE, GAUSS_SEIDEL, "all tolerances"), "a"] == pytest.approx(1)
     assert laws.loc[(WATER, ILVES, "two rounds"), "b"] == pytest.approx(5)
@@ -163,40 +167,66 @@ def test_conclusions_are_those_that_the_numbers_were_made_for():
     assert found.hess.always.down == found.hess.always.n
     assert found.hess.smaller.compensated == pytest.approx(10)
     assert found.luck.some == 0
-    assert found.price.decade == pytest.approx(10)
+    assert found.cost.decade == pytest.approx(10)
+    assert found.tenfold.least == pytest.approx(10)
 
 
 def test_a_looser_tolerance_that_does_as_well_by_chance_is_told_of_and_not_taken():
     numbers = made()
     runs = numbers.runs
     lucky = (runs["scheme"] == GAUSS_SEIDEL) & (runs["precision"] == DOUBLE) & (runs["molecule"] == BUTANE) & (runs["tolerance"] == 1e-4)
-    found = check(replace(numbers, runs=runs.assign(high=runs["high"].where(~(lucky & (runs["h"] == MIDDLE)), 1e-5))))
-    assert found.answer.gauss_seidel[BUTANE] == 1e-6
+    lucky &= runs["h"] == MIDDLE
+    chance = runs[["mean", "error"]].where(~lucky, 1e-5)
+    found = check(replace(numbers, runs=runs.assign(**chance)))
+    assert found.answer.by_molecule[BUTANE] == 1e-6
     (told,) = found.answer.fortuitous.to_dict("records")
     assert (told["molecule"], told["h"], told["fortuitous"]) == (BUTANE, MIDDLE, [1e-4])
 
 
-def test_figures_and_tables_show_the_numbers(tmp_path):
+def test_single_precision_that_misses_the_goal_is_told_of_with_its_best_tolerance():
+    numbers = made()
+    runs = numbers.runs
+    rounded = (runs["precision"] == "single") & (runs["scheme"] == GAUSS_SEIDEL) & (runs["molecule"] == BUTANE)
+    lower = runs[["mean", "slope"]].where(~rounded, runs[["mean", "slope"]] - 0.01)
+    (told,) = check(replace(numbers, runs=runs.assign(**lower))).missed.to_dict("records")
+    assert (told["molecule"], told["tolerance"], told["mean"]) == (BUTANE, 1e-6, pytest.approx(-0.0104))
+
+
+def test_tables_and_the_picture_of_the_answer_show_the_numbers(tmp_path):
     numbers = made()
     found = check(numbers)
-    assert set(draw(numbers, found, tmp_path)) == {"tolerances", "growth", "steps"}
-    assert (tmp_path / "thumbnail.png").is_file()
-    counts = rows_of(
-        {name: make for name, make in tables(numbers, found, tmp_path / "t").items() if name in ("laws", "solvers", "runs")}, tmp_path / "t"
-    )
+    with drawing():
+        path = draw_answer(found.runs, found.answer.usual, tmp_path)
+    shown = pd.read_csv(path.with_suffix(".csv")).set_index(["molecule", "tolerance"])["limit"]
+    assert shown[BUTANE, 1e-6] == pytest.approx(4e-4 * (1 + 0.2 / 3))
+    made_tables = tables(numbers, found, tmp_path / "t")
+    counts = rows_of({name: made_tables[name] for name in ("asked", "laws", "solvers", "runs")}, tmp_path / "t")
     assert counts["runs"] == len(numbers.runs)
     assert counts["radii"] == len(TITLES)
+    assert counts["asked"] == 2 * len(TITLES)
     assert counts["starts"] == len(numbers.starts)
 
 
+@pytest.mark.slow
+def test_figures_show_the_numbers(tmp_path):
+    numbers = made()
+    stems = {"answer", "tolerances", "growth", "steps"}
+    assert set(draw(numbers, check(numbers), tmp_path)) == stems
+    assert (tmp_path / "thumbnail.png").is_file()
+    for stem in stems:
+        assert np.std(imread(tmp_path / f"{stem}.png")[..., :3]) > 0.02
+        assert "<text" not in (tmp_path / f"{stem}.svg").read_text()
+
+
 def test_the_page_is_made_of_its_numbers(tmp_path, monkeypatch):
-    monkeypatch.setattr(molecules, "draw", lambda *_: dict.fromkeys(("tolerances", "growth", "steps"), tmp_path))
+    monkeypatch.setattr(molecules, "draw", lambda *_: dict.fromkeys(("answer", "tolerances", "growth", "steps"), tmp_path))
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *_: "")
     monkeypatch.setattr(molecules, "measure", lambda tell: made())
     words = " ".join(standalone(build("molecules", tmp_path)).text.split())
-    assert "With the iteration of SHAKE, take 10" in words
-    assert "It does, in all" in words
-    assert "none is the wrong way round from any start" in words
+    assert "with steps of 1, 2 and 4 fs." in words
+    assert "SHAKE in single precision is enough" in words
+    assert "holds in all" in words
+    assert "pairs of neighbouring tolerances is in the wrong order from any start" in words
 
 
 def changed(column, value, **where):
@@ -214,7 +244,7 @@ def tilted(numbers):
 
 
 FAULTS = {
-    "never small": (changed("high", 1.0, molecule=RING, scheme=GAUSS_SEIDEL), "some tolerance keeps the change below"),
+    "never small": (changed("mean", -0.5, molecule=RING, scheme=ILVES), "some tolerance keeps the change below"),
     "not by the tolerance": (
         changed("mean", -0.01, molecule=BUTANE, scheme=GAUSS_SEIDEL, precision=DOUBLE),
         "falls with a power of the tolerance",
@@ -244,6 +274,24 @@ def test_a_number_that_refutes_a_claim_stops_the_page(fault, words, tmp_path, mo
 
 
 @pytest.mark.slow
+def test_a_kernel_is_measured_with_its_verdicts(monkeypatch):
+    monkeypatch.setattr(motions, "STARTS", {WATER: 16})
+    monkeypatch.setattr(motions, "T_END", 8.0)
+    for function in (motions.starts, motions.converged):
+        function.cache_clear()
+    runs, starts, growth = _numbers.measured(WATER, GAUSS_SEIDEL, DOUBLE)
+    assert len(runs) == len(list(settings(WATER, GAUSS_SEIDEL, DOUBLE)))
+    assert len(starts) == 16 * len(runs)
+    assert set(growth["h"]) == {MIDDLE}
+    assert (runs.loc[runs["h"] == MIDDLE, "verdict"] != "").all()
+    by_tolerance = runs[runs["h"] == MIDDLE].set_index("tolerance")
+    assert by_tolerance.loc[1e-8, "high"] < 1e-2 * by_tolerance.loc[1e-4, "low"]
+    for function in (motions.starts, motions.converged):
+        function.cache_clear()
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_page_as_it_is_measured(tmp_path):
     page = standalone(build("molecules", tmp_path))
     assert "Which constraint tolerance a molecule needs" in page.text
