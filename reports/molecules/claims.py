@@ -116,11 +116,19 @@ def check_answer(enough: pd.DataFrame) -> SimpleNamespace:
         steps.setdefault(float(least[GAUSS_SEIDEL][h]), []).append(float(h))
     return SimpleNamespace(
         steps=steps,
+        not_run=_steps_left_out(enough),
         usual=float(least[GAUSS_SEIDEL][MIDDLE]),
         newton=float(least[ILVES][MIDDLE]),
         by_molecule=enough[(enough["scheme"] == GAUSS_SEIDEL) & (enough["h"] == MIDDLE)].set_index("molecule")["tolerance"],
         fortuitous=looser,
     )
+
+
+def _steps_left_out(enough: pd.DataFrame) -> dict[str, list[float]]:
+    """Return the steps that some molecule was run with, for each molecule that was not."""
+    every = set(enough["h"])
+    left = {molecule: sorted(every - set(enough[enough["molecule"] == molecule]["h"])) for molecule in TITLES}
+    return {molecule: steps for molecule, steps in left.items() if steps}
 
 
 def check_radii(molecules: pd.DataFrame) -> pd.DataFrame:

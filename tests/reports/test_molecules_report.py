@@ -158,6 +158,7 @@ def test_conclusions_are_those_that_the_numbers_were_made_for():
     found = check(made())
     assert found.answer.by_molecule.to_dict() == {WATER: 1e-5, BUTANE: 1e-6, RING: 1e-6}
     assert found.answer.steps == {1e-6: [0.01, 0.02, 0.04]}
+    assert found.answer.not_run == {RING: [0.01]}
     assert found.missed.empty
     laws = found.laws.set_index(["molecule", "scheme", "what"])
     assert laws.loc[(BUTANE, GAUSS_SEIDEL, "all tolerances"), "a"] == pytest.approx(1)
