@@ -19,6 +19,7 @@ SECONDS = {
     "problems": 100,
     "work-precision": 300,
     "ensembles": 180,
+    "molecules": 250,
     "extremes": 100,
     "lesson-why-symplectic": 20,
     "lesson-shake-to-lobatto": 20,

@@ -18,7 +18,7 @@ KINDS = {"report": "Reports", "lesson": "Lessons"}
 PATH = (
     ("Why do constraints need care?", ("lesson-why-symplectic", "index-reduction")),
     ("Which methods are there, and what does each conserve?", ("methods", "lesson-shake-to-lobatto")),
-    ("What accuracy does the tolerance of a solver give?", ("tolerances", "lesson-tolerance")),
+    ("What accuracy does the tolerance of a solver give?", ("tolerances", "molecules", "lesson-tolerance")),
     ("Which method is the cheapest for an accuracy?", ("work-precision", "ensembles")),
     ("Which problems are there?", ("problems", "poisson")),
     ("Where do methods and programs fail?", ("extremes", "engines")),
