@@ -74,8 +74,8 @@ SUMMED = 0.01
 
 def mapped_ivp(gravity: float = 1.0) -> ConstrainedIvp:
     """Return the pendulum of the maps: horizontal, pushed sideways."""
-    start = {"q0": (1.0, 0.0, 0.0), "p0": (0.0, SPEED, 0.0)}
-    return constrained(initial_value_problem("spherical_pendulum", "fig1.1", {"gravity": gravity}, **start))
+    q0, p0 = (1.0, 0.0, 0.0), (0.0, SPEED, 0.0)
+    return constrained(initial_value_problem("spherical_pendulum", "fig1.1", {"gravity": gravity}, q0=q0, p0=p0))
 
 
 def content() -> Content:
