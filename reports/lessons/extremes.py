@@ -2,7 +2,7 @@
 # [tool.marimo.display]
 # theme = "system"
 # ///
-"""A mechanism that locks, a spring in place of a constraint, sums over very many steps, and two pendulums with nearly equal starts."""
+"""Where methods break: a mechanism that locks, a stiff spring, sums over very many steps, and two pendulums with nearly equal starts."""
 
 import marimo
 

@@ -7,7 +7,7 @@ from daebench.compiler.javascript.passes import inlined, pruned
 from daebench.compiler.javascript.statements import If, Let, Put, Set, Variables, text, written
 from daebench.diagnostics.symplecticity import tangent_path
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.script import script, script_of_functions
+from daebench.methods.fixed_step.script import numbers, script, script_of_functions
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import POISSON, parse
 from daebench.runs.request import Request
@@ -148,3 +148,12 @@ def test_an_operation_keeps_the_order_in_which_python_does_it():
     assert text(("*", "a", ("*", "b", "c")))[0] == "a*(b*c)"
     assert text(("-", ("*", "a", "b"), ("neg", "c")))[0] == "a*b-(-c)"
     assert text(("/", ("neg", ("+", "a", "b")), 0.1))[0] == "-(a+b)/.1"
+
+
+def test_a_script_runs_a_problem_with_other_numbers():
+    light, heavy = (initial_value_problem("spherical_pendulum", "fig1.1", {"gravity": gravity}) for gravity in (1.0, 2.0))
+    method = parse("rattle")
+    one, other = (script(method, ivp, 0.01) for ivp in (light, heavy))
+    assert one.text == other.text
+    assert one.par != other.par
+    assert numbers(method, heavy, 0.01) == {"state": other.state, "par": other.par}

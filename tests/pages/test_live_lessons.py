@@ -1,11 +1,18 @@
 """Lessons that live in a page: what they compute holds, they answer mouse, keys and sliders, fit a phone and can stand still."""
 
+import numpy as np
 import pytest
 from browser import blank
 
+from daebench.diagnostics.branch import largest_jump
+from daebench.diagnostics.energy_verdict import energy_scales, size
+from daebench.diagnostics.manifold import residual_scales
 from daebench.methods.catalogue import lessons
+from daebench.methods.names import parse
 from daebench.pages.lesson.live_page import lives_in_a_page
 from daebench.pages.lesson.page import export
+from daebench.runs.request import Request
+from daebench.studies.grid.outcomes import outcomes_of
 
 pytestmark = pytest.mark.slow
 
@@ -121,4 +128,86 @@ def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     )
     assert abs(lengths["strang@123"] - 1) < 1e-12 > abs(lengths["midpoint"] - 1)
     assert abs(lengths["rk4"] - 1) > 1e-4
+    shown.clean()
+
+
+CELLS = {
+    "rattle": {(62, 2): "fine", (62, 18): "coarse", (62, 30): "no solution", (32, 50): "wrong branch"},
+    "se": {(62, 2): "no solution", (32, 2): "off the manifold"},
+    "se+proj": {(14, 2): "fine", (32, 2): "coarse", (38, 2): "lost"},
+    "rk4": {(50, 2): "fine", (62, 2): "off the manifold", (62, 14): "blown up", (62, 30): "rank lost"},
+}
+"""Squares of the maps of the lesson on extremes, by row and column, and what becomes of these runs: each ending that there is occurs."""
+
+
+@np.errstate(all="ignore")
+def compiled_outcome(name, row, column):
+    """Return the outcome of a run of the compiled kernel, the size of its energy error, and its steps."""
+    from daebench.reports.lessons._extremes_page import END, GRAVITIES, STEPS, mapped_ivp
+
+    ivp, h = mapped_ivp(GRAVITIES[row]), STEPS[column]
+    run = parse(name).solve(ivp, Request(value=h, steps=round(END / h), every=1, watch=("energy", "manifold")))
+    part = float(size(run.maxima["energy"], energy_scales(ivp, run)))
+    jump = float(largest_jump(run.t, run.q, ivp.along("H_p", run.p, run.q))) if run.steps else 0.0
+    columns = {"failure": run.failure or "", "energy_size": part, "energy_error": np.nan, "energy_scale": np.nan, "g": run.maxima["g"]}
+    rows = {key: [value] for key, value in {**columns, "jump": jump}.items()}
+    return outcomes_of(rows, np.array([residual_scales(ivp, ivp.p0, ivp.q0)[0]]))[0], part, run.steps
+
+
+def test_squares_of_the_maps_have_the_outcomes_of_the_compiled_kernels(pages, seen):
+    shown = seen(pages("extremes").as_uri())
+    judge = "([name, row, column]) => { const cell = outcomes.judged(name, row, column); return [cell.word, cell.size, cell.steps]; }"
+    for name, cells in CELLS.items():
+        for (row, column), word in cells.items():
+            outcome, part, steps = compiled_outcome(name, row, column)
+            found = shown.page.evaluate(judge, [name, row, column])
+            assert (found[0], found[2]) == (outcome, steps) == (word, steps)
+            assert found[0] not in ("fine", "coarse") or found[1] == pytest.approx(part, rel=1e-9)
+    assert len({word for cells in CELLS.values() for word in cells.values()}) == 8
+    shown.clean()
+
+
+def test_a_click_and_the_arrow_keys_choose_a_run_of_the_maps(pages, seen):
+    page = seen(pages("extremes").as_uri()).page
+    canvas, told = page.locator("[data-map=rk4]"), page.locator("[data-told]")
+    box = canvas.bounding_box()
+    page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + 0.2 * box["height"])
+    assert page.evaluate("chosen.name") == "rk4"
+    before, column = told.inner_text(), page.evaluate("chosen.column")
+    assert "off the manifold" in before
+    canvas.press("ArrowLeft")
+    assert page.evaluate("chosen.column") == column - 1
+    assert told.inner_text() != before
+
+
+def test_what_the_lesson_on_extremes_says_holds_in_the_page(pages, seen):
+    shown = seen(pages("extremes").as_uri())
+    page = shown.page
+    while not page.evaluate("outcomes.finished"):
+        page.evaluate("outcomes.compute(500)")
+    assert page.evaluate("outcomes.done") == 4 * 64**2
+    assert page.evaluate("outcomes.edgeShare()") > 0.97
+    large = "outcomes.maps.rk4.cells.filter((cell) => cell.h > 0.3 && cell.gravity > 1)"
+    assert page.evaluate(f"{large}.filter((cell) => !cell.status).length / {large}.length") > 0.75
+    assert page.evaluate("outcomes.maps.se.cells.every((cell) => cell.word !== 'fine' && cell.word !== 'coarse')")
+    for speed, angle, above in ((10, 60, True), (40, 0, True), (3, 150, False)):
+        page.evaluate(
+            "(set) => { for (const [name, x] of set) { const input = $(`#solution [name=${name}]`); input.value = x; "
+            "input.dispatchEvent(new Event('input')); } }",
+            [["speed", speed], ["angle", angle], ["h", 90]],
+        )
+        formula, measured, step = page.evaluate("[line_.formula, line_.measured, line_.step()]")
+        assert measured == pytest.approx(formula, rel=1e-9)
+        assert step["beside"] < 1e-14
+        end, free = step["end"][1], step["free"][1]
+        assert abs(end - free) < abs(-end - free)  # of the two points the nearer one
+        assert (end > 0) == above
+    chaos, lock, stiff, rounding = page.evaluate("[chaos, lock, stiff, rounding]")
+    assert max(chaos["rattle"], chaos["lobatto3"]) < 40
+    assert 0 < chaos["later"] < 10
+    assert chaos["energy"] < 0.1 < 0.5 < chaos["gap"]
+    assert lock["short"] > 10 * lock["long"]
+    assert (lock["status"], lock["locks"] < 1) == (7, True)
+    assert stiff["failed"] > 0 == stiff["works"]
+    assert rounding["compensated"] < 0.5 * rounding["plain"]
     shown.clean()

@@ -1,7 +1,7 @@
 """The loop of a linked module, and functions of a state, as methods of one JavaScript object.
 
-Numbers are passed in arrays that the page allocates once. ``S`` holds the state, the memory of the scheme, the largest errors, the smallest
-pivot and the conserved quantities, each dual number as its value and its derivatives. ``P`` holds the run-time data, ``W`` the weights of a
+Numbers are passed in arrays that the page allocates once. ``S`` holds the state, the memory of the scheme, the largest errors, the record
+of pivots and the conserved quantities, each dual number as its value and its derivatives. ``P`` holds the run-time data, ``W`` the weights of a
 composition, and ``R`` the steps done, the rows stored, the steps left until the next row, the substeps tried, status and residual.
 """
 
@@ -33,6 +33,8 @@ class Layout:
         Number of entries in a row of stored states.
     monitored : int
         Number of monitored errors.
+    rank : bool
+        Whether the rank of G is monitored: the record of pivots has two more numbers then.
     """
 
     state: Any
@@ -40,6 +42,12 @@ class Layout:
     rows: int
     directions: int = 0
     monitored: int = 0
+    rank: bool = False
+
+    @property
+    def pivots(self) -> Any:
+        """The record of pivots at the start."""
+        return (INFINITY, 0.0, 0.0) if self.rank else INFINITY
 
 
 class Reader:
@@ -110,17 +118,18 @@ def kernel(source: str, layout: Layout) -> str:
         conserved = follower.call("first", (x, par))
         zero = (0.0,) * layout.monitored
         errors = put(follower, "S", reader.index, memory)
-        forms.update(memory=memory, conserved=conserved, errors=errors, size=put(follower, "S", errors, (zero, INFINITY, conserved)))
+        forms.update(memory=memory, conserved=conserved, errors=errors, size=put(follower, "S", errors, (zero, layout.pivots, conserved)))
         put(follower, "R", 4, status)
 
     def run(follower: Follower) -> None:
         reader = Reader(follower, "S")
         x, memory = reader.like(layout.state, layout.directions), reader.like(forms["memory"])
-        maxima, pivot, conserved = reader.like((0.0,) * layout.monitored), reader.one(), reader.like(forms["conserved"])
+        maxima, pivots = reader.like((0.0,) * layout.monitored), reader.like(layout.pivots)
+        conserved = reader.like(forms["conserved"])
         par, rows = Reader(follower, "P").like(layout.par), Entries("T", layout.rows)
         counts = (Real("steps"), Real("left"), Real("every"))
         states = (rows, None) if layout.directions else rows
-        arguments = (x, memory, conserved, maxima, pivot, Real("h"), Entries("W"), *counts, states, (None, None), par)
+        arguments = (x, memory, conserved, maxima, pivots, Real("h"), Entries("W"), *counts, states, (None, None), par)
         ends = follower.call("integrate", arguments)
         put(follower, "S", 0, ends[:4])
         done, row, left, _, tried, report = ends[4:]

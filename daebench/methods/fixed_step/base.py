@@ -118,9 +118,11 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
         return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, lambda cached: self._module(ivp, structure, cached=cached))
 
-    def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...]) -> str:
-        """Return the text of a generated module for translation: it does not monitor the rank of G."""
-        return self._module(ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=""), cached=False)
+    def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, singular: str = "") -> str:
+        """Return the text of a generated module for translation; unless ``singular`` says so, it does not monitor the rank of G."""
+        return self._module(
+            ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=singular), cached=False
+        )
 
     def _options(
         self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool, singular: str

@@ -38,7 +38,13 @@ class Script:
 
 
 def script(
-    method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float, *, watch: tuple[str, ...] = (), directions: int = 0
+    method: FixedStepMethod[Any, Any],
+    ivp: InitialValueProblem,
+    h: float,
+    *,
+    watch: tuple[str, ...] = (),
+    directions: int = 0,
+    rank: bool = False,
 ) -> Script:
     """Return a fixed-step method on a problem as a script.
 
@@ -54,6 +60,8 @@ def script(
         What the loop takes the maximum error of, as for :class:`daebench.compiler.link.Options`.
     directions : int
         In how many directions of the start the state is differentiated.
+    rank : bool
+        Whether a run on a constrained problem stops before the step in which G loses rank.
 
     Raises
     ------
@@ -65,11 +73,25 @@ def script(
     if ivp.arrays or ivp.size > MOST:
         raise BadInput(f"{ivp.problem} has {ivp.size} numbers in a state, and a page takes {MOST} at most; take a smaller problem.")
     precision = f"dual{directions}" if directions else "float64"
-    source = method.source(ivp, precision, watch)
-    linked = method.linked(ivp, _no_module(), h)
-    state, par = linked.enter(ivp.start), linked.par
-    layout = Layout(nested(state), nested(par), ivp.size, directions, len(monitored_names(watch, ivp)))
+    source = method.source(ivp, precision, watch, singular="watch" if rank else "")
+    state, par = _numbers(method, ivp, h)
+    layout = Layout(nested(state), nested(par), ivp.size, directions, len(monitored_names(watch, ivp)), rank)
     return Script(method.name, kernel(source, layout), flat(state), flat(par), tuple(map(float, method.weights)), directions)
+
+
+def numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float) -> dict[str, tuple[float, ...]]:
+    """Return the state and the run-time data of a script for a problem with other numbers, or a method with other options.
+
+    The script itself stays the same. The keys are those of :class:`Script`: "state" and "par".
+    """
+    state, par = _numbers(method, ivp, h)
+    return {"state": flat(state), "par": flat(par)}
+
+
+def _numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float) -> tuple[Any, Any]:
+    """Return the state that the scheme computes in at the problem's start, and the run-time data."""
+    linked = method.linked(ivp, _no_module(), h)
+    return linked.enter(ivp.start), linked.par
 
 
 def script_of_functions(ivp: InitialValueProblem, names: Sequence[str]) -> str:

@@ -60,7 +60,6 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
 
     command = f"daebench lesson {name} --export DIR"
     rest: dict[str, Any] = {"lesson_style": Markup(style_text()), "frame_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
-    rest["solver"] = name == "tolerance"
     page = write_page("lesson.html", folder / "index.html", command, title=title, under=lessons()[name], parts=parts, **rest)
     tell(1.0, "done")
     return page

@@ -74,7 +74,7 @@ const Frames = {
   screens: [], last: 0, rate: 60,
   add(element, tick) {
     const screen = { element, tick, seen: false, playing: !STILL.matches };
-    new IntersectionObserver(([entry]) => { screen.seen = entry.isIntersecting; }, { rootMargin: "40px" }).observe(element);
+    new IntersectionObserver((entries) => { screen.seen = entries.at(-1).isIntersecting; }, { rootMargin: "40px" }).observe(element);
     const button = $("[data-play]", element);
     const label = () => { if (button) { button.textContent = screen.playing ? "Pause" : "Play"; button.setAttribute("aria-pressed", String(screen.playing)); } };
     if (button) button.addEventListener("click", () => { screen.playing = !screen.playing; label(); });

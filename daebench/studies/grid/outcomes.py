@@ -133,7 +133,7 @@ def outcomes_of(rows: "Mapping[str, Any] | pd.DataFrame", scales: Array) -> NDAr
         By how much g changes where all positions change by one part, NaN on a Poisson system.
     """
     failures = np.asarray(rows["failure"], dtype=object)
-    words = np.array([_word_of(failure) for failure in failures], dtype=object)
+    words = np.array([word_of(failure) for failure in failures], dtype=object)
     size, nothing = sizes_of(rows), np.zeros(len(failures))
     g = np.asarray(rows["g"], dtype=float) if "g" in rows else nothing
     off = ~np.isnan(scales) & ~(g <= FAR * np.where(scales != 0, scales, 1.0))
@@ -148,8 +148,8 @@ def outcome_of(specification: GridRun, row: Row) -> str:
     return str(outcomes_of(rows, np.array([_scale_of(specification)]))[0])
 
 
-def _word_of(failure: str) -> str:
-    """Return the word for why a run failed; "" where it did not."""
+def word_of(failure: str) -> str:
+    """Return which of :data:`OUTCOMES` the sentence of a failure tells of; "" for an empty sentence."""
     return next((word for text, word in TOLD.items() if text in failure), STOPPED) if failure else ""
 
 
