@@ -1,8 +1,8 @@
 """The loop of a linked module, and functions of a state, as methods of one JavaScript object.
 
 Numbers are passed in arrays that the page allocates once. ``S`` holds the state, the memory of the scheme, the largest errors, the record
-of pivots and the conserved quantities, each dual number as its value and its derivatives. ``P`` holds the run-time data, ``W`` the weights of a
-composition, and ``R`` the steps done, the rows stored, the steps left until the next row, the substeps tried, status and residual.
+of pivots and the conserved quantities, each dual number as its value and its derivatives. ``P`` holds the run-time data, ``W`` the weights
+of a composition, and ``R`` the steps done, the rows stored, the steps left until the next row, the substeps tried, status and residual.
 """
 
 from collections.abc import Iterable, Sequence
