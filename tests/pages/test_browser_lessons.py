@@ -20,7 +20,7 @@ DRAWN = [name for name in EVERY if not lives_in_a_page(name)]
 """Lessons whose page has pictures that were drawn beforehand."""
 
 ROOT = Path(__file__).parents[2]
-FEW = ("why-symplectic",)
+FEW = ("poisson-maps",)
 """Lessons that are served in every run of the tests."""
 
 STARTED = 180.0

@@ -119,5 +119,6 @@ def blank(image):
     """Return whether a picture is of one colour, but for a part in a thousand."""
     import numpy as np
 
-    colors, counts = np.unique(np.round(image[..., :3] * 255).astype(int).reshape(-1, 3), axis=0, return_counts=True)
-    return counts.max() > 0.999 * counts.sum() or len(colors) < 3
+    colors = np.round(image[..., :3] * 255).astype(int) @ [1 << 16, 1 << 8, 1]  # one number a colour: rows take twenty times as long
+    counts = np.unique(colors, return_counts=True)[1]
+    return counts.max() > 0.999 * counts.sum() or len(counts) < 3
