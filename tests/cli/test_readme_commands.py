@@ -33,6 +33,8 @@ LONG = (
     "daebench long",
     "daebench advise",
     "daebench modes",
+    "daebench baumgarte",
+    "daebench check ./bead.py --method ",
     "daebench run pendulum_chain --case hanging --param links=10000 ",
     "daebench export",
     "daebench archive",
@@ -53,7 +55,7 @@ HERE = [command for command in said.commands() if not command.startswith(tuple(E
 
 def marked(command):
     """Return a command as a parameter, with the mark that its cost asks for."""
-    if command.startswith(QUICK):
+    if command.startswith(QUICK) and not command.startswith(LONG):
         return pytest.param(command, id=command)
     return pytest.param(command, id=command, marks=[pytest.mark.slow, *[pytest.mark.exhaustive] * command.startswith(LONG)])
 

@@ -3,6 +3,7 @@
 from ivps import ALIKE
 
 REPEATS = (
+    "tests/cli/test_diagnose_command.py::test_a_right_code_exits_0_and_what_cannot_show_is_said",
     "tests/methods/test_ensemble_runs.py::test_every_scheme_has_the_bits_of_its_own_run[stiff:midpoint]",
     "tests/methods/test_ensemble_runs.py::test_every_scheme_has_the_bits_of_its_own_run[symplectic_euler]",
     "tests/methods/test_sensitivities.py::test_poisson_systems_agree_with_complex_step[free_rigid_body-strang]",
