@@ -28,7 +28,7 @@ OUTCOMES = {
     COARSE: "its energy error is more than a tenth of that",
     LOST: "its energy error is more than all of that",
     OFF: "it left the manifold by more than the effect of a relative change of all positions by a thousandth",
-    OTHER: "a step ended far from where the velocities lead: Newton's iteration found another solution than that of the motion",
+    OTHER: "a step ended far from where the velocities lead: it is too large, or Newton's iteration found another solution",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",
     SINGULAR: "their matrix is singular",
     RANK_LOST: "G loses rank on its way",
