@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.diagnostics.energy import DRIFTS, NAN, UNDETERMINED, Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
@@ -14,9 +15,11 @@ from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 LOST = 1.0
 """Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
 
-
 SWINGS = 2
-"""Swings of the motion from which on a change of the energy error is told from a part of its oscillation."""
+"""Fewest swings of a motion with which a drift of its energy error is distinguished from a part of an oscillation."""
+
+PART = f"too short: the motion swings fewer than {SWINGS} times, and a part of an oscillation looks like a drift"
+"""Why it is not decided whether an error drifts."""
 
 
 @dataclass(frozen=True)
@@ -75,17 +78,28 @@ def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory)
     return EnergyScales(float(scales.kinetic), float(scales.most))
 
 
-def swings(run: Trajectory | PoissonTrajectory) -> int:
-    """Return how often that coordinate swings about its mean which does so most often, see :mod:`daebench.diagnostics.oscillations`."""
-    states = np.asarray(run.y if isinstance(run, PoissonTrajectory) else run.q, dtype=float)
-    return int(np.max(oscillations(np.ascontiguousarray(states.T)), initial=0))
+def may_be_a_part(states: Array, sizes: Any) -> NDArray[np.bool_]:
+    """Return of which motions a drift of the energy error may be a part of an oscillation, shape(m,).
+
+    The energy error of a method that bounds it oscillates with the motion. So the motion has to swing at least :data:`SWINGS` times: that
+    coordinate of it which does so most often, about its mean. An error above :data:`LOST` is no part of an oscillation.
+
+    Parameters
+    ----------
+    states : ndarray, shape(n, m, c)
+        Positions of m motions at n times, or all of their coordinates.
+    sizes : float or ndarray, shape(m,)
+        Their largest energy errors, in parts of the mean kinetic energy.
+    """
+    n, m, c = states.shape
+    swings = oscillations(np.ascontiguousarray(states.reshape(n, m * c).T, dtype=float)).reshape(m, c)
+    return np.asarray((np.max(swings, axis=1) < SWINGS) & (np.asarray(sizes) < LOST))
 
 
 def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> Drift:
     """Return the verdict on the energy error of a run, see :func:`daebench.diagnostics.energy.energy_drift`.
 
-    The energy error of a method that bounds it oscillates with the motion, and a part of one oscillation looks like a drift. So an error
-    that drifts while the motion swings fewer than twice is "undetermined", unless it exceeds the mean kinetic energy.
+    A drift that may be a part of an oscillation is "undetermined", see :func:`may_be_a_part`.
 
     Parameters
     ----------
@@ -100,10 +114,9 @@ def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory
     resolution = float(scales.resolution(float(ivp.value("H", *ivp.start)), eps))
     error, failure = energy_error(ivp, run), run.failure or ""
     drift = energy_drift(run.t, error, resolution=resolution, scale=scales.most, steps=run.steps, eps=eps, failure=failure)
-    if drift.verdict != DRIFTS or size(np.max(np.abs(error)), scales) >= LOST or (seen := swings(run)) >= SWINGS:
-        return drift
-    reason = f"too short: the motion swings {'once' if seen else 'not once'}, and a part of an oscillation looks like a drift"
-    return replace(drift, verdict=UNDETERMINED, reason=reason, law="", exponent=NAN, exponent_error=NAN)
+    if drift.verdict == DRIFTS and may_be_a_part(states[:, None], size(np.max(np.abs(error)), scales))[0]:
+        return replace(drift, verdict=UNDETERMINED, reason=PART, law="", exponent=NAN, exponent_error=NAN)
+    return drift
 
 
 def size(error: Any, scales: EnergyScales) -> Any:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import jump_and_way
-from daebench.diagnostics.energy import energy_verdicts
-from daebench.diagnostics.energy_verdict import scales_along, size
+from daebench.diagnostics.energy import DRIFTS, UNDETERMINED, energy_verdicts
+from daebench.diagnostics.energy_verdict import may_be_a_part, scales_along, size
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.members import Members
@@ -27,8 +27,9 @@ def ended_members(run: EnsembleRun) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class Along:
-    """What is computed of members along their runs: H and the kinetic energy, shape(members, n), and the largest jump of each."""
+    """Positions or coordinates of members, shape(n, members, c), H and the kinetic energy, shape(members, n), and their largest jumps."""
 
+    states: Array
     H: Array
     T: Array | None
     jump: Array
@@ -51,7 +52,7 @@ def along_members(some: Members, t: Array, states: Array) -> Along:
                 of_part = jump_and_way(t[k : k + length + 1], vectors[-1], v)
                 off, way = np.maximum(off, of_part[0]), np.maximum(way, of_part[1])
     jump = np.divide(off, way, out=np.zeros_like(way), where=way > 0)
-    return Along(np.ascontiguousarray(H.T), None if poisson else np.ascontiguousarray(T.T), jump)
+    return Along(some.ivp.vectors(states)[-1], np.ascontiguousarray(H.T), None if poisson else np.ascontiguousarray(T.T), jump)
 
 
 def energy_columns(t: Array, along: Along, largest: Array, steps: int) -> dict[str, Any]:
@@ -59,9 +60,13 @@ def energy_columns(t: Array, along: Along, largest: Array, steps: int) -> dict[s
     scales = scales_along(along.H) if along.T is None else scales_along(along.T, along.H - along.T)
     resolution = scales.resolution(along.H[:, 0], EPS)
     verdicts = energy_verdicts(t, along.H - along.H[:, :1], resolution=resolution, scale=scales.most, steps=steps)
+    sizes = size(largest, scales)
+    drifting = np.flatnonzero(verdicts == DRIFTS)
+    if len(drifting):
+        verdicts[drifting[may_be_a_part(along.states[:, drifting], sizes[drifting])]] = UNDETERMINED
     return {
         "energy_error": largest.tolist(),
-        "energy_size": size(largest, scales).tolist(),
+        "energy_size": sizes.tolist(),
         "energy_scale": (np.max(np.abs(along.H), axis=1) if along.T is None else 2 * np.max(np.abs(along.T), axis=1)).tolist(),
         "energy_verdict": verdicts.tolist(),
     }
