@@ -55,7 +55,7 @@ def pytest_collection_modifyitems(items):
         if method in NEWER and place not in (None, *NEWER_ON):
             item.add_marker(pytest.mark.exhaustive)
         test, _, case = item.nodeid.rstrip("]").partition("[")
-        if item.nodeid in REPEATS or not SAMPLED.get(test, bool)(case or test):
+        if item.nodeid in REPEATS or (test in SAMPLED and not SAMPLED[test](case)):
             item.add_marker(pytest.mark.exhaustive)
         if item.nodeid in LONG or item.get_closest_marker("exhaustive"):
             item.add_marker(pytest.mark.slow)  # an exhaustive test is a slow one: the README's command leaves it out

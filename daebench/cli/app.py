@@ -109,7 +109,7 @@ def main() -> None:
 
 @cache
 def _commands() -> Callable[..., int | None]:
-    """Return what calls a command; it is built from the commands' signatures once a process, which takes 0.1 s."""
+    """Return the function that parses and calls a command; it is built from the signatures of all commands, once a process."""
     return typer.main.get_command(app)
 
 

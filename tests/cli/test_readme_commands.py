@@ -45,7 +45,9 @@ LONG = (
     "daebench report court",
     "daebench order spherical_pendulum --case fig1.1 ",
 )
-"""Beginnings of commands that take minutes, or need one that does; of those with grids the slow tests ask what they would run."""
+"""Beginnings of commands that take long, or need one that does: the gate leaves them to the day of a release.
+
+Of the first four, which have grids, it asks what they would run."""
 
 STOPS = ("daebench run spherical_pendulum --case fig1.2 --method se ", "daebench diagnose ./faulty.py:step ")
 """Beginnings of the commands that end with 1: a run that stops, a fault that is found."""
@@ -76,28 +78,30 @@ def makers(command):
 
 
 @pytest.fixture
-def reader(tmp_path):
-    """A reader's folder."""
+def reader(tmp_path, monkeypatch):
+    """A reader's folder, in which commands are called."""
     said.write_files(tmp_path)
+    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.mark.parametrize("command", [marked(command) for command in HERE])
-def test_a_command_does_what_it_is_there_for(reader, command):
+@pytest.mark.filterwarnings("default")
+def test_a_command_does_what_it_is_there_for(reader, daebench, command):
     for each in (*makers(command), command):
-        done = said.call_here(each, reader) if each.startswith("daebench") else said.call(each, reader)
-        assert done.returncode == (1 if each.startswith(STOPS) else 0), done.stderr
-        assert "Traceback" not in done.stderr
-        assert (printed := said.printed_by(each)) is None or printed in done.stdout
+        status, printed, err = daebench(*shlex.split(each)[1:])
+        assert status == (1 if each.startswith(STOPS) else 0), err
+        assert "Traceback" not in err
+        assert (shown := said.printed_by(each)) is None or shown in printed
         assert (out := named_after(each, "--out")) is None or (reader / out).exists()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", [c for c in HERE if c.startswith(LONG[:4])], ids=str)
-def test_a_study_says_what_it_would_run(reader, command):
-    done = said.call_here(f"{command} --dry-run", reader)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout
+def test_a_study_says_what_it_would_run(reader, daebench, command):
+    status, out, err = daebench(*shlex.split(command)[1:], "--dry-run")
+    assert status == 0, err
+    assert out
 
 
 def test_no_two_commands_write_the_same_file():

@@ -1,13 +1,10 @@
 """What a reader of the README and of the documentation has and does: their files and commands, and what daebench says when it says no."""
 
-import contextlib
-import io
 import os
 import re
 import shlex
 import subprocess
 import sys
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,21 +97,3 @@ def call(command, folder):
     source = str(ROOT)
     path = {"PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": source}
     return subprocess.run(["sh", "-ec", command], cwd=folder, env=os.environ | path, capture_output=True, text=True, check=False)
-
-
-def call_here(command, folder):
-    """Return the completed call of one daebench command in this process, where all is imported already."""
-    from daebench.cli.app import main
-
-    out, err, argv = io.StringIO(), io.StringIO(), sys.argv
-    sys.argv = shlex.split(command)
-    status = 0
-    try:
-        with contextlib.chdir(folder), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
-            warnings.simplefilter("default")
-            main()
-    except SystemExit as stop:
-        status = stop.code
-    finally:
-        sys.argv = argv
-    return subprocess.CompletedProcess(command, status, out.getvalue(), err.getvalue())
