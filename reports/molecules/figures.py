@@ -10,6 +10,7 @@ from daebench.draw.figures import GREEN, QUIET, STROKES, drawing, grid_of_axes, 
 from daebench.draw.methods import name_of, stroke_of
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.molecules.claims import MOST
+from daebench.reports.molecules.hess import single
 from daebench.reports.molecules.motions import (
     BUTANE,
     DIFFERENCES,
@@ -22,8 +23,8 @@ from daebench.reports.molecules.motions import (
     SETTLE,
     SINGLE,
     TITLES,
-    USUAL,
     WATER,
+    double,
 )
 from daebench.reports.molecules.numbers import Numbers
 
@@ -85,8 +86,8 @@ def draw_answer(runs: pd.DataFrame, answer: float, folder: Path) -> Path:
 
 def iteration(runs: pd.DataFrame) -> pd.DataFrame:
     """Return the runs of the Gauss-Seidel iteration with the middle step, in double precision."""
-    rows: pd.DataFrame = runs[(runs["h"] == MIDDLE) & (runs["scheme"] == GAUSS_SEIDEL) & (runs["precision"] == DOUBLE)]
-    return rows[rows["tolerance"] >= FINEST]
+    rows = double(runs, GAUSS_SEIDEL)
+    return rows[(rows["h"] == MIDDLE) & (rows["tolerance"] >= FINEST)]
 
 
 def curves_by_molecule(ax: Any, rows: pd.DataFrame) -> None:
@@ -130,9 +131,9 @@ def _curve(ax: Any, rows: pd.DataFrame, scheme: str, precision: str) -> None:
     """Draw medians and bands over the starts; filled markers are single precision."""
     if rows.empty:
         return
-    stroke, single = stroke_of(scheme), precision == SINGLE
+    stroke = stroke_of(scheme)
     median, low, high = (rows[name].clip(lower=LEAST) for name in ("median", "low", "high"))
-    look = stroke.points() | ({"markerfacecolor": stroke.color, "linewidth": 0.8} if single else {})
+    look = stroke.points() | ({"markerfacecolor": stroke.color, "linewidth": 0.8} if precision == SINGLE else {})
     if len(rows) > 1:
         ax.fill_between(rows["tolerance"], low, high, color=stroke.color, alpha=0.18, linewidth=0)
         ax.plot(rows["tolerance"], median, **look | {"marker": MARKERS[scheme], "markersize": 4.0})
@@ -164,7 +165,7 @@ def draw_growth(growth: pd.DataFrame, folder: Path) -> Path:
     axes[0, 0].set_ylabel("change over fluctuation")
     frames = []
     for ax, (molecule, scheme, velocities, title) in zip(axes[0], GROWTH, strict=True):
-        rows = one_growth(growth, molecule, scheme, velocities)
+        rows = single(growth, molecule, scheme, velocities).sort_values("t")
         stroke, t = stroke_of(scheme), rows["t"] / 10
         ax.plot(t, rows["mean"].abs(), color=stroke.color, marker="o", markersize=4, label="mean, modulus")
         ax.plot(
@@ -179,13 +180,6 @@ def draw_growth(growth: pd.DataFrame, folder: Path) -> Path:
     axes[0, 0].text(0.9, 2.2e-7, r"$\sqrt{t}$", color=QUIET, fontsize=8)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return save(figure, folder, "growth", pd.concat(frames, ignore_index=True))
-
-
-def one_growth(growth: pd.DataFrame, molecule: str, scheme: str, velocities: str) -> pd.DataFrame:
-    """Return the windows of one setting in single precision; with the usual tolerance, where it has one."""
-    rows = growth[(growth["molecule"] == molecule) & (growth["scheme"] == scheme) & (growth["velocities"] == velocities)]
-    rows = rows[(rows["precision"] == SINGLE) & (rows["tolerance"].isna() | (rows["tolerance"] == USUAL))]
-    return rows.sort_values("t")
 
 
 def draw_steps(runs: pd.DataFrame, folder: Path) -> Path:
@@ -234,6 +228,6 @@ def _thumbnail(axis: Any, runs: pd.DataFrame) -> None:
     axis.set(xscale="log", yscale="log")
     axis.set_xticks([1e-8, 1e-6, 1e-4])
     axis.minorticks_off()
-    axis.set_title("energy lost to constraints", loc="right")
+    axis.set_title("energy change by the solver", loc="right")
     axis.set_xlabel("tolerance", loc="right")
     axis.legend(fontsize=6.5, loc="upper left", handlelength=1.5)

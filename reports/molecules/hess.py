@@ -40,7 +40,7 @@ def check_hess(runs: pd.DataFrame) -> SimpleNamespace:
 
 
 def single(runs: pd.DataFrame, molecule: str, scheme: str, velocities: str) -> pd.DataFrame:
-    """Return the runs of a scheme in single precision, with the usual tolerance where it has one, by the step."""
+    """Return the rows of a scheme in single precision, with the usual tolerance where it has one, by the step."""
     rows = runs[(runs["molecule"] == molecule) & (runs["scheme"] == scheme) & (runs["velocities"] == velocities)]
     return rows[(rows["precision"] == SINGLE) & (rows["tolerance"].isna() | (rows["tolerance"] == USUAL))].sort_values("h")
 

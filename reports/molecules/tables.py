@@ -65,7 +65,7 @@ def tables(numbers: Numbers, conclusions: SimpleNamespace, folder: Path) -> dict
 
 def _asked(asked: pd.DataFrame) -> Layout:
     rows = asked.pivot(index=["molecule", "scheme"], columns="h", values="tolerance").reindex(list(TITLES), level=0)
-    names = {float(str(h)): f"h{100 * float(str(h)):g}" for h in rows.columns}
+    names = {float(h): f"h{100 * h:g}" for h in rows.columns}
     formats: dict[str, Format] = {"molecule": TITLE, "scheme": solver} | dict.fromkeys(names.values(), tolerance)
     return (
         rows.rename(columns=names).reset_index(),
