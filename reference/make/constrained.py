@@ -96,18 +96,25 @@ class Constrained:
         """Return q, p and the multipliers lam(p, q), HLW (1.12); those of least norm if constraints are redundant."""
         q, p = self._split(x)
         lam = self._of_independent.lam(q, p)
-        return {"q": q, "p": p, "lam": self._of_least_norm(q, lam) if self.redundant else lam}
+        return {"q": q, "p": p, "lam": self._of_least_norm(q, p, lam) if self.redundant else lam}
 
-    def _of_least_norm(self, q: Vector, nu: Vector) -> Vector:
+    def _of_least_norm(self, q: Vector, p: Vector, nu: Vector) -> Vector:
         """Return the multipliers of all constraints that give the same forces as those of independent combinations of them.
+
+        Of all such multipliers they are those of least norm. The norm is that of runs, which does not depend on units, see
+        :mod:`daebench.schemes.kernels.least_squares`: W holds the largest entries of the columns of G H_pp G^T, after its rows have been
+        scaled to have a largest entry of 1.
 
         ::
 
-            G^T lam = C^T nu      G = A C,  A = G C^T (C C^T)^-1, shape(m, rank G)      lam = A (A^T A)^-1 nu
+            G^T lam = C^T nu      G = A C,  A = G C^T (C C^T)^-1, shape(m, rank G)      W lam = B (B^T B)^-1 nu,  B = W^-1 A
         """
         G, C = self.functions.jacobian(q), self._of_independent.jacobian(q)
-        A = G * C.T * mp.inverse(C * C.T)
-        return list(A * mp.lu_solve(A.T * A, mp.matrix(nu)))
+        schur = self.functions.schur(q, p)
+        largest = [max(abs(x) for x in schur[i, :]) for i in range(schur.rows)]
+        W = [max(abs(schur[i, j]) / largest[i] for i in range(schur.rows)) for j in range(schur.cols)]
+        B = mp.diag([1 / w for w in W]) * G * C.T * mp.inverse(C * C.T)
+        return [x / w for x, w in zip(B * mp.lu_solve(B.T * B, mp.matrix(nu)), W, strict=True)]
 
     def conserved(self, x: Vector) -> dict[str, Vector]:
         """Return g, G H_p, energy and first integrals."""

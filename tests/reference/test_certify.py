@@ -1,5 +1,7 @@
 """Certification: the digits are right, what was found about them is right, and wrong motions are refused."""
 
+from dataclasses import replace
+
 import definitions
 import mpmath as mp
 import numpy as np
@@ -96,7 +98,9 @@ def test_velocities_along_the_manifold_give_the_motion_written_by_hand_through_m
 
 def test_a_problem_with_a_redundant_constraint_is_certified_with_multipliers_of_least_norm():
     """Links in parallel: the motion is that of one pendulum, theta'' = -gravity sin theta, whatever is redundant."""
-    where = make_ivp(source_of(definitions.parallelogram(), "parallelogram"), "thrown")
+    links = definitions.parallelogram()
+    scaled = replace(links, g=[links.g[0], 3 * links.g[1], *links.g[2:]])  # so that the norm matters, which is that of runs
+    where = make_ivp(source_of(scaled, "parallelogram_scaled"), "thrown")
     found = certify(Computations(Definition(where, {}), times(1), lambda stage, make: make()))
     assert found.states.mathematics.redundant
     assert "velocities along the manifold" in found.checks[-1]["against"]
@@ -106,8 +110,11 @@ def test_a_problem_with_a_redundant_constraint_is_certified_with_multipliers_of_
     assert max(abs(x - y) for x, y in zip(found.states.parts["q"][-1], expected, strict=True)) < 1e-31
     for q, p, lam in zip(*found.states.parts.values(), strict=True):
         q, p = (np.array(list(map(float, part))) for part in (q, p))
-        G, rest = where.value("G", q), where.value("lam", p, q)
-        np.testing.assert_allclose(np.array(list(map(float, lam))), np.linalg.lstsq(G.T, G.T @ rest, rcond=1e-9)[0], rtol=0, atol=1e-12)
+        G, of_runs, lam = where.value("G", q), where.value("lam", p, q), np.array(list(map(float, lam)))
+        A = G @ where.value("H_pp", p, q) @ G.T
+        W = np.abs(A / np.abs(A).max(axis=1)[:, None]).max(axis=0)
+        np.testing.assert_allclose(W * lam, np.linalg.lstsq(G.T / W, G.T @ of_runs, rcond=1e-9)[0], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(lam, of_runs, rtol=0, atol=1e-12)
 
 
 def test_certified_digits_of_a_motion_without_a_closed_form_lie_within_their_bounds():
