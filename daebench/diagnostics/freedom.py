@@ -151,6 +151,16 @@ def unit_rows(ivp: ConstrainedIvp, q: Array) -> Array:
     return np.asarray(rows / np.where(length > 0, length, 1.0)[:, None])
 
 
+def condition(ivp: ConstrainedIvp, q: Array) -> float:
+    """Return the condition number of G M^-1 G^T at q, scaled to have ones on its diagonal, without what redundant constraints add to it.
+
+    Rounding of multipliers grows by it at most.
+    """
+    rows = unit_rows(ivp, q)
+    sizes = np.linalg.svd(rows, compute_uv=False)
+    return float(sizes[0] / sizes[rank_of(rows) - 1]) ** 2
+
+
 def dependent_rows(rows: Array) -> dict[int, list[int]]:
     """Return the rows that depend on those before them, each with the independent ones that it is a combination of."""
     basis: list[int] = []

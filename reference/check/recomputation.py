@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from daebench.diagnostics.freedom import condition
 from daebench.reference.check.verification import Check, Digits, at_most
 from daebench.reference.keep.record import EPS, Reference
-from daebench.runs.ivp import Array
+from daebench.runs.ivp import Array, ConstrainedIvp
 
 Parts = Mapping[str, Array]
 
@@ -70,7 +71,7 @@ def rounding_of(reference: Reference, part: str, n: int) -> Array:
         u (10 A(t) size + t rate)      u = 2^-53, A the worst amplification, rate the largest |dx/dt|
 
     The second term is the effect of a clock with error u: the weights of a composition do not add up to 1 to the last bit. For multipliers
-    near rank loss both terms are multiplied by the condition number of G M^-1 G^T.
+    near rank loss, and for those of redundant constraints, both terms are multiplied by the condition number of G M^-1 G^T.
     """
     rate = float(np.abs(np.diff(reference.values[part], axis=0)).max()) / float(reference.t[1])
     rounding = reference.size(part) * _rounded(reference)[:n] + EPS * rate * reference.t[:n]
@@ -79,7 +80,12 @@ def rounding_of(reference: Reference, part: str, n: int) -> Array:
 
 def suffered(reference: Reference, part: str) -> Array:
     """Return the factor by which rounding affects a part more than elsewhere at each row, shape(n,)."""
-    return reference.conditioning if part == "lam" else np.ones(len(reference.t))
+    if part != "lam":
+        return np.ones(len(reference.t))
+    ivp = reference.ivp()
+    if isinstance(ivp, ConstrainedIvp) and ivp.on_singular == "least-squares":
+        return np.array([condition(ivp, q) for q in reference.values["q"]])
+    return reference.conditioning
 
 
 def _rounded(reference: Reference) -> Array:

@@ -11,6 +11,7 @@ from daebench.diagnostics.freedom import freedom, unit_rows
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.problems import bricard, cyclohexane_ring
+from daebench.reference.keep.store import load
 from daebench.runs.request import Request
 
 # ---- Bricard's mechanism, by rotations about its joints ------------------------------------------------------------------
@@ -114,6 +115,13 @@ def test_bricards_mechanism_falls_as_its_single_degree_of_freedom_says():
     errors = [np.abs(q - flat(b)).max() for q in (coarse, fine)]
     assert errors[1] < 0.3 * errors[0]
     assert np.abs((4 * fine - coarse) / 3 - flat(b)).max() < 2e-5
+
+
+@pytest.mark.slow
+def test_the_certified_reference_of_bricards_mechanism_falls_as_its_single_degree_of_freedom_says():
+    reference = load("bricard-iftomm")
+    for t in (0.5, 1.0):
+        assert np.abs(reference.values["q"][list(reference.t).index(t)] - flat(fallen(t))).max() < 2e-8
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from ivps import OVER_CONSTRAINED
 from published import BARI_LAM, BARI_Q, FOUR_BAR_B0
 
 from daebench.methods.catalogue import find_problem, problems
@@ -11,6 +10,7 @@ from daebench.reference.check.verify import verify
 from daebench.reference.keep.definition import define
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.places import DATA
+from daebench.reference.keep.record import EPS
 from daebench.reference.keep.store import load, names
 from daebench.reports.problems.facts import told
 
@@ -46,6 +46,8 @@ EXPECTED = {
     "driven_slider_crank-turning": 20.0,
     "arevalo-exact": 5.0,
     "slider_crank_sundials-ida": 20.0,
+    "bricard-iftomm": 5.0,
+    "cyclohexane_ring-boat": 8.0,
     "lotka_volterra-4,2": 100.0,
     "lotka_volterra-6,2": 100.0,
     "lotka_volterra_3d-blow_up": 1.0,
@@ -57,8 +59,7 @@ EXPECTED = {
 
 
 def test_every_problem_has_one_and_none_is_missing():
-    without = set(OVER_CONSTRAINED)  # lam is certified where it is determined
-    assert {load(name).problem for name in names()} == set(problems()) - without
+    assert {load(name).problem for name in names()} == set(problems())
     assert set(EXPECTED) <= set(names())
 
 
@@ -73,8 +74,8 @@ def test_each_is_whole_and_of_the_definition_of_today(name):
     assert found.certificate["definition"]["sha256"] == define(found.problem, found.case).hash
     assert {*np.arange(1, np.floor(EXPECTED[name]) + 1), EXPECTED[name]} <= set(found.t)
     ivp = found.ivp()
-    for part in found.kind.state:  # entries are sums of terms as large as the largest: their rounding is that of those
-        np.testing.assert_allclose(found.values[part][0], getattr(ivp, f"{part}0"), rtol=5e-16, atol=4e-16 * max(1.0, found.size(part)))
+    for part in found.kind.state:  # an entry is a sum of terms as large as the largest, and takes up to six roundings
+        np.testing.assert_allclose(found.values[part][0], getattr(ivp, f"{part}0"), rtol=5e-16, atol=6 * EPS * max(1.0, found.size(part)))
 
 
 @pytest.mark.parametrize("name", EXPECTED, ids=str)
