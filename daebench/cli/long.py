@@ -30,7 +30,7 @@ def long(
     param: Param = None,
     option: Free = None,
     compensated: Compensated = False,
-    precision: Annotated[str, typer.Option("--precision", help="float64 or float32.")] = "float64",
+    precision: Annotated[str, typer.Option("--precision", help="float64, float32 or mixed.")] = "float64",
     on_singular: OnSingular = None,
     anyway: Anyway = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables, pictures and checkpoints.")] = Path("output/long"),

@@ -38,7 +38,10 @@ class Precision(StrEnum):
 
     float64 = "float64"
     float32 = "float32"
+    mixed = "mixed"
 
+
+PrecisionOption = Annotated[Precision, typer.Option("--precision", help="Number type: float64, float32, or mixed: forces in float32.")]
 
 Watch = Annotated[
     str | None,
@@ -84,7 +87,7 @@ def run(
     y0: Annotated[str | None, typer.Option("--y0", help="Initial state of a Poisson system, comma-separated.")] = None,
     watch: Watch = None,
     project: Project = False,
-    precision: Annotated[Precision, typer.Option("--precision", help="Number type of the run: float64 or float32.")] = Precision.float64,
+    precision: PrecisionOption = Precision.float64,
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
     lam: Annotated[bool, typer.Option("--lam", help="Also write the multipliers lam(p, q) to --out.")] = False,
     raw: Annotated[bool, typer.Option("--raw", help="Also write the multipliers of every step, to FILE.raw.csv.")] = False,

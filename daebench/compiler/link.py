@@ -21,7 +21,7 @@ from daebench.compiler.linear.loops import Loops
 from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
 from daebench.compiler.specialise import Specialise
-from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of
+from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of, single_inside
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files.package import text_of
@@ -52,7 +52,8 @@ class Options:
     Parameters
     ----------
     precision : str
-        Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "complex128", "dual4" or "lanes8".
+        Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "mixed", "complex128", "dual4" or
+        "lanes8".
     watch : tuple of str
         Quantities whose maximum error the loop takes: any of "energy", "manifold", "integrals"; or "samples" to store H and no states.
     count : bool
@@ -284,7 +285,7 @@ class Linker:
         """Return the source of the problem's function of this name, or None if it is not an expression of this problem."""
         if not self.options.loops:
             source: str | None = self.derivation.source(name)
-            return source
+            return single_inside(source) if source and name == "H_q" and self.number.forces else source
         written = loops.source(self.derivation, name, self.number.dtype)
         if written is None:
             return None

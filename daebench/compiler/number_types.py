@@ -33,6 +33,8 @@ class NumberType:
         Package of the type; "" for a type of NumPy.
     width : int
         Number of derivatives, or of runs, in a number of a type added to numba; 0 for other types.
+    forces : str
+        NumPy's name of the type in which forces H_q are evaluated, if it is another one.
     """
 
     kind: str
@@ -41,6 +43,7 @@ class NumberType:
     again: int = 1
     package: str = ""
     width: int = 0
+    forces: str = ""
 
     @property
     def directions(self) -> int:
@@ -91,6 +94,7 @@ NUMBER_TYPES = {
     for number in (
         NumberType(kind="float64", dtype="float64"),
         NumberType(kind="float32", dtype="float32", eps="numpy.float32(1.1920929e-07)"),
+        NumberType(kind="mixed", dtype="float64", forces="float32"),
         NumberType(kind="complex128", dtype="complex128", again=2),
         NumberType(kind="dual", dtype="float64", package="daebench.compiler.dual"),
         NumberType(kind="tangent", dtype="float64", package="daebench.compiler.dual"),

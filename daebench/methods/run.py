@@ -13,6 +13,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, method_of
 from daebench.methods.sensitivities import require_differentiable
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
+from daebench.runs.precision import precision_of
 from daebench.runs.request import CALLBACKS, ON_SINGULAR, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
@@ -64,7 +65,7 @@ def run(
     project : bool
         Whether the initial values of a constrained problem are first projected onto the manifold.
     precision : str
-        "float64" or "float32".
+        "float64", "float32", or "mixed": forces in float32 and the rest in float64, for RATTLE, its constraint solvers and SHAKE.
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool
@@ -232,8 +233,7 @@ _show_parameters(run, prepare)
 
 def _require_manner(precision: str, callbacks: str) -> None:
     """Refuse an unknown number type or kind of callbacks."""
-    if precision not in ("float64", "float32"):
-        raise BadInput(f"unknown precision {precision!r}; it is float64 or float32.")
+    precision_of(precision)
     if callbacks not in CALLBACKS:
         raise unknown("kind of callbacks", callbacks, CALLBACKS)
 

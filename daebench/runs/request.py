@@ -65,7 +65,7 @@ class Request:
     count : bool
         Whether work is counted.
     precision : str
-        "float64" or "float32".
+        One of :data:`daebench.runs.precision.PRECISIONS`.
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool

@@ -142,7 +142,7 @@ def tolerance_for(
     case, parameters
         As for :func:`daebench.run`.
     precision : str
-        "float64" or "float32": tolerances that its rounding does not reach are left out.
+        "float64", "float32" or "mixed": tolerances that its rounding does not reach are left out.
     tolerances : sequence of float
         What is tried.
     progress : callable, optional

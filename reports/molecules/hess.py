@@ -11,6 +11,7 @@ from daebench.pages.report.claims import require
 from daebench.reports.molecules.laws import CLEAR, clear, fit
 from daebench.reports.molecules.motions import (
     BUTANE,
+    COMPENSATED,
     DIFFERENCES,
     GAUSS_SEIDEL,
     LINCS,
@@ -114,13 +115,14 @@ def check_smaller(runs: pd.DataFrame) -> SimpleNamespace:
     both = [single(runs, WATER, SETTLE, velocities).set_index("h") for velocities in (DIFFERENCES, MULTIPLIERS)]
     factors = both[0]["median"] / both[1]["median"]
     require(bool((factors > 10).all()), "velocities from differences change the energy more than ten times as much", factors.to_dict())
-    mixed = runs[(runs["scheme"] == SETTLE) & (runs["precision"] == MIXED) & (runs["velocities"] == MULTIPLIERS)]
-    plain = both[1].loc[MIDDLE]
+    settles = runs[(runs["scheme"] == SETTLE) & (runs["velocities"] == MULTIPLIERS)]
+    spread = {precision: float(middle(some)["spread"]) for precision, some in settles.groupby("precision")}
     return SimpleNamespace(
         laws=laws,
         settle=settle,
         least=float(factors.min()),
         most=float(factors.max()),
         differences=both[0].reset_index(),
-        compensated=float(plain["spread"] / middle(mixed)["spread"]),
+        compensated=spread[SINGLE] / spread[COMPENSATED],
+        mixed=spread[SINGLE] / spread[MIXED],
     )

@@ -55,7 +55,7 @@ CONVERGED = ("rattle_ilves", {"tolerance": 1e-14})
 EXPANSIONS = ((4, 1), (4, 2), (8, 1), (8, 2), (8, 4), (8, 8))
 """Orders and iterations of LINCS."""
 
-DOUBLE, SINGLE, MIXED = "double", "single", "single, compensated"
+DOUBLE, SINGLE, COMPENSATED, MIXED = "double", "single", "single, compensated", "mixed"
 MULTIPLIERS, DIFFERENCES = "multipliers", "differences"
 GAUSS_SEIDEL, ILVES, LINCS, SETTLE, NEWTON = "rattle_gauss_seidel", "rattle_ilves", "rattle_lincs", "rattle_settle", "rattle"
 
@@ -70,6 +70,7 @@ KERNELS = (
     (BUTANE, LINCS, DOUBLE),
     (WATER, NEWTON, DOUBLE),
     (WATER, SETTLE, SINGLE),
+    (WATER, SETTLE, COMPENSATED),
     (WATER, SETTLE, MIXED),
     (WATER, SETTLE, DOUBLE),
     (WATER, LINCS, SINGLE),
@@ -93,7 +94,7 @@ class Setting:
     scheme : str
         Name of a scheme.
     precision : str
-        One of :data:`DOUBLE`, :data:`SINGLE`, :data:`MIXED`.
+        One of :data:`DOUBLE`, :data:`SINGLE`, :data:`COMPENSATED`, :data:`MIXED`.
     h : float
         Step, 0.1 ps.
     tolerance : float
@@ -124,12 +125,12 @@ class Setting:
     @property
     def method(self) -> FixedStep:
         """The scheme with its options."""
-        return FixedStep(self.scheme, options=self.options, compensated=self.precision == MIXED)
+        return FixedStep(self.scheme, options=self.options, compensated=self.precision == COMPENSATED)
 
     @property
     def numbers(self) -> str:
-        """Type of the numbers of its runs."""
-        return "float64" if self.precision == DOUBLE else "float32"
+        """Arithmetic of its runs, as :mod:`daebench.runs.precision` names it."""
+        return {DOUBLE: "float64", MIXED: "mixed"}.get(self.precision, "float32")
 
 
 def settings(molecule: str, scheme: str, precision: str) -> Iterator[Setting]:

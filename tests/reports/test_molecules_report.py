@@ -22,6 +22,7 @@ from daebench.reports.molecules.figures import draw, draw_answer
 from daebench.reports.molecules.laws import fit
 from daebench.reports.molecules.motions import (
     BUTANE,
+    COMPENSATED,
     DIFFERENCES,
     DOUBLE,
     GAUSS_SEIDEL,
@@ -65,7 +66,7 @@ def outcome(setting):
 
 def single(setting, exact):
     rounding = -2e-5 / setting.h if setting.velocities == DIFFERENCES else 0.0
-    walk = 1e-6 if setting.precision == MIXED else 1e-5
+    walk = {COMPENSATED: 1e-6, MIXED: 1e-7}.get(setting.precision, 1e-5)
     lost = -LOSSES[setting.molecule] * setting.tolerance if setting.scheme == GAUSS_SEIDEL else 0.0
     return rounding + lost, walk, 0.0 if exact else 9.0
 

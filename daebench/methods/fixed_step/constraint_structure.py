@@ -4,6 +4,7 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.precision import precision_of
 from daebench.schemes.kernels.claims import STRUCTURES, WATER
 from daebench.schemes.kernels.relax import FINEST
 
@@ -53,15 +54,15 @@ def misfit(structure: str, ivp: ConstrainedIvp) -> str:
 
 
 def finest(precision: str) -> float:
-    """Return the smallest tolerance that constraints can reach in "float64" or "float32"."""
-    return FINEST * float(np.finfo(precision).eps)
+    """Return the smallest tolerance that constraints can reach in a kind of arithmetic, see :mod:`daebench.runs.precision`."""
+    return FINEST * precision_of(precision).eps
 
 
 def require_reached(name: str, tolerance: float, precision: str) -> None:
     """Refuse a tolerance that rounding does not let a scheme reach; ``name`` is the scheme's."""
     if tolerance >= finest(precision):
         return
-    wider = "" if precision == "float64" else ", or float64"
+    wider = ", or float64" if precision == "float32" else ""
     raise BadInput(
         f"{name} cannot satisfy constraints within tolerance = {tolerance:g} in {precision}, whose rounding leaves "
         f"{finest(precision):.2g}; "

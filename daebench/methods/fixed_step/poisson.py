@@ -16,6 +16,7 @@ from daebench.methods.fixed_step.stepping import REASONS, Run
 from daebench.methods.registry import poisson_registry
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.precision import precision_of
 from daebench.runs.request import Request
 from daebench.runs.scales import in_coordinates, poisson_scales
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
@@ -124,6 +125,10 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
 
     def _require(self, ivp: PoissonIvp, request: Request) -> None:
         require_poisson(self.name, request)
+        if not precision_of(request.precision).uniform:
+            raise BadInput(
+                f"{ivp.problem} has no forces that could be evaluated in other numbers; use float64 or float32, not {request.precision}."
+            )
 
     @property
     def scheme_module(self) -> str:

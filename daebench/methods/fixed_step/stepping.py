@@ -10,6 +10,7 @@ import numpy as np
 from daebench.compiler.sharing import uncollected
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.precision import precision_of
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
@@ -147,15 +148,14 @@ class Run:
     ) -> None:
         self.linked, self.ivp, self.request, self.grid, self.names = linked, ivp, request, grid, names
         self.kernel = linked.kernel
-        self.number: Callable[[Any], Any] = (
-            np.dtype(request.precision).type if request.precision == "float32" or not linked.compiled else float
-        )
+        self.dtype = precision_of(request.precision).states
+        self.number: Callable[[Any], Any] = np.dtype(self.dtype).type if self.dtype == "float32" or not linked.compiled else float
         self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
-        self.weights = linked.weights.astype(request.precision)
+        self.weights = linked.weights.astype(self.dtype)
         self.x = self.state(linked.enter(ivp.start))
-        self.state_rows = np.empty((grid.rows, ivp.size), dtype=request.precision)
-        self.stage_rows = np.empty((grid.rows if stage_multipliers else 0, stage_multipliers), dtype=request.precision)
+        self.state_rows = np.empty((grid.rows, ivp.size), dtype=self.dtype)
+        self.stage_rows = np.empty((grid.rows if stage_multipliers else 0, stage_multipliers), dtype=self.dtype)
         self.done, self.row, self.left = 0, 0, grid.every or -1
         self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
@@ -177,7 +177,7 @@ class Run:
         if not self.linked.arrays:
             return self.typed(x)
         parts = isinstance(x, tuple) and (not x or np.ndim(x[0]) > 0)
-        return tuple(np.array(part, dtype=self.request.precision) for part in x) if parts else np.array(x, dtype=self.request.precision)
+        return tuple(np.array(part, dtype=self.dtype) for part in x) if parts else np.array(x, dtype=self.dtype)
 
     def _prepare(self) -> None:
         """Make the first memory and the conserved quantities, and have the loop compiled."""

@@ -232,8 +232,8 @@ def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
 
 
 def _defect(measured: Measured) -> Columns:
-    """Return the defect of the map in double precision; of the one in single precision, which is a rounding of it, it is NaN."""
-    if measured.specification.precision == "float32":
+    """Return the defect of the map in double precision; of the one with single precision, which is a rounding of it, it is NaN."""
+    if measured.specification.precision != "float64":
         return {"defect": NAN}
     return {"defect": defect_of(measured.ivp, measured.solver, measured.specification.value)}
 

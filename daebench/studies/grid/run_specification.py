@@ -8,8 +8,6 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-
 from daebench.compiler.cache import toolchain
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -18,6 +16,7 @@ from daebench.methods.names import method_of
 from daebench.methods.outside.read import is_outside
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
+from daebench.runs.precision import precision_of
 from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
@@ -68,7 +67,7 @@ class RunSpecification:
     parameters, options : tuple of (str, float)
         The problem's parameters that differ from the case's, and the method's free numbers.
     precision : str
-        "float64" or "float32".
+        "float64", "float32" or "mixed".
     compensated : bool
         Whether sums over steps are compensated.
     anyway : bool
@@ -176,7 +175,7 @@ class GridRun(RunSpecification):
             return method
         if not isinstance(method, FixedStep):
             raise BadInput(f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.")
-        return replace(method, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / float(np.finfo(self.precision).eps)))
+        return replace(method, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / precision_of(self.precision).eps))
 
     def asked(self, resolution: str) -> Request:
         """Return what a method of this resolution is asked to do where everything is looked at."""

@@ -10,6 +10,7 @@ from daebench.errors import BadInput, positive, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import free_numbers, methods_of
 from daebench.runs.ivp import Ivp
+from daebench.runs.precision import PRECISIONS
 from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.run_specification import OUTPUTS, GridRun
 from daebench.studies.grid.runs import Tell, runs_of
@@ -211,7 +212,7 @@ class Study:
 
 def computed_in(precision: str) -> dict[str, Any]:
     """Return the fields of a run for one of the words that ``precisions`` of a study has; raise BadInput for any other."""
-    fixed: dict[str, dict[str, Any]] = {"float64": {}, "float32": {"precision": "float32"}, "compensated": {"compensated": True}}
+    fixed: dict[str, dict[str, Any]] = {name: {"precision": name} for name in PRECISIONS} | {"compensated": {"compensated": True}}
     if precision in fixed:
         return fixed[precision]
     name, _, value = precision.partition("=")

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.passage import MOST_STATES
-from daebench.errors import BadInput, require_known
+from daebench.errors import BadInput
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.stepping import next_piece
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
+from daebench.runs.precision import precision_of
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.run_specification import RunSpecification
@@ -84,7 +85,7 @@ class LongRun(RunSpecification):
         BadInput
             If it cannot.
         """
-        require_known(("precision", self.precision, ("float64", "float32")))
+        precision_of(self.precision)
         self._grid(self.solver, self.ivp, steps)
 
     def _grid(self, solver: Any, ivp: Ivp, steps: int) -> Grid:
