@@ -1,11 +1,15 @@
 """The constrained problems, one section each: picture, definition, degrees of freedom, and the results of each family of methods."""
 
+from importlib import resources
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from markupsafe import Markup
+
 from daebench.pages.report import Progress, make_page
 from daebench.reports.problems import ivps, path, rank
+from daebench.reports.problems.cards import motions
 from daebench.reports.problems.claims import check
 from daebench.reports.problems.figures import draw
 from daebench.reports.problems.numbers import Numbers, measure
@@ -23,6 +27,8 @@ def make(out: Path, progress: Progress) -> Path:
             "c": CONSTANTS,
             "facts": numbers.facts,
             "drawings": numbers.drawings,
+            "motions": motions(numbers.drawings),
+            "moving": Markup((resources.files(__package__) / "cards.js").read_text(encoding="utf-8")),
             "horizon": ivps.horizon,
             "step_size": ivps.step_size,
             "reason": reason,

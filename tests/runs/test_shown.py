@@ -32,6 +32,15 @@ def test_a_run_shows_what_was_run_how_far_it_came_and_its_picture(swing):
         assert words in html
 
 
+def test_shadow_hamiltonians_show_their_ranges():
+    energies = daebench.shadow("planar_pendulum", method="rattle", h=0.05, t_end=5, case="horizontal")
+    html = energies._repr_html_()
+    for words in ("planar_pendulum", "rattle", "0.05", "data:image/png;base64,"):
+        assert words in html
+    (line,) = energies.plot().axes[0].lines
+    assert list(line.get_ydata()) == list(energies.ranges.values())
+
+
 def test_a_run_that_stopped_says_why_and_its_markup_is_escaped():
     stopped = daebench.run("spherical_pendulum", case="fig1.2", method="se", h=0.01, t_end=10)
     assert "did not converge" in stopped._repr_html_()

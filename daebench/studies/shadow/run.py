@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
+from daebench.runs.shown import Shown
 from daebench.studies.shadow.actions import DERIVED, actions_of
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ MOST_STEPS = 2_000_000
 
 
 @dataclass(frozen=True)
-class Shadow:
+class Shadow(Shown):
     """Energies along an orbit.
 
     Parameters
@@ -54,6 +55,8 @@ class Shadow:
     t: Array
     H: Array
     shadows: Mapping[int, Array]
+
+    drawn_by: ClassVar[str] = "daebench.studies.shadow.figure"
 
     @property
     def ranges(self) -> dict[int, float]:
