@@ -32,7 +32,7 @@
       look(INK[number % INK.length], 1, 0.3);
       line(Array.from({ length: frames + 1 }, (_, i) => place(k, i)));
       look(INK[number % INK.length], 1.6, 1);
-      const first = Math.max(0, now - 14);
+      const first = Math.max(0, now - 22);
       line([...Array.from({ length: Math.max(0, Math.ceil(now) - Math.floor(first)) }, (_, i) => place(k, Math.max(first, Math.floor(first) + i))), place(k, now)]);
     });
     look(ink, 1.2, 0.8);

@@ -11,7 +11,7 @@ from daebench.draw.orthographic import projected
 from daebench.reports.problems.path import Drawing
 from daebench.runs.ivp import Array
 
-FRAMES = 90
+FRAMES = 150
 """Positions over the drawn time, besides the start."""
 
 WIDTH, HEIGHT, MARGIN = 1000, 720, 60

@@ -18,6 +18,7 @@ from daebench.pages.report import NONE, TIMES, build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import problems
 from daebench.reports.problems import ivps, rank, runs
+from daebench.reports.problems.cards import FRAMES, HEIGHT, MARGIN, WIDTH, motion
 from daebench.reports.problems.claims import NO_DRIFT, across, check, check_rank, per_problem
 from daebench.reports.problems.facts import facts, told, whole
 from daebench.reports.problems.figures import draw, projected
@@ -131,6 +132,23 @@ def test_the_projection_keeps_lengths_across_the_line_of_sight():
     flat = projected(np.eye(3))
     assert np.allclose(np.sum(flat**2), 2, rtol=0, atol=1e-14)
     assert np.array_equal(projected(np.ones((4, 5, 2))), np.ones((4, 5, 2)))
+
+
+def test_cards_hold_positions_that_fit_them_and_are_those_of_the_run(drawings):
+    crank = drawings["slider_crank"]
+    card = motion(crank)
+    lengths = {len(places) for places in card["points"]}
+    assert lengths == {2, 2 * (FRAMES + 1)}
+    assert min(map(min, card["points"])) >= MARGIN - 1
+    for axis, size in ((0, WIDTH), (1, HEIGHT)):
+        assert max(max(places[axis::2]) for places in card["points"]) <= size - MARGIN + 1
+    pivot, pin = (card["points"][k] for k in card["rods"][0])
+    x, y = np.array(pin).reshape(-1, 2).T - np.array(pivot)[:, None]
+    radius = np.hypot(x, y)
+    assert np.ptp(radius) <= 2
+    angle = np.arctan2(crank.points[:, crank.rods[0][1], 1], crank.points[:, crank.rods[0][1], 0])
+    times = np.linspace(0, len(crank.t) - 1, FRAMES + 1).round().astype(int)
+    assert np.abs(np.exp(1j * np.arctan2(-y, x)) - np.exp(1j * angle[times])).max() < 2 / radius.min()
 
 
 @pytest.fixture(scope="module")
@@ -328,9 +346,22 @@ def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
     require_refused(problems, "problems", TAMPERED["it is reflected"](numbers), "goes on through", tmp_path, monkeypatch)
 
 
+def require_moving(page, own):
+    """Require a canvas a problem, drawn, that moves while it is seen, and stops when that is asked for."""
+    canvases = page.locator("canvas[data-scene]")
+    assert {each.get_attribute("data-scene") for each in canvases.all()} == set(own)
+    canvases.first.scroll_into_view_if_needed()
+    frame = "document.querySelector('canvas[data-scene]').dataset.frame"
+    page.wait_for_function(f"Number({frame}) > 0.5")
+    page.click("#play-scenes")
+    before = page.evaluate(frame)
+    page.wait_for_timeout(300)
+    assert page.evaluate(frame) == before
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("own", [FEW, pytest.param(catalogue("constrained"), marks=pytest.mark.exhaustive)], ids=["few", "all"])
-def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right, monkeypatch, own):
+def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right, seen, monkeypatch, own):
     monkeypatch.setattr("daebench.reports.problems.numbers.names", lambda: own)
     told_of = []
     page = build("problems", tmp_path, lambda fraction, label: told_of.append(fraction))
@@ -339,5 +370,6 @@ def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_rig
     looks_right(page)
     for name in own:
         assert f'<h2 id="{name}">' in source
+    require_moving(seen(page.as_uri()).page, own)
     assert told_of == sorted(told_of)
     assert (told_of[0], told_of[-1]) == (0.0, 1.0)
