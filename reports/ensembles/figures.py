@@ -8,7 +8,8 @@ import numpy as np
 
 from daebench.draw.figures import GREEN, QUIET, VERMILION, drawing, grid_of_axes, save
 from daebench.draw.methods import name_of, stroke_of
-from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE
+from daebench.pages.report.thumbnail import draw_thumbnail
+from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE, STARTS
 
 COLOR = {method: stroke_of(method).color for method in METHODS}
 NAMES = [name_of(method) for method in METHODS]
@@ -26,7 +27,22 @@ def draw(conclusions: SimpleNamespace, folder: Path) -> dict[str, Path]:
             draw_winners(conclusions.winners, titles, folder),
             draw_verdicts(conclusions.trends, titles, folder),
         ]
+    draw_thumbnail(folder, lambda axis: _thumbnail(axis, conclusions.sizes))
     return {path.stem: path for path in paths}
+
+
+def _thumbnail(axis: Any, sizes: Any) -> None:
+    """Draw the errors of the first motion from all its starts."""
+    some = sizes[(sizes["price"] == MIDDLE) & (sizes["motion"] == sizes["motion"].iloc[0])].set_index("method")
+    bounds = some[["low", "high", "own"]].to_numpy()
+    bounds = bounds[np.isfinite(bounds)]
+    axis.set(xscale="log", xlim=(0.5 * bounds.min(), 2 * bounds.max()))
+    for k, method in enumerate(METHODS):
+        _row(axis, k, some.loc[method], COLOR[method])
+    axis.set(yticks=range(len(METHODS)), yticklabels=NAMES, ylim=(len(METHODS) - 0.4, -0.6))
+    axis.minorticks_off()
+    axis.grid(visible=False, axis="y")
+    axis.set_title(f"energy error from {STARTS} starts", loc="right")
 
 
 def draw_errors(sizes: Any, titles: dict[str, str], folder: Path) -> Path:

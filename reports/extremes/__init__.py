@@ -9,9 +9,11 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.pages.report import Progress, make_page
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.extremes import ivps
 from daebench.reports.extremes import numbers as _extremes_numbers
 from daebench.reports.extremes.claims import check
+from daebench.reports.extremes.first_picture import thumbnail
 from daebench.reports.extremes.numbers import Numbers
 from daebench.reports.extremes.tables import tables, typeset
 from daebench.studies.precision import study
@@ -28,6 +30,7 @@ def make(out: Path, progress: Progress) -> Path:
         figures = {
             section.key: EXTREMES[section.extreme].draw(out / "figures", section.key, numbers.tables[section.key]) for section in sections
         }
+        draw_thumbnail(out / "figures", lambda axis: thumbnail(axis, numbers.tables["steps"]))
         return {
             "sections": sections,
             "drawn": figures | {"precision": draw(out / "figures", "precision", numbers.precision)},

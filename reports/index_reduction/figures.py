@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, legend_below, save
-from daebench.draw.methods import stroke_of
+from daebench.draw.methods import name_of, stroke_of
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.index_reduction.ida import FORMULATIONS
 from daebench.reports.index_reduction.numbers import DRIFT_RUNS, FAST, SCHEMES, SLOW, Numbers
 
@@ -36,7 +37,20 @@ def draw(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> dict[str, Path]:
             draw_defects(numbers.defects, folder),
             draw_ida(ida, folder),
         ]
+    draw_thumbnail(folder, lambda axis: _thumbnail(axis, numbers))
     return {path.stem: path for path in paths}
+
+
+def _thumbnail(axis: Any, numbers: Numbers) -> None:
+    """Draw the energy errors of the four runs, each with its name."""
+    for name in DRIFT_RUNS:
+        t, most = windows(numbers.drift[name], "energy_error")
+        axis.plot(t, most, color=STROKE[name].color, linewidth=1.6)
+        axis.text(1.02 * t[-1], most[-1], name_of(name), color=STROKE[name].color, fontsize=7, va="center")
+    axis.set(yscale="log", xticks=[0, 50, 100])
+    axis.minorticks_off()
+    axis.spines["right"].set_visible(False)
+    axis.set_title("energy error over time", loc="left")
 
 
 def draw_energy(numbers: Numbers, folder: Path) -> Path:

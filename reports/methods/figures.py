@@ -9,9 +9,10 @@ import pandas as pd
 
 from daebench.draw.figures import BLUE, QUIET, drawing, grid_of_axes, legend_below, save
 from daebench.draw.methods import curve_of
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.methods.families import TITLES, by_family, family
 from daebench.reports.methods.guide import EVALUATIONS
-from daebench.reports.methods.matrix_figure import ROW, draw_main, draw_matrix, rows_of
+from daebench.reports.methods.matrix_figure import ROW, draw_few, draw_main, draw_matrix, rows_of
 from daebench.reports.methods.numbers import Numbers
 from daebench.reports.methods.series import KEEPING
 from daebench.reports.methods.sweep import PENDULUM, TORUS
@@ -45,6 +46,7 @@ def draw(numbers: Numbers, table: pd.DataFrame, folder: Path) -> dict[str, Path]
             draw_long(numbers, folder),
             draw_work(numbers.work, folder),
         ]
+    draw_thumbnail(folder, lambda axis: draw_few(axis, rows))
     return {path.stem: path for path in paths}
 
 

@@ -30,6 +30,9 @@ MAIN = (
 )
 """Methods of the first figure: one or two of each family."""
 
+FEW = ("rattle", "lobatto3", "energy_momentum", "midpoint", "rk4")
+"""Methods of the picture for the index."""
+
 HEADINGS = {"symmetric": "reversal", "symplectic": "two-form", "g": "$g=0$", "Gv": "$G\\,H_p=0$", "H": "energy"}
 
 SIGNS: Mapping[str, dict[str, Any]] = {
@@ -69,6 +72,20 @@ def draw_main(rows: Mapping[str, Mapping[Any, Any]], folder: Path) -> Path:
     """Draw the signs of the main methods, by the names that they have in words."""
     shown = [("method", name) for name in MAIN if name in rows]
     return draw_signs(shown, rows, folder, "main", name_of)
+
+
+def draw_few(ax: Any, rows: Mapping[str, Mapping[Any, Any]]) -> None:
+    """Draw the signs of a few methods, without numbers."""
+    shown = [name for name in FEW if name in rows]
+    for line, name in enumerate(shown):
+        ax.text(-0.6, line, name_of(name), ha="right", va="center", fontsize=8)
+        for k, key in enumerate(HEADINGS):
+            if rows[name][key] in SIGNS:
+                ax.plot([k], [line], linestyle="none", **SIGNS[rows[name][key]])
+    for k, heading in enumerate(HEADINGS.values()):
+        ax.text(k, -0.6, heading, ha="left", va="bottom", fontsize=7, rotation=28)
+    ax.set(xlim=(-0.5, len(HEADINGS) - 0.3), ylim=(len(shown) - 0.4, -0.7))
+    ax.axis("off")
 
 
 def draw_matrix(rows: Mapping[str, Mapping[Any, Any]], folder: Path) -> Path:

@@ -8,12 +8,13 @@ import pandas as pd
 
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, legend_below, save
 from daebench.draw.methods import name_of, stroke_of
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.poisson.casimirs import SYSTEMS, TITLES
 from daebench.reports.poisson.defects import slopes
 from daebench.reports.poisson.lattice import METHODS as LATTICE_METHODS
 from daebench.reports.poisson.lattice import H
 from daebench.reports.poisson.numbers import Numbers
-from daebench.reports.poisson.orbit_figures import draw_energy, draw_orbits
+from daebench.reports.poisson.orbit_figures import draw_energy, draw_orbit, draw_orbits
 from daebench.reports.poisson.sphere import draw_sphere
 
 LEAST = 1e-17
@@ -33,6 +34,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
             draw_lattice(numbers, folder),
             draw_sphere(numbers, folder),
         ]
+    draw_thumbnail(folder, lambda axis: draw_orbit(axis, numbers.orbits, "verlet"))
     return {path.stem: path for path in paths}
 
 

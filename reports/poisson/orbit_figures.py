@@ -48,6 +48,17 @@ def draw_orbits(orbits: Orbits, folder: Path) -> Path:
     return save(figure, folder, "orbits", shown(orbits))
 
 
+def draw_orbit(ax: Any, orbits: Orbits, name: str) -> None:
+    """Draw the orbits of one method, exact ones in grey beneath."""
+    for case in CASES:
+        exact, orbit = orbits.exact[orbits.exact["case"] == case], orbits.points[orbits.points["case"] == case]
+        ax.plot(exact["u"], exact["v"], color="#a8a8a8", linewidth=3.0)
+        own = orbit[orbit["method"] == name]
+        ax.plot(own["u"], own["v"], linestyle="none", marker="o", markersize=1.6, markeredgewidth=0, color=COLORS[case])
+    ax.set_title("predators and prey", loc="left")
+    ax.set(xticks=[0, 5], yticks=[0, 5])
+
+
 def draw_leap(ax: Any, row: dict[Any, Any]) -> None:
     """Draw the step that would leave the domain, up to the edge of the panel."""
     begin, end = np.array([row["u"], row["v"]]), np.array([row["u_next"], row["v_next"]])

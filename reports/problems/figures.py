@@ -12,6 +12,7 @@ from daebench.draw.figures import BLUE, GREEN, ORANGE, PURPLE, QUIET, SKY, VERMI
 from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.orthographic import projected
 from daebench.draw.springs import draw_springs
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.problems import rank
 from daebench.reports.problems.heat_map import draw_heat_map
 from daebench.reports.problems.ivps import horizon
@@ -20,6 +21,9 @@ from daebench.reports.problems.path import Drawing
 from daebench.runs.ivp import Array
 
 STROKE = {name: stroke_of(name) for name in rank.METHODS}
+SHOWN = "torus"
+"""The problem in the picture for the index."""
+
 COLUMNS = 5
 THINNED = 5
 """Stride of the rows of the paths in the data of the figure of all scenes; the data of each scene has all rows."""
@@ -32,7 +36,15 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
     with drawing():
         paths = [draw_scene(scene, folder) for scene in numbers.drawings.values()]
         paths += [draw_scenes(numbers, folder), draw_rank(numbers, folder), draw_heat_map(numbers.runs, folder)]
+    if SHOWN in numbers.drawings:
+        draw_thumbnail(folder, lambda axis: _thumbnail(axis, numbers.drawings[SHOWN]))
     return {path.stem: path for path in paths}
+
+
+def _thumbnail(axis: Any, scene: Drawing) -> None:
+    """Draw one scene without axes."""
+    mechanism(axis, scene, large=False)
+    axis.axis("off")
 
 
 def draw_scene(scene: Drawing, folder: Path) -> Path:

@@ -8,6 +8,7 @@ import pandas as pd
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, legend_below, save
 from daebench.draw.methods import stroke_of
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.index_reduction.figures import label
 from daebench.reports.tolerances.bands import HIGH, LOW, typical
 from daebench.reports.tolerances.claims import CLOSE, SMALL, law_of
@@ -43,7 +44,23 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
             draw_estimate(runs, folder),
             draw_projected(numbers.projected, folder),
         ]
+    draw_thumbnail(folder, lambda axis: _thumbnail(axis, bands))
     return {path.stem: path for path in paths}
+
+
+def _thumbnail(axis: Any, bands: pd.DataFrame) -> None:
+    """Draw the error reached against the tolerance, on the first problem."""
+    ivp = next(iter(IVPS))
+    for formulation, stroke in STROKE.items():
+        rows = bands[(bands["scene"] == ivp) & (bands["formulation"] == formulation)]
+        axis.plot(rows["tol"], rows["error"], label=label(formulation).split(",")[0], color=stroke.color, linewidth=1.6)
+    ends = [bands["tol"].min(), bands["tol"].max()]
+    axis.plot(ends, ends, color=QUIET, linewidth=0.8, linestyle=(0, (4, 3)))
+    axis.set(xscale="log", yscale="log")
+    axis.minorticks_off()
+    axis.set_title("error reached by IDA", loc="left")
+    axis.set_xlabel("tolerance asked for", loc="right")
+    axis.legend(fontsize=6.5, loc="upper left", handlelength=1.2, ncols=2, columnspacing=0.8)
 
 
 def shown(rows: pd.DataFrame) -> "pd.Series[float]":
