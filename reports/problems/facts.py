@@ -33,7 +33,9 @@ class Facts:
     about : Markup
         The text of its definition without formulas: its source and its purpose.
     d, m, dof : int
-        Positions, constraints, and degrees of freedom d - rank G.
+        Positions without the time, constraints, and degrees of freedom d - rank G.
+    in_time : bool
+        Whether the time enters the equations.
     structure : str
         Kind of the mass matrix: "constant diagonal", "constant", "M(q)", or "H(p, q)".
     separable : bool
@@ -53,6 +55,7 @@ class Facts:
     d: int
     m: int
     dof: int
+    in_time: bool
     structure: str
     separable: bool
     formulas: list[tuple[str, Markup]]
@@ -64,16 +67,17 @@ class Facts:
 def facts(name: str) -> Facts:
     """Return the facts of a problem."""
     problem, ivp = find_problem(name), ivp_of(name)
-    declared = definition(ivp)
+    declared, in_time = definition(ivp), bool(ivp.facts.EXTENDED)
     has = {"chart": declared.chart, "kinetic flow": declared.kinetic_flow, "closed form": declared.closed_form}
     return Facts(
         name=name,
         summary=problem.summary,
         case=ivp.case,
         about=told(problem.path.read_text(encoding="utf-8")),
-        d=ivp.d,
+        d=ivp.d - in_time,
         m=ivp.m,
-        dof=counted.degrees if (counted := freedom(ivp)) else ivp.d - ivp.m,
+        dof=counted.degrees if (counted := freedom(ivp)) else ivp.d - in_time - ivp.m,
+        in_time=in_time,
         structure=structure(declared),
         separable=bool(ivp.facts.SEPARABLE),
         formulas=formulas(declared),

@@ -54,6 +54,7 @@ def test_every_job_is_another_one_and_can_be_sent_to_another_process():
         ("planar_pendulum", 2, 1, "constant diagonal", []),
         ("slider_crank", 3, 2, "constant", []),
         ("torus", 3, 1, "constant diagonal", ["L3"]),
+        ("arevalo", 2, 1, "H(p, q)", []),
     ],
     ids=lambda value: value if isinstance(value, str) and "_" in value else "",
 )
