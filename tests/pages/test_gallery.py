@@ -21,6 +21,7 @@ from daebench.pages import gallery as pages
 from daebench.pages.report import build, build_stamp, citation, gallery, number, picture, table, write_page
 from daebench.pages.report.archive import write_archive
 from daebench.pages.report.gallery import PagesFailed, build_all
+from daebench.pages.report.index import write_index
 from daebench.pages.report.reports import Report, find
 from daebench.runs.machine import machine
 
@@ -211,6 +212,16 @@ def test_an_archive_has_pages_that_stand_alone_and_is_the_same_for_the_same_page
         assert "studies.db" in standalone(out / name / "index.html").text
         assert "All of it: the table ; more ." in standalone(tmp_path / "read" / name / "index.html").text
     assert unknown_files(tmp_path / "a.zip") == []
+
+
+def test_an_index_that_is_written_from_an_archive_begins_with_the_moving_picture(tmp_path, gallery_of):
+    out = tmp_path / "out"
+    (out / "one").mkdir(parents=True)
+    (out / "one" / "moving.html").write_text("<p>It moves.</p>", encoding="utf-8")
+    built(out, gallery_of("one"))
+    with ZipFile(write_archive(out, tmp_path / "a.zip")) as archive:
+        archive.extractall(tmp_path / "read")
+    assert "<p>It moves.</p>" in write_index(tmp_path / "read", ["one"], {}).read_text(encoding="utf-8")
 
 
 def test_an_archive_of_pages_whose_files_are_lost_does_not_link_to_them(tmp_path, gallery_of):

@@ -6,6 +6,7 @@ from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from daebench.pages.report import build_stamp
+from daebench.pages.report.index import MOVING
 from daebench.runs.files import atomic
 
 LONG_AGO = (1980, 1, 1, 0, 0, 0)
@@ -19,12 +20,15 @@ LINK = re.compile(r'<a\b[^>]*?href="(?![a-z]+:|#)([^"#]+)[^"]*"[^>]*>(.*?)</a>',
 
 
 def write_archive(out: Path, path: Path) -> Path:
-    """Write the pages of a gallery, its index, the pictures of that, and what pages link to into a ZIP file; return its path."""
+    """Write the pages of a gallery, its index, the pictures of that, and what pages link to into a ZIP file; return its path.
+
+    The moving picture of the index is in it once more as a file, for an index that is written anew.
+    """
     index = (out / "index.html").read_text(encoding="utf-8")
     pages = ["index.html", *sorted(f"{stamp.parent.name}/index.html" for stamp in out.glob(f"*/{build_stamp.STAMP}"))]
     texts = {page: (out / page).read_text(encoding="utf-8") for page in pages}
     files = {file for page, text in texts.items() for file in _linked(text, page) if (out / file).is_file()} - set(pages)
-    files |= set(re.findall(r'<img\b[^>]*? src="([^":]+)"', index))
+    files |= set(re.findall(r'<img\b[^>]*? src="([^":]+)"', index)) | {file.relative_to(out).as_posix() for file in out.glob(f"*/{MOVING}")}
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
         for page in pages:
             _add(archive, page, _alone(texts[page], page, {*pages, *files}).encode())
