@@ -38,7 +38,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
   }
   let time, window_, wanted, steps, took;
   const h = control(element, "h", () => again(), (k) => `${shown(k / 100, 1)} s`);
-  const speed = control(element, "speed", () => {}, (k) => k ? `${shown(Math.round(10 ** (k / 10)), 5)} steps a frame` : "faster and faster");
+  const speed = control(element, "speed", () => {}, (k) => k ? `${counted(10 ** (k / 10), "step")} a frame` : "faster and faster");
   function again() {
     time = 0; window_ = 0.1; wanted = 0;
     for (const name of heroes) {
@@ -96,7 +96,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
       globe.draw();
     }
     plot.draw();
-    $("[data-meter]", element).textContent = `t = ${shown(time, 4)} s · ${shown(Math.round(Frames.rate), 3)} frames a second · ${shown(steps || 0, 5)} steps a frame with each method`;
+    $("[data-meter]", element).textContent = `t = ${shown(time, 4)} s · ${counted(Frames.rate, "frame")} a second · ${counted(steps || 0, "step")} a frame with each method`;
   }
   $("[data-again]", element).addEventListener("click", again);
   again();

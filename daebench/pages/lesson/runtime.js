@@ -20,6 +20,8 @@ function shown(x, digits = 3) {
   const [mantissa, exponent] = size.toExponential(digits - 1).split("e");
   return `${sign}${mantissa} × 10${raised(Number(exponent))}`;
 }
+/** So many things: 1 step, 12 300 steps. */
+const counted = (n, thing) => `${shown(Math.round(n), 1)} ${thing}${Math.round(n) === 1 ? "" : "s"}`;
 const raised = (k) => String(k).replace(/[-\d]/g, (c) => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]);
 
 /** A method at work: its kernel, with a state that goes from call to call. */
