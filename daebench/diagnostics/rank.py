@@ -136,7 +136,7 @@ def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:
     if not (np.all(np.isfinite(there)) and np.all(lengths > 0)):
         return ""
     now, then = (float(np.linalg.svd(rows / lengths, compute_uv=False)[-1]) for rows in (G, there))
-    masses = 1.0 / np.diag(ivp.value("H_pp", p, q))
+    masses = 1.0 / np.diag(ivp.value("H_pp", p, q))[: len(q) - ivp.facts.EXTENDED]  # the time has no mass
     light = int(np.argmin(masses))
     share = float(masses[light] / np.max(masses))
     if then <= BELIEVED * now or not 0 < share < LIGHT:

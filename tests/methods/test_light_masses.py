@@ -61,3 +61,12 @@ def test_it_is_the_scale_of_the_masses_that_is_told_and_not_that_of_g(mass):
     rods = np.array([0, 0, -1.0, 0, 0, -2.0])
     assert "the mass of q1, " in badly_scaled(where, np.zeros(6), rods, 0.0)
     assert badly_scaled(pendulum(1.0), np.zeros(6), rods, 0.0) == ""
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_time_is_no_coordinate_with_a_mass():
+    for mass, named in ((1e-9, "the mass of q4, 1e-09, "), (1.0, "")):
+        where = initial_value_problem("driven_slider_crank", parameters={"load_mass": mass})
+        found = badly_scaled(where, where.p0, where.q0, 0.0)
+        assert named in found
+        assert bool(found) == bool(named)
