@@ -73,7 +73,8 @@ def _row(ax: Any, k: int, one: Any, color: str) -> None:
     if np.isfinite(one["own"]):
         ax.plot(one["own"], k, marker="D", markersize=5, markerfacecolor="white", markeredgecolor="black", linestyle="none")
     if one["stopped"]:
-        ax.text(1.01, k, f"{100 * one['stopped']:.0f} % stop", fontsize=7, va="center", transform=ax.get_yaxis_transform())
+        share = f"{100 * one['stopped']:.0f} %" if one["stopped"] >= 0.005 else "under 1 %"
+        ax.text(1.01, k, f"{share} stop", fontsize=7, va="center", transform=ax.get_yaxis_transform())
 
 
 def _explain(ax: Any) -> None:
