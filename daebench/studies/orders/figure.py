@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from daebench.draw.figures import QUIET, STROKES, Stroke, drawing, grid_of_axes, save, save_table
+from daebench.draw.figures import QUIET, Stroke, drawing, grid_of_axes, save, save_table
+from daebench.draw.methods import name_of, stroke_of
 from daebench.studies.orders.series import OrderStudy, Series
 
 COLUMNS = 3
@@ -35,7 +35,7 @@ def write(out: Path, study: OrderStudy) -> list[Path]:
     """
     save_table(out / "orders.csv", study.table())
     components = list(dict.fromkeys(series.component for series in study.series))
-    strokes = dict(zip(dict.fromkeys(series.method for series in study.series), cycle(STROKES), strict=False))
+    strokes = {series.method: stroke_of(series.method) for series in study.series}
     columns = min(COLUMNS, len(components))
     rows = math.ceil(len(components) / columns)
     with drawing():
@@ -65,7 +65,7 @@ def _label_lowest(axis: Any, axes: Any, count: int) -> None:
 def _keys(strokes: Mapping[str, Stroke]) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    methods = [Line2D([], [], label=name, **_filled(stroke), **stroke.line()) for name, stroke in strokes.items()]
+    methods = [Line2D([], [], label=name_of(name), **_filled(stroke), **stroke.line()) for name, stroke in strokes.items()]
     failed = Line2D([], [], label="run failed", linestyle="none", marker="x", markersize=SIZE, color=QUIET)
     return [*methods, Line2D([], [], label="not used", linestyle="none", **DROPPED), failed, Line2D([], [], label="slope", **SLOPE)]
 

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.draw.methods import name_of
 from daebench.methods.fixed_step.stepping import ITS_OWN
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
@@ -94,7 +95,7 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
             label = "reaches its end" if verdict == "completes" else f"keeps the energy within {PART:.0%} of its size"
             axis.plot(good["h"], [methods.index(name) for name in good["method"]], label=label, **stroke.points() | {"linestyle": "none"})
         axis.hlines(range(len(methods)), 0, 1, transform=axis.get_yaxis_transform(), color=QUIET, linewidth=0.3, zorder=0)
-        axis.set_yticks(range(len(methods)), methods)
+        axis.set_yticks(range(len(methods)), [name_of(name) for name in methods])
         axis.invert_yaxis()
         axis.grid(visible=False, axis="y")
         axis.set(xscale="log", xlabel="largest usable step h [s]")
