@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from daebench.draw.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.engines.adapters import ENGINES
 from daebench.reports.engines.motions import BY_KEY
 from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
@@ -44,7 +45,23 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
             axis.axvline(BY_KEY[key].budget, color=QUIET, linewidth=0.8, linestyle=":")
         handles = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=5)
-        return {"cost": save(figure, folder, "cost", runs)}
+        path = save(figure, folder, "cost", runs)
+    draw_thumbnail(folder, lambda axis: thumbnail(axis, runs))
+    return {"cost": path}
+
+
+def thumbnail(axis: Any, runs: pd.DataFrame) -> None:
+    """Draw the most accurate setting of each engine on the first motion, and RATTLE, as bars."""
+    first = runs[runs["motion"] == runs["motion"].iloc[0]]
+    own = first[(first["engine"] == OWN) & (first["setting"] == RATTLE)]["error"].min()
+    best = first[first["engine"] != OWN].groupby("engine")["error"].min().sort_values(ascending=False)
+    names, errors = [*map(str, best.index), "RATTLE"], [*best, own]
+    axis.barh(range(len(names)), errors, height=0.65, color=[*(STYLES[name].color for name in names[:-1]), BLACK])
+    axis.set_yticks(range(len(names)), names)
+    axis.set(xscale="log", xlim=(min(errors) / 10, None))
+    axis.minorticks_off()
+    axis.grid(visible=False, axis="y")
+    axis.set_title("smallest error", loc="right")
 
 
 def panel(axis: Any, runs: pd.DataFrame) -> None:
