@@ -17,6 +17,7 @@ from daebench.methods.names import method_of
 from daebench.methods.outside.read import is_outside
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.request import Request
+from daebench.runs.trajectory import Array
 
 PENDULUM, WATER = "spherical_pendulum", "rigid_water"
 BY_HAND = {"rattle": PENDULUM, "rk4": PENDULUM, "strang": PENDULUM, "rattle_settle": WATER}
@@ -117,17 +118,26 @@ def by_hand(folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) 
 
 def _compiled(folder: Path, name: str, ivp: ConstrainedIvp, h: float, steps: int) -> Callable[[], float]:
     """Return a call that runs a C program and returns nanoseconds per step."""
+    run = program(folder, name, ivp)
+    return lambda: run(h, steps)[1] / steps * 1e9
+
+
+def program(folder: Path, name: str, ivp: ConstrainedIvp) -> Callable[[float, int], tuple[Array, float]]:
+    """Return a function of the step size and the number of steps that runs a C program; it returns the state (p, q) and the CPU time, s.
+
+    There must be a compiler. The function raises :class:`DaebenchError` if the program stops early.
+    """
     function = getattr(built(name, folder), name)
     function.restype = ctypes.c_long
     function.argtypes = [ctypes.c_void_p, *[ctypes.c_double] * (len(ivp.par) + 1), ctypes.c_long, ctypes.POINTER(ctypes.c_long)]
 
-    def call() -> float:
+    def run(h: float, steps: int) -> tuple[Array, float]:
         state = np.concatenate([ivp.p0, ivp.q0])
         began = time.thread_time()
         taken = function(state.ctypes.data, *ivp.par, h, steps, ctypes.byref(ctypes.c_long()))
         spent = time.thread_time() - began
         if taken != steps:
             raise DaebenchError(f"the C program stopped after {taken} of {steps} steps.")
-        return spent / steps * 1e9
+        return state, spent
 
-    return call
+    return run
