@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from daebench.schemes.kernels.claims import Member
 from daebench.schemes.kernels.constrain import momentum_correction
-from daebench.schemes.kernels.language import CONSTRAINTS, G, g, norm, solve, zero
+from daebench.schemes.kernels.language import G, exceeding, g, norm, solve, zero
 from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
-from daebench.schemes.kernels.relax import bounds, relax, require_tolerance
+from daebench.schemes.kernels.relax import position_bounds, require_tolerance, until_met
 from daebench.schemes.kernels.spaces import Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
 CLAIMS = replace(APPROXIMATE, source="López-Villellas, Mikkelsen and others, arXiv 2503.13075 (2025); HLW (1.25)")
@@ -24,19 +24,18 @@ MEMBERS = {
 def update_positions(
     x: tuple[Vector, Multiplier], data: tuple[Vector, Rows, Multiplier]
 ) -> tuple[tuple[Vector, Multiplier], Number, Number, Number]:
-    """One Newton update for g(q0 + dq - V^T nu) = 0, or none if all constraints hold."""
+    """One Newton update for g(q0 + dq - V^T nu) = 0; also return how many constraints do not hold before it."""
     dq, nu = x
     q0, V, bound = data
     q = q0 + dq
     value = g(q)
-    unmet = sum(1.0 if abs(value[k]) > bound[k] else 0.0 for k in range(CONSTRAINTS))
-    change, pivot = solve(G(q) @ V.T, (1.0 if unmet > 0.5 else 0.0) * value)
-    return (dq - V.T @ change, nu + change), unmet, norm(value), pivot
+    change, pivot = solve(G(q) @ V.T, value)
+    return (dq - V.T @ change, nu + change), exceeding(value, bound), norm(value), pivot
 
 
 def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
     """Return dq - V^T nu on g = 0 within the tolerance, nu and a report."""
-    (dq, nu), report = relax(update_positions, (dq, zero(q0)), (q0, V, bounds(G0, q0 + dq)))
+    (dq, nu), report = until_met(update_positions, (dq, zero(q0)), (q0, V, position_bounds(G0, q0 + dq)))
     return dq, nu, report
 
 
@@ -46,11 +45,13 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     The step is :func:`daebench.schemes.kernels.rattle_step.rattle_step`. Positions are those of Newton's iteration on the whole system,
     the first that are within the tolerance; momenta are projected by one linear solve::
 
-        nu -> nu + (G(q) V^T)^-1 g(q),      q = q0 + dq - V^T nu,      V = G(q0) M^-1,      |g_k(q)| <= tolerance sum_i |G_ki(q0) q_i|
+        nu -> nu + (G(q) V^T)^-1 g(q),      q = q0 + dq - V^T nu,      V = G(q0) M^-1
+        |g_k(q)| <= sum_i |G_ki(q0)| (tolerance |q_i| + 4 eps L)
 
     It is the iteration of ``rattle`` with another stopping criterion: there the increment of q is at round-off, here the residual is within
-    the tolerance of ``rattle_gauss_seidel``. Each iteration squares the error, so the remaining error is mostly far below the tolerance.
-    For large molecules ILVES eliminates along the bonds, where the matrix is banded; for few constraints, as here, the full matrix is
-    eliminated.
+    the tolerance of ``rattle_gauss_seidel``, apart from rounding, in which the length L of the initial value problem replaces the size of
+    all positions. Each iteration squares the error, so the remaining error is mostly far below the tolerance.
+    On a long chain the matrix G(q) V^T is banded. It is eliminated along the chain, as in ``rattle`` and by the same code, at a cost linear
+    in the number of links. For few constraints the full matrix is eliminated.
     """
     return rattle_step(solve_positions, momentum_correction, p0, q0, h)

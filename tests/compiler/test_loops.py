@@ -50,7 +50,7 @@ def test_sums_in_loops_are_those_written_out(random):
     assert sum(line.startswith("for row in range(65)") for line in text.lines) == 1  # the last pair has another term besides
 
 
-@pytest.mark.parametrize("scheme", ["rattle", "lobatto3", "radau2_ggl", "gauss2"])
+@pytest.mark.parametrize("scheme", ["rattle", "rattle_ilves", "lobatto3", "radau2_ggl", "gauss2"])
 @pytest.mark.parametrize("problem", ["fekete", "double_spherical_pendulum", "four_bar"])
 def test_a_step_on_arrays_is_the_step_on_tuples(scheme, problem):
     ivp, method = initial_value_problem(problem), FixedStep(scheme)

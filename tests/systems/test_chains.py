@@ -23,8 +23,8 @@ from daebench.systems.constrained import Case
 
 EPS = np.finfo(float).eps
 PLACES = {"pendulum_chain": ("hanging", {"links": 3}), "four_bar": ("swing", {"bars": 2})}
-KNOWN = ("rattle", "lobatto2", "lobatto3", "lobatto4", "symplectic_euler", "symplectic_euler_adjoint", "shake", "rk4")
-COMPOSED = ("rattle/suzuki4", "symplectic_euler", "lobatto3")
+KNOWN = ("rattle", "lobatto2", "lobatto3", "lobatto4", "symplectic_euler", "symplectic_euler_adjoint", "shake", "rattle_ilves", "rk4")
+COMPOSED = ("rattle/suzuki4", "symplectic_euler", "lobatto3", "rattle_ilves")
 
 
 def place(problem, algebra):
@@ -65,13 +65,55 @@ def test_work_is_counted_alike(problem, name):
     assert method.solve(place(problem, "arrays"), request).work == method.solve(place(problem, "values"), request).work
 
 
+@pytest.mark.parametrize("options", [{"differences": 1}, {"projected": 0}], ids=lambda options: next(iter(options)))
+def test_options_of_a_scheme_have_the_same_effect(problem, options):
+    one, other = (FixedStep("rattle_ilves", options=chosen, compiled=False) for chosen in (options, {}))
+    request = Request(value=0.01, steps=5)
+    arrays, values, without = (
+        method.solve(place(problem, algebra), request) for method, algebra in ((one, "arrays"), (one, "values"), (other, "arrays"))
+    )
+    assert np.abs(arrays.p - values.p).max() < 1e3 * EPS
+    assert np.abs(arrays.p - without.p).max() > 1e-16
+
+
+def last_tolerance(ivp, iterations):
+    """Return the largest tolerance with which one step takes so many iterations, to nine digits."""
+    smallest, largest = 1e-12, 1e-1
+    while largest / smallest > 1 + 1e-9:
+        tolerance = float(np.sqrt(smallest * largest))
+        method = FixedStep("rattle_ilves", options={"tolerance": tolerance}, compiled=False)
+        enough = method.solve(ivp, Request(value=0.05, steps=1)).work["newton"] < iterations
+        smallest, largest = (smallest, tolerance) if enough else (tolerance, largest)
+    return smallest
+
+
+@pytest.mark.parametrize("node", [0, -1], ids=["first", "last"])
+def test_a_tolerance_ends_the_iteration_of_a_chain_where_it_ends_that_of_the_system_written_out(problem, node):
+    ivps = [place(problem, algebra) for algebra in ("arrays", "values")]
+    p0 = 0.0 * ivps[0].p0
+    p0.reshape(-1, 2)[node] = 0.5, 0.3  # the bound of the constraint at this node decides
+    arrays, values = (last_tolerance(dataclasses.replace(ivp, p0=p0), 3) for ivp in ivps)
+    assert 1e-10 < values < 1e-2
+    assert arrays == pytest.approx(values, rel=1e-6)
+
+
+def test_the_iteration_of_ilves_on_many_links_is_that_of_rattle():
+    ivp = initial_value_problem("pendulum_chain", "hanging", {"links": 60})
+    one, other = (
+        FixedStep(name, options=options, compiled=False).solve(ivp, Request(value=0.01, steps=3))
+        for name, options in (("rattle_ilves", {"tolerance": 1e-6}), ("rattle", {}))
+    )
+    assert 0 < np.abs(one.q - other.q).max() < 1e-6
+    assert one.work["newton"] < other.work["newton"]
+
+
 def test_sums_are_compensated_alike(problem):
     method = FixedStep("rattle", compensated=True, compiled=False)
     arrays, values = (method.solve(place(problem, algebra), Request(value=0.01, steps=5)) for algebra in ("arrays", "values"))
     assert np.abs(arrays.q - values.q).max() < 20 * EPS
 
 
-@pytest.mark.parametrize("name", ["rattle", "lobatto3", "symplectic_euler", "rk4"])
+@pytest.mark.parametrize("name", ["rattle", "lobatto3", "symplectic_euler", "rattle_ilves", "rk4"])
 def test_derivatives_carried_in_imaginary_parts_are_the_same(problem, random, name):
     method, ivps = FixedStep(name, compiled=False), [place(problem, algebra) for algebra in ("arrays", "values")]
     dp, dq = 1e-30j * random.normal(size=(2, ivps[0].d))
@@ -101,7 +143,8 @@ def test_single_precision_stays_single(problem):
 
 
 @pytest.mark.parametrize(
-    "name", ["se", "gauss2", "midpoint", "radau2_ggl", "implicit_euler", "generalized_alpha", "energy_momentum", "rk4+proj"]
+    "name",
+    ["se", "gauss2", "midpoint", "radau2_ggl", "implicit_euler", "generalized_alpha", "energy_momentum", "rattle_gauss_seidel", "rk4+proj"],
 )
 def test_what_loops_cannot_do_is_refused_with_a_sentence_that_names_the_scheme(problem, name):
     refusal = parse(name).refusal(place(problem, "arrays"))

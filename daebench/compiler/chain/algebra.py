@@ -22,6 +22,9 @@ class Jacobian:
 
     entries: Field
 
+    def __getitem__(self, k: int) -> Any:
+        raise InvalidProblem("a scheme takes single rows of G, which long chains do not have; take a shorter chain, or rattle.")
+
 
 @dataclass(frozen=True, eq=False)
 class Rows:
@@ -214,6 +217,23 @@ class ChainLanguage:
 
         self.program.wishes.append((Demand(needs=[(part, 0) for part in parts], write=write), [f"{name} = {dtype}(0.0)"]))
         return Scalar(name, late=True)
+
+    def mul_moduli(self, X: Jacobian, x: Field, least: Any) -> Field:
+        """Sums of moduli of the rows of G, with weights |x_i| + least."""
+        b, filled, more = self.chain.b, self.nodes.filled, weight(least)
+
+        def write(at: At, k: str) -> list[str]:
+            sums: list[list[str]] = [[] for _ in range(self.chain.c)]
+            for i, (row, column) in enumerate(filled):
+                of_x = f"{at(x, -1)}[{column}]" if column < b else f"{at(x, 0)}[{column - b}]"
+                sums[row].append(f"abs({at(X.entries, 0)}[{i}]) * (abs({of_x}) + {more})")
+            return [" + ".join(terms) for terms in sums]
+
+        return made("m", self.chain.c, [(X.entries, 0), (x, -1), (x, 0)], write)
+
+    def exceeding(self, y: Field, bound: Field) -> Scalar:
+        """Number of constraints whose modulus exceeds its bound."""
+        return self._sum("(1.0 if abs({0}) > {1} else 0.0)", "REAL", y, bound)
 
     def U(self, q: Field) -> Any:
         """Potential energy."""

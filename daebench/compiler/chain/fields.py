@@ -31,6 +31,8 @@ class Scalar:
     def _with(self, pattern: str, other: Any) -> "Scalar":
         return Scalar(pattern.format(self.text, say(other)), self.late or is_late(other))
 
+    __lt__ = partialmethod(_with, "({0} < {1})")
+    __gt__ = partialmethod(_with, "({0} > {1})")
     __add__ = partialmethod(_with, "({0} + {1})")
     __sub__ = partialmethod(_with, "({0} - {1})")
     __rsub__ = partialmethod(_with, "({1} - {0})")
@@ -116,6 +118,20 @@ class Field:
     ghost: Sequence[str]
     zero: bool = False
     number: int = field(default_factory=lambda: next(_NUMBERS))
+
+
+def selected(test: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
+    """Return ``one()`` or ``other()``; if the test is a number in the generated source, a field of the entries of either."""
+    if not isinstance(test, Scalar):
+        return one() if test else other()
+    x, y, condition = one(), other(), weight(test)
+    if not isinstance(x, Field) or not isinstance(y, Field):
+        raise InvalidProblem("a scheme chooses between values that are not vectors of the chain.")
+
+    def write(at: At, k: str) -> list[str]:
+        return [f"({at(x, 0)}[{i}] if {condition} else {at(y, 0)}[{i}])" for i in range(x.width)]
+
+    return made(x.kind, x.width, [(x, 0), (y, 0)], write)
 
 
 def zeros(width: int) -> list[str]:

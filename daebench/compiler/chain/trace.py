@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.compiler import codegen
 from daebench.compiler.chain.algebra import ChainLanguage, Rows
 from daebench.compiler.chain.band import of_width
-from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, stored
+from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, selected, stored
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.program import Iteration, Program
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from daebench.compiler.link import Linker
 
 NEWTON = "daebench.schemes.kernels.newton"
+ITERATIONS = ((NEWTON, "newton"), ("daebench.schemes.kernels.relax", "until_met"))
+"""Iterations, as files and names: functions of an update, the unknowns and data."""
+
 ARGUMENTS: dict[str, tuple[str, ...]] = dict.fromkeys(("H", "H_p", "H_q", "Gv", "lam", "independence", "row_moduli"), ("p", "q")) | {
     "g": ("q",)
 }
@@ -82,8 +85,8 @@ class Tracer:
             if operation is not None:
                 return self._counted(name, operation)
             return self._call(f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
-        if module == NEWTON and name == "newton":
-            return self.iterated
+        if (module, name) in ITERATIONS:
+            return partial(self.iterated, module, name)
         if module == NEWTON and name in ("judge", "both"):
             return lambda *arguments: applied(self.linker.function(NEWTON, name, {}), *arguments, Scalar("par"))
         if (module, name) not in self._functions:
@@ -110,9 +113,10 @@ class Tracer:
         bare.returns, bare.decorator_list = None, []
         for argument in bare.args.args:
             argument.annotation = None
-        tree = ast.fix_missing_locations(ast.Module([bare], []))
+        tree = ast.fix_missing_locations(ast.Module([_Deferred().visit(bare)], []))
         used = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)} - set(parameters_of(node))
         scope: dict[str, Any] = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs")}
+        scope["selected"] = selected
         scope |= {
             identifier: self._meaning(module, identifier)
             for identifier in used
@@ -215,17 +219,17 @@ class Tracer:
         program.wishes.append((Demand(needs=[(results, 0)], write=write), [f"{array} = numpy.empty({size}, dtype=DTYPE)"]))
         return array
 
-    def iterated(self, update: Callable[..., Any], x: Any, data: Any) -> Any:
-        """Emit Newton's iteration with this update; return the unknowns after it and its report."""
+    def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any) -> Any:
+        """Emit an iteration of a file with this update; return the unknowns after it and its report."""
         outer, starts = self.programs[-1], _flat(x)
         if outer.top is not outer or not all(isinstance(part, Field) for part in starts):
             raise InvalidProblem("a scheme iterates within an iteration, or on numbers; long chains support neither.")
         places = [(outer.reserve(part.width), outer.reserve(part.width)) for part in starts]
         updating = self._update(outer, update, x, data, places)
         name = outer.name("after")
-        newton = self.linker.function(NEWTON, "newton", {"update": updating})
+        iterating = self.linker.function(module, iteration, {"update": updating})
         first = pack(str(place) for place, _ in places)
-        call = f"{name}, report_{name} = {newton}({first}, {pack(self._shared(outer))}, {', '.join(self.linker.given(newton))})"
+        call = f"{name}, report_{name} = {iterating}({first}, {pack(self._shared(outer))}, {', '.join(self.linker.given(iterating))})"
         starting = [_kept(part, f"slab[k, {place} + {{i}}]") for part, (place, _) in zip(starts, places, strict=True)]
         outer.events.append(Iteration(starting, [call]))
         outer.arguments = [*outer.arguments, name]
@@ -255,6 +259,18 @@ class Tracer:
     def _shared(outer: Program) -> list[str]:
         """Names of the values that an update shares with the function that calls it."""
         return ["slab", *outer.arguments]
+
+
+class _Deferred(ast.NodeTransformer):
+    """Replaces conditional expressions by calls of :func:`selected`, for their tests may be numbers in the generated source."""
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        """Replace one expression."""
+        visited = self.generic_visit(node)
+        assert isinstance(visited, ast.IfExp)
+        nothing = ast.arguments(posonlyargs=[], args=[], kwonlyargs=[], kw_defaults=[], defaults=[])
+        branches = [ast.Lambda(nothing, branch) for branch in (visited.body, visited.orelse)]
+        return ast.Call(ast.Name("selected", ast.Load()), [visited.test, *branches], [])
 
 
 def _written(signature: str, lines: Sequence[str]) -> str:

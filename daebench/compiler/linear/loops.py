@@ -72,6 +72,7 @@ class Loops:
             "zero_m": self._each("zero_m(q)", "0.0 * q[0]", m),
             "dot": self._total("dot(x, y)", "x[i] * y[i]", d),
             "dot_moduli": self._total("dot_moduli(x, y)", "abs(x[i] * y[i])", d),
+            "exceeding": self._total("exceeding(y, bound)", "(1.0 if abs(y[i]) > bound[i] else 0.0)", m, start="0.0"),
             "norm": lambda: function(
                 "norm(x)",
                 "found = abs(x[0])",
@@ -105,6 +106,7 @@ class Loops:
         d, m, filled = self.d, self.m, "e in range(STARTS[i], STARTS[i + 1])"
         return {
             "mul": self._sums("mul(X, v)", m, 0, filled, "X[i, FILLED[e]] * v[FILLED[e]]"),
+            "mul_moduli": self._moduli,
             "mul_full": self._sums("mul_full(X, v)", m, 0, f"k in range({d})", "X[i, k] * v[k]"),
             "mul_T": self._scattered("mul_T(X, y)", str(d), (), "out[j] += X[a, j] * y[a]"),
             "mul_full_T": self._sums("mul_full_T(X, y)", d, 0, f"a in range({m})", "X[a, i] * y[a]"),
@@ -118,6 +120,13 @@ class Loops:
             "product": self._sums("product(X, Y)", d, d, f"k in range({d})", "X[i, k] * Y[k, j]"),
             "product_T": self._sums("product_T(X, Y)", d, d, f"a in range({m})", "X[a, i] * Y[a, j]"),
         }
+
+    def _moduli(self) -> str:
+        """Source of mul_moduli(X, x, least), whose result is real."""
+        real = "float32" if self.target.dtype == "float32" else "float64"
+        head = [f"out = numpy.zeros({self.m}, dtype=numpy.{real})", f"for i in range({self.m}):"]
+        inner = ["    for e in range(STARTS[i], STARTS[i + 1]):", "        out[i] += abs(X[i, FILLED[e]]) * (abs(x[FILLED[e]]) + least)"]
+        return function("mul_moduli(X, x, least)", *head, *inner, "return out")
 
     @property
     def _matrices(self) -> dict[str, Callable[[], str]]:

@@ -93,6 +93,13 @@ class Values:
             "zero_m": vector("zero_m(q)", "0.0 * q[0]", m),
             "dot": lambda: function("dot(x, y)", "return " + _sum([f"x[{i}] * y[{i}]" for i in d])),
             "dot_moduli": lambda: function("dot_moduli(x, y)", "return " + _sum([f"abs(x[{i}] * y[{i}])" for i in d])),
+            "mul_moduli": lambda: function(
+                "mul_moduli(X, x, least)",
+                "return " + pack(_sum([f"abs(X[{a}][{i}]) * (abs(x[{i}]) + least)" for i in columns[a]]) for a in m),
+            ),
+            "exceeding": lambda: function(
+                "exceeding(y, bound)", "return " + _sum([f"(1.0 if abs(y[{a}]) > bound[{a}] else 0.0)" for a in m])
+            ),
             "norm": lambda: function("norm(x)", "return " + _sum([f"{'0.0 * ' * (i >= self.measured)}{modulus}(x[{i}])" for i in d])),
             "norm_m": lambda: function("norm_m(x)", "return " + _sum([f"{modulus}(x[{i}])" for i in m])),
             "mul": lambda: function("mul(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in columns[a]]) for a in m)),

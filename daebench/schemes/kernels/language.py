@@ -269,6 +269,14 @@ def dot_moduli(x: Vector, y: Vector) -> Number:
     """Sum of the moduli |x_i y_i|: the largest change of x^T y under a relative change of one in y."""
 
 
+def mul_moduli(X: Jacobian, x: Vector, least: Number) -> Multiplier:
+    """Sums of moduli sum_i |X_ki| (|x_i| + least), shape(m,): the changes of X x under relative changes of x, if x_i is at least that."""
+
+
+def exceeding(y: Multiplier, bound: Multiplier) -> Number:
+    """The number of constraints k with |y_k| > bound_k."""
+
+
 def sqrt(x: Number) -> Number:
     """Square root; NaN of a negative number."""
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from daebench.errors import BadInput, positive
-from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, dot_moduli, multiplier, norm, tally
+from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, dot_moduli, mul_moduli, multiplier, norm, tally
 from daebench.schemes.kernels.newton import OK, judge
-from daebench.schemes.kernels.spaces import DATA, Multiplier, Number, Report, Rows, Vector
+from daebench.schemes.kernels.spaces import DATA, LENGTH, Jacobian, Multiplier, Number, Report, Rows, Vector
 
 X = TypeVar("X")
 NOT_RELAXED = 5
@@ -32,6 +32,14 @@ def bounds(X: Rows, x: Vector) -> Multiplier:
     return multiplier(max(DATA[2] * dot_moduli(X[k], x), 4.0 * EPS * norm(X[k]) * norm(x)) for k in range(CONSTRAINTS))
 
 
+def position_bounds(X: Jacobian, q: Vector) -> Multiplier:
+    """Return the tolerance times sum_i |X_ki q_i|, and four roundings of a position of the problem's length added to each |q_i|.
+
+    The latter is the rounding of a constraint whose terms are zero. It is the same however many positions there are.
+    """
+    return DATA[2] * mul_moduli(X, q, 4.0 * EPS * LENGTH / DATA[2])
+
+
 def relax(update: Callable[..., tuple[X, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
     """Return the first x at which every constraint holds within its tolerance, and a report.
 
@@ -47,4 +55,21 @@ def relax(update: Callable[..., tuple[X, Number, Number, Number]], x: X, data: A
         status = judge(residual, pivot, unmet)
         if status != OK or unmet < 0.5:
             return x, (status, residual, pivot, tally(update, iteration))
+    return x, (NOT_RELAXED, residual, pivot, tally(update, ROUNDS))
+
+
+def until_met(update: Callable[..., tuple[X, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
+    """Return the first x at which every constraint holds within its tolerance, and a report.
+
+    It differs from :func:`relax` in that ``update(x, data)`` corrects x for all constraints, whether they hold or not, and returns the
+    number of those that do not hold at x: where that is zero, x is returned without the correction.
+    """
+    residual = INF
+    pivot = INF
+    for iteration in range(1, ROUNDS + 1):
+        x1, unmet, residual, pivot = update(x, data)
+        status = judge(residual, pivot, unmet)
+        if status != OK or unmet < 0.5:
+            return x, (status, residual, pivot, tally(update, iteration))
+        x = x1
     return x, (NOT_RELAXED, residual, pivot, tally(update, ROUNDS))
