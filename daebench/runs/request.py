@@ -65,7 +65,7 @@ class Request:
     count : bool
         Whether work is counted.
     precision : str
-        One of :data:`daebench.runs.precision.PRECISIONS`.
+        "float64", "float32" or "mixed", see :func:`daebench.run`.
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool
