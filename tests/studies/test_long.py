@@ -42,6 +42,7 @@ RUNS = {
     "shake": LongRun(problem="planar_pendulum", case="rotating", method="shake", h=0.01, stride=3),
     "compensated": LongRun(problem="planar_pendulum", case="rotating", method="rattle/kahan_li8", h=0.1, stride=3, compensated=True),
     "float32": LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01, stride=3, precision="float32"),
+    "mixed": LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01, stride=3, precision="mixed"),
     "local": LongRun(problem="planar_pendulum", case="rotating", method="local:midpoint", h=0.02, stride=3),
     "poisson": LongRun(problem="free_rigid_body", case="symmetric", method="strang", h=0.05, stride=3),
 }
@@ -101,6 +102,13 @@ def test_samples_are_the_energy_errors_of_the_states_that_a_plain_run_stores(nam
     np.testing.assert_allclose(stream.waiting, energies[1:] - energies[0], rtol=0, atol=1e-14 * abs(energies[0]))
     end = np.concatenate([x[-1] for x in states])
     assert stream.run.linked.leave(stream.run.x).tobytes() == end.tobytes()
+
+
+def test_members_in_mixed_precision_begin_at_other_numbers_of_single_precision(tmp_path):
+    spec = RUNS["mixed"]
+    Ensemble(spec, 4, 64, tmp_path).check()
+    starts = {start_of(spec.ivp, number, spec.precision).q0.astype(np.float32).tobytes() for number in range(4)}
+    assert len(starts) == 4
 
 
 def test_a_longer_run_goes_on_from_a_shorter_one(uncompiled, tmp_path):

@@ -135,6 +135,8 @@ def _held(rows: dict[str, Row], base: Row, error: str) -> str:
         parts.append("Newton's iteration ended early is never as accurate")
     if "compensated" in rows:
         parts.append(f"compensated sums give {rows['compensated'][error]:.1e}{_time(rows['compensated'])}")
+    if "mixed" in rows:
+        parts.append(f"single precision of the forces alone {rows['mixed'][error]:.1e}{_time(rows['mixed'])}")
     if "float32" in rows:
         parts.append(f"single precision {rows['float32'][error]:.1e}{_time(rows['float32'])}")
     return "; ".join(parts) + "."
