@@ -220,16 +220,7 @@ class ChainLanguage:
 
     def mul_moduli(self, X: Jacobian, x: Field, least: Any) -> Field:
         """Sums of moduli of the rows of G, with weights |x_i| + least."""
-        b, filled, more = self.chain.b, self.nodes.filled, weight(least)
-
-        def write(at: At, k: str) -> list[str]:
-            sums: list[list[str]] = [[] for _ in range(self.chain.c)]
-            for i, (row, column) in enumerate(filled):
-                of_x = f"{at(x, -1)}[{column}]" if column < b else f"{at(x, 0)}[{column - b}]"
-                sums[row].append(f"abs({at(X.entries, 0)}[{i}]) * (abs({of_x}) + {more})")
-            return [" + ".join(terms) for terms in sums]
-
-        return made("m", self.chain.c, [(X.entries, 0), (x, -1), (x, 0)], write)
+        return self._times(X.entries, x, f"abs({{0}}) * (abs({{1}}) + {weight(least)})")
 
     def exceeding(self, y: Field, bound: Field) -> Scalar:
         """Number of constraints whose modulus exceeds its bound."""
@@ -255,14 +246,15 @@ class ChainLanguage:
 
     mul_full = mul
 
-    def _times(self, entries: Field, v: Field) -> Field:
+    def _times(self, entries: Field, v: Field, term: str = "{0} * {1}") -> Field:
+        """Sums over the entries of each row of G, each with the entry of v in its column."""
         b, filled = self.chain.b, self.nodes.filled
 
         def write(at: At, k: str) -> list[str]:
             sums: list[list[str]] = [[] for _ in range(self.chain.c)]
             for i, (row, column) in enumerate(filled):
                 of_v = f"{at(v, -1)}[{column}]" if column < b else f"{at(v, 0)}[{column - b}]"
-                sums[row].append(f"{at(entries, 0)}[{i}] * {of_v}")
+                sums[row].append(term.format(f"{at(entries, 0)}[{i}]", of_v))
             return [" + ".join(terms) for terms in sums]
 
         return made("m", self.chain.c, [(entries, 0), (v, -1), (v, 0)], write)
