@@ -73,3 +73,5 @@ StudyTEnd = Annotated[float | None, typer.Option("--t-end", help="End of all run
 Repeat = Annotated[int, typer.Option("--repeat", min=0, help="Number of timed runs, of which the best counts; 0: no times.")]
 Store = Annotated[Path | None, typer.Option("--store", help="File of the stored runs; studies.db in the folder if left out.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Print the number of runs to make and about how long they take.")]
+
+Precision = Annotated[str, typer.Option("--precision", help="Number type: float64, float32, or mixed: forces in float32.")]

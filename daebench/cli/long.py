@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Param, Problem
+from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Param, Precision, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
 from daebench.cli.whole import whole
 
@@ -30,7 +30,7 @@ def long(
     param: Param = None,
     option: Free = None,
     compensated: Compensated = False,
-    precision: Annotated[str, typer.Option("--precision", help="float64, float32 or mixed.")] = "float64",
+    precision: Precision = "float64",
     on_singular: OnSingular = None,
     anyway: Anyway = False,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables, pictures and checkpoints.")] = Path("output/long"),

@@ -17,7 +17,7 @@ SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "e
 
 Ways = Annotated[
     str | None,
-    typer.Option("--ways", help="float64, float32, mixed, compensated, sweeps=K, newton=TOL, comma-separated; some of each if left out."),
+    typer.Option("--ways", help="float64, mixed, float32, compensated, sweeps=K, newton=TOL, comma-separated; some if left out."),
 ]
 
 

@@ -8,7 +8,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import steps_out as steps_files
-from daebench.cli.arguments import Algebra, Anyway, Case, Compensated, Free, Json, Method, OnSingular, Overwrite, Param, Problem, Project
+from daebench.cli.arguments import (
+    Algebra,
+    Anyway,
+    Case,
+    Compensated,
+    Free,
+    Json,
+    Method,
+    OnSingular,
+    Overwrite,
+    Param,
+    Precision,
+    Problem,
+    Project,
+)
 from daebench.cli.console import bar, numbers, pairs, print_json, words
 from daebench.cli.whole import whole
 from daebench.errors import BadInput
@@ -32,16 +46,6 @@ class Callbacks(StrEnum):
     native = "native"
     python = "python"
 
-
-class Precision(StrEnum):
-    """Number types of a run."""
-
-    float64 = "float64"
-    float32 = "float32"
-    mixed = "mixed"
-
-
-PrecisionOption = Annotated[Precision, typer.Option("--precision", help="Number type: float64, float32, or mixed: forces in float32.")]
 
 Watch = Annotated[
     str | None,
@@ -87,7 +91,7 @@ def run(
     y0: Annotated[str | None, typer.Option("--y0", help="Initial state of a Poisson system, comma-separated.")] = None,
     watch: Watch = None,
     project: Project = False,
-    precision: PrecisionOption = Precision.float64,
+    precision: Precision = "float64",
     out: Annotated[Path | None, typer.Option("--out", help="Write the trajectory to FILE.csv or FILE.npz.")] = None,
     lam: Annotated[bool, typer.Option("--lam", help="Also write the multipliers lam(p, q) to --out.")] = False,
     raw: Annotated[bool, typer.Option("--raw", help="Also write the multipliers of every step, to FILE.raw.csv.")] = False,
@@ -108,7 +112,7 @@ def run(
         start = _start(case, param, algebra, q0, p0)
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
         asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
-        asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision.value, "anyway": anyway}
+        asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
         asked |= {"callbacks": callbacks.value, "sensitivities": words(sensitivities or "")}
         ivp, request, trajectory = _solved(problem, steps_out, method=method, **start, **asked)

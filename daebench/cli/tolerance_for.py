@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Param, Problem
+from daebench.cli.arguments import Case, Json, Param, Precision, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table
 
 
@@ -16,7 +16,7 @@ def tolerance_for(
     method: Annotated[str, typer.Option("--method", help="A scheme with a tolerance, for example rattle_ilves.")] = "rattle_gauss_seidel",
     case: Case = None,
     param: Param = None,
-    precision: Annotated[str, typer.Option("--precision", help="Number type of the runs: float64, float32 or mixed.")] = "float64",
+    precision: Precision = "float64",
     as_json: Json = False,
 ) -> None:
     """Find the loosest tolerance of constraints for which the energy drift is small enough; exit 1 if there is none."""

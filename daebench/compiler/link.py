@@ -20,8 +20,9 @@ from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.loops import Loops
 from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
+from daebench.compiler.single_forces import FORCES, in_single
 from daebench.compiler.specialise import Specialise
-from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of, single_inside
+from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files.package import text_of
@@ -153,6 +154,7 @@ class Linker:
             self.constants["MULTISTEP"] = "start" in self.file(scheme).functions
         self.emitted: dict[str, str] = {}
         self.reading: set[str] = set()
+        self.iterated: set[str] = set()
         self.work: dict[str, list[int]] = {}
         self.tracer = derivation.tracer(self)
 
@@ -285,7 +287,7 @@ class Linker:
         """Return the source of the problem's function of this name, or None if it is not an expression of this problem."""
         if not self.options.loops:
             source: str | None = self.derivation.source(name)
-            return single_inside(source) if source and name == "H_q" and self.number.forces else source
+            return in_single(source) if source and self.number.single_forces and name in FORCES else source
         written = loops.source(self.derivation, name, self.number.dtype)
         if written is None:
             return None
@@ -329,6 +331,7 @@ class Linker:
     def tally(self, update: str) -> str:
         """Emit the function that turns a number of iterations of ``update`` into work; return its name."""
         emitted = f"tally__{update}"
+        self.iterated |= {kind for n, kind in zip(self.work[update], self.kinds, strict=True) if n}
         work = [n + (kind == "newton") for n, kind in zip(self.work[update], self.kinds, strict=True)]
         result = codegen.pack(f"{n} * iterations" for n in work) if self.options.count else "()"
         self.emitted[emitted] = codegen.function(f"{emitted}(iterations)", f"return {result}")

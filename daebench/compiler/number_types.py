@@ -31,6 +31,8 @@ class NumberType:
         Number of times that Newton's iterations are repeated: 2 if derivatives are carried in the imaginary part.
     package : str
         Package of the type; "" for a type of NumPy.
+    single_forces : bool
+        Whether forces are computed in float32, in functions of ``dtype``.
     width : int
         Number of derivatives, or of runs, in a number of a type added to numba; 0 for other types.
     forces : str
@@ -42,8 +44,19 @@ class NumberType:
     eps: str = DOUBLE
     again: int = 1
     package: str = ""
+    single_forces: bool = False
     width: int = 0
     forces: str = ""
+
+    @property
+    def spacing(self) -> float:
+        """Distance from 1 to the next larger number."""
+        return _spacing(self.dtype)
+
+    @property
+    def coarsest_spacing(self) -> float:
+        """The same of the coarsest numbers in which something is computed."""
+        return _spacing("float32" if self.single_forces else self.dtype)
 
     @property
     def directions(self) -> int:
@@ -94,7 +107,7 @@ NUMBER_TYPES = {
     for number in (
         NumberType(kind="float64", dtype="float64"),
         NumberType(kind="float32", dtype="float32", eps="numpy.float32(1.1920929e-07)"),
-        NumberType(kind="mixed", dtype="float64", forces="float32"),
+        NumberType(kind="mixed", dtype="float64", single_forces=True),
         NumberType(kind="complex128", dtype="complex128", again=2),
         NumberType(kind="dual", dtype="float64", package="daebench.compiler.dual"),
         NumberType(kind="tangent", dtype="float64", package="daebench.compiler.dual"),
@@ -107,12 +120,19 @@ NUMBER_TYPES = {
 def number_type(name: str) -> NumberType:
     """Return a type by name: "float64", "dual4" for dual numbers with derivatives in 4 directions, "lanes8" for 8 runs at once.
 
-    The name "tangent1" means dual numbers of one direction, with an entry point that rescales the derivatives to length 1 repeatedly.
+    The name "mixed" means forces in float32 and everything else in float64; "tangent1" means dual numbers of one direction, with an entry
+    point that rescales the derivatives to length 1 repeatedly.
     """
     if name in NUMBER_TYPES:
         return NUMBER_TYPES[name]
     kind = name.rstrip("0123456789")
     return replace(NUMBER_TYPES[kind], width=int(name.removeprefix(kind)))
+
+
+def _spacing(dtype: str) -> float:
+    import numpy as np
+
+    return float(np.finfo(dtype).eps)
 
 
 def _plain(function: ast.FunctionDef) -> str:

@@ -69,25 +69,6 @@ class TypedLiterals(ast.NodeTransformer):
         return ast.parse(f"numpy.float32({node.value!r})", mode="eval").body if isinstance(node.value, float) else node
 
 
-class _SingleInside(TypedLiterals):
-    """Evaluate a function of the problem in float32: it rounds what it is given, and returns float64."""
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        """Round an entry of an argument."""
-        return ast.parse(f"numpy.float32({ast.unparse(node)})", mode="eval").body
-
-    def visit_Return(self, node: ast.Return) -> ast.Return:
-        """Widen the entries of the result."""
-        assert isinstance(node.value, ast.Tuple)
-        widened = ", ".join(f"numpy.float64({ast.unparse(self.visit(entry))})" for entry in node.value.elts)
-        return ast.Return(ast.parse(f"({widened},)", mode="eval").body)
-
-
-def single_inside(source: str) -> str:
-    """Return the source of a function of tuples that evaluates it in float32, from the source of that function."""
-    return ast.unparse(_SingleInside().visit(ast.parse(source)))
-
-
 def gathered(name: str, terms: Sequence[ast.expr]) -> ast.expr:
     """Return a tuple, a sum, a minimum or a maximum of terms."""
     if name == "tuple":

@@ -13,8 +13,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, method_of
 from daebench.methods.sensitivities import require_differentiable
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
-from daebench.runs.precision import precision_of
-from daebench.runs.request import CALLBACKS, ON_SINGULAR, Progress, Request, resolution_value
+from daebench.runs.request import CALLBACKS, ON_SINGULAR, PRECISIONS, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ def run(
     project : bool
         Whether the initial values of a constrained problem are first projected onto the manifold.
     precision : str
-        "float64", "float32", or "mixed": forces in float32 and the rest in float64, for RATTLE, its constraint solvers and SHAKE.
+        "float64"; "float32"; or "mixed", with forces in float32 and everything else in float64, as in OpenMM.
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool
@@ -233,7 +232,8 @@ _show_parameters(run, prepare)
 
 def _require_manner(precision: str, callbacks: str) -> None:
     """Refuse an unknown number type or kind of callbacks."""
-    precision_of(precision)
+    if precision not in PRECISIONS:
+        raise unknown("precision", precision, PRECISIONS)
     if callbacks not in CALLBACKS:
         raise unknown("kind of callbacks", callbacks, CALLBACKS)
 

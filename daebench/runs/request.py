@@ -26,6 +26,14 @@ CALLBACKS = {
 """Implementation of the equations and of the loop over steps for IDA and CVODE: machine code, or Python."""
 
 
+PRECISIONS = {
+    "float64": "double precision",
+    "mixed": "forces in single precision, and everything else in double precision",
+    "float32": "single precision",
+}
+"""Number types of a run of a fixed-step method."""
+
+
 @dataclass(frozen=True)
 class WorkLimit:
     """Limit of a tolerance-driven run by its work, not by the clock, so that the outcome does not depend on the machine.
@@ -65,7 +73,7 @@ class Request:
     count : bool
         Whether work is counted.
     precision : str
-        "float64", "float32" or "mixed", see :func:`daebench.run`.
+        Number type: one of :data:`PRECISIONS`.
     multipliers : bool
         Whether lam(p, q) is computed at the output times.
     raw : bool

@@ -7,7 +7,7 @@ from daebench.schemes.kernels.newton import both, newton
 from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
 
 CLAIMS = Claims(order=2, symmetric=True, symplectic=True, keeps_g=True, keeps_Gv=True, system="constrained", source="HLW (1.25), (1.26)")
-MEMBERS = {"rattle": Member(claims=CLAIMS, forces_once=True, multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0})}
+MEMBERS = {"rattle": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0})}
 
 if SEPARABLE:
 

@@ -15,7 +15,6 @@ CLAIMS = replace(APPROXIMATE, source="Ryckaert, Ciccotti and Berendsen, J. Compu
 MEMBERS = {
     "rattle_gauss_seidel": Member(
         claims=CLAIMS,
-        forces_once=True,
         numbers=lambda tolerance, **chosen: (*choices(**chosen), require_tolerance(tolerance)),
         options={"tolerance": 1e-8, **CHOICES},
         multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0},

@@ -13,7 +13,6 @@ CLAIMS = replace(APPROXIMATE, source="López-Villellas, Mikkelsen and others, ar
 MEMBERS = {
     "rattle_ilves": Member(
         claims=CLAIMS,
-        forces_once=True,
         numbers=lambda tolerance, **chosen: (*choices(**chosen), require_tolerance(tolerance)),
         options={"tolerance": 1e-8, **CHOICES},
         multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0},

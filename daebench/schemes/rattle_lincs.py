@@ -27,7 +27,6 @@ CLAIMS = replace(APPROXIMATE, source="Hess, Bekker, Berendsen and Fraaije, J. Co
 MEMBERS = {
     "rattle_lincs": Member(
         claims=CLAIMS,
-        forces_once=True,
         numbers=numbers,
         options={"order": 8, "iterations": 4, **CHOICES},
         multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0},

@@ -26,7 +26,6 @@ CLAIMS = Claims(
 MEMBERS = {
     "rattle_settle": Member(
         claims=CLAIMS,
-        forces_once=True,
         numbers=choices,
         options=CHOICES,
         multipliers=lambda: {"lam_n": 0.0, "mu_n": 1.0},

@@ -17,7 +17,7 @@ CLAIMS = Claims(
     separable_only=True,
     autonomous_only=True,
 )
-MEMBERS = {"shake": Member(claims=CLAIMS, forces_once=True, multipliers=lambda: {"lam_n": 1.0})}
+MEMBERS = {"shake": Member(claims=CLAIMS, multipliers=lambda: {"lam_n": 1.0})}
 
 
 def start(p0: Vector, q0: Vector, h: Number) -> tuple[Vector, Report]:

@@ -9,13 +9,13 @@ import numpy as np
 from daebench.diagnostics.energy import BOUNDED, DRIFTS, KEPT, Drift
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.freedom import freedom
-from daebench.errors import BadInput, positive
+from daebench.errors import BadInput, positive, require_known
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.constraint_structure import finest
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.request import Request
+from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.trajectory import Trajectory
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 15))
@@ -142,7 +142,7 @@ def tolerance_for(
     case, parameters
         As for :func:`daebench.run`.
     precision : str
-        "float64", "float32" or "mixed": tolerances that its rounding does not reach are left out.
+        "float64", "mixed" or "float32": tolerances that its rounding does not reach are left out.
     tolerances : sequence of float
         What is tried.
     progress : callable, optional
@@ -153,6 +153,7 @@ def tolerance_for(
     BadInput
         If the method has no tolerance, refuses the problem, or the request cannot be met.
     """
+    require_known(("precision", precision, PRECISIONS))
     ivp = initial_value_problem(problem, case, parameters)
     with_tolerance = [name for name, (_, member) in registry().items() if "tolerance" in member.options]
     if method not in with_tolerance:

@@ -129,7 +129,7 @@ class Setting:
 
     @property
     def numbers(self) -> str:
-        """Arithmetic of its runs, as :mod:`daebench.runs.precision` names it."""
+        """Arithmetic of its runs, as :func:`daebench.run` names it."""
         return {DOUBLE: "float64", MIXED: "mixed"}.get(self.precision, "float32")
 
 

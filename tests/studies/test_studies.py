@@ -115,10 +115,13 @@ def test_a_grid_is_every_method_with_its_own_values_on_every_case_and_parameter(
 
 
 def test_the_ways_to_compute_are_an_axis():
-    found = study(precisions=["float64", "float32", "compensated", "sweeps=2", "newton=1e-6"], values={"h": [0.1]}).specifications()
+    found = study(
+        precisions=["float64", "mixed", "float32", "compensated", "sweeps=2", "newton=1e-6"], values={"h": [0.1]}
+    ).specifications()
     told = [(each.precision, each.compensated, each.sweeps, each.newton) for each in found]
     assert told == [
         ("float64", False, 0, 0.0),
+        ("mixed", False, 0, 0.0),
         ("float32", False, 0, 0.0),
         ("float64", True, 0, 0.0),
         ("float64", False, 2, 0.0),

@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 
+if TYPE_CHECKING:
+    from daebench.compiler.link import Linker
+
 Ivp = TypeVar("Ivp", bound=InitialValueProblem)
 Result = TypeVar("Result")
 
@@ -30,6 +33,10 @@ LOOP = [("daebench.schemes.kernels.loop", "integrate"), ("daebench.schemes.kerne
 
 INITIALISE = ("daebench.schemes.kernels.constrained", "initialise")
 """What is called too where a scheme remembers something from step to step."""
+
+
+_ITERATED: dict[str, frozenset[str]] = {}
+"""Results of :meth:`FixedStepMethod.iterated`."""
 
 
 class FixedStepMethod(ABC, Generic[Ivp, Result]):
@@ -115,8 +122,12 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the generated module of this method and problem; other numbers of the same structure share it."""
         structure = self._options(ivp, precision, watch, count=count, stage_multipliers=stage_multipliers, singular=singular)
         file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
-        key = f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(structure.items())}"
+        key = self._key(ivp, structure)
         return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, lambda cached: self._module(ivp, structure, cached=cached))
+
+    def _key(self, ivp: Ivp, options: Mapping[str, Any]) -> str:
+        """Return a text that is the same for problems and methods with the same generated module."""
+        return f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(options.items())}"
 
     def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, singular: str = "") -> str:
         """Return the text of a generated module for translation; unless ``singular`` says so, it does not monitor the rank of G."""
@@ -134,12 +145,27 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def _module(self, ivp: Ivp, options: Mapping[str, Any], *, cached: bool) -> str:
         """Return the text of a generated module."""
+        linker, roots = self._linker(ivp, options)
+        return linker.module(f"{self.name} on {ivp.problem}, {options['precision']}.", roots, cached)
+
+    def _linker(self, ivp: Ivp, options: Mapping[str, Any]) -> tuple["Linker", Sequence[tuple[str, str]]]:
+        """Return the linker of a generated module, and the functions that the module needs."""
         from daebench.compiler.link import Linker, Options
 
         linker = Linker(self._derivation(ivp), Options(**options), self.scheme_module)
         remembers = linker.constants["MULTISTEP"] or self.compensated
-        roots = [*LOOP, INITIALISE] if remembers else LOOP
-        return linker.module(f"{self.name} on {ivp.problem}, {options['precision']}.", roots, cached)
+        return linker, [*LOOP, INITIALISE] if remembers else LOOP
+
+    def iterated(self, ivp: Ivp) -> frozenset[str]:
+        """Return the kinds of work, as in ``Trajectory.work``, that are done in the iterations of a step."""
+        options = self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular="")
+        key = self._key(ivp, options)
+        if key not in _ITERATED:
+            linker, roots = self._linker(ivp, options)
+            for file, name in roots:
+                linker.resolve(file, name)
+            _ITERATED[key] = frozenset(linker.iterated)
+        return _ITERATED[key]
 
     def linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
         """Return the scheme linked to a problem with its numbers, to run with a kernel."""

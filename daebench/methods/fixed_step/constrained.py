@@ -11,13 +11,13 @@ from daebench.compiler.work import WORK
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.constraint_structure import require_reached
+from daebench.methods.fixed_step.mixed_precision import MIXED, require_mixed
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
 from daebench.methods.fixed_step.stage_multipliers import stage_multipliers
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.precision import precision_of
 from daebench.runs.request import Method, Request
 from daebench.runs.scales import constrained_scales, in_coordinates
 from daebench.runs.trajectory import CONSTRAINED, Trajectory
@@ -147,18 +147,10 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def _require(self, ivp: ConstrainedIvp, request: Request) -> None:
         self.on_singular(ivp, request)
-        if not precision_of(request.precision).uniform and (why := self._not_mixed(ivp)):
-            raise BadInput(f"{self.name} on {ivp.problem} cannot run in {request.precision} precision: {why}; use float64 or float32.")
+        if request.precision == MIXED:
+            require_mixed(self, ivp)
         if "tolerance" in self.member.options:
             require_reached(self.name, {**self.member.options, **self.options}["tolerance"], request.precision)
-
-    def _not_mixed(self, ivp: ConstrainedIvp) -> str:
-        """Return why forces cannot be evaluated in other numbers than the rest, or nothing."""
-        if self.form or not self.member.forces_once:
-            return "it evaluates forces within iterations, where RATTLE, its solvers of constraints and SHAKE evaluate them once"
-        if not ivp.facts.SEPARABLE or ivp.facts.EXTENDED:
-            return "that needs H = 1/2 p^T M^-1 p + U(q) with a constant M, and neither time nor forces without potential"
-        return "its vectors are arrays" if ivp.arrays or self._in_loops(ivp, "float64") else ""
 
     def grid(self, ivp: ConstrainedIvp, request: Request) -> Grid:
         """Return the steps that a request comes to; raise :class:`BadInput` if it cannot be met."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.precision import precision_of
 from daebench.schemes.kernels.claims import STRUCTURES, WATER
 from daebench.schemes.kernels.relax import FINEST
 
@@ -54,8 +54,8 @@ def misfit(structure: str, ivp: ConstrainedIvp) -> str:
 
 
 def finest(precision: str) -> float:
-    """Return the smallest tolerance that constraints can reach in a kind of arithmetic, see :mod:`daebench.runs.precision`."""
-    return FINEST * precision_of(precision).eps
+    """Return the smallest tolerance that constraints can reach in a number type."""
+    return FINEST * number_type(precision).spacing
 
 
 def require_reached(name: str, tolerance: float, precision: str) -> None:

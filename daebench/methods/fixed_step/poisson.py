@@ -16,7 +16,6 @@ from daebench.methods.fixed_step.stepping import REASONS, Run
 from daebench.methods.registry import poisson_registry
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
-from daebench.runs.precision import precision_of
 from daebench.runs.request import Request
 from daebench.runs.scales import in_coordinates, poisson_scales
 from daebench.runs.trajectory import POISSON, PoissonTrajectory
@@ -125,10 +124,6 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
 
     def _require(self, ivp: PoissonIvp, request: Request) -> None:
         require_poisson(self.name, request)
-        if not precision_of(request.precision).uniform:
-            raise BadInput(
-                f"{ivp.problem} has no forces that could be evaluated in other numbers; use float64 or float32, not {request.precision}."
-            )
 
     @property
     def scheme_module(self) -> str:
@@ -176,6 +171,8 @@ def require_poisson(name: str, request: Request) -> None:
     for wrong, what in ((request.multipliers, "multipliers lam(p, q)"), (request.raw, "stage multipliers")):
         if wrong:
             raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.")
+    if request.precision == "mixed":
+        raise BadInput(f"{name} runs on a Poisson system, which has no forces to compute in single precision; use float64 or float32.")
     if request.watch and "manifold" in request.watch:
         raise BadInput("a Poisson system has no constraints to monitor; monitor energy, casimirs or integrals.")
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from daebench.compiler.number_types import number_type
 from daebench.compiler.sharing import uncollected
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
-from daebench.runs.precision import precision_of
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
@@ -148,8 +148,8 @@ class Run:
     ) -> None:
         self.linked, self.ivp, self.request, self.grid, self.names = linked, ivp, request, grid, names
         self.kernel = linked.kernel
-        self.dtype = precision_of(request.precision).states
-        self.number: Callable[[Any], Any] = np.dtype(self.dtype).type if self.dtype == "float32" or not linked.compiled else float
+        self.dtype = np.dtype(number_type(request.precision).dtype)
+        self.number: Callable[[Any], Any] = float if self.dtype == float and linked.compiled else self.dtype.type
         self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
         self.weights = linked.weights.astype(self.dtype)

@@ -158,8 +158,6 @@ class Member:
         Names of stage multipliers that are zero along the exact solution, such as mu of GGL; all others approximate lam.
     simplified : bool
         Whether its iteration omits derivatives, as fixed-point iteration does, so that it may fail where solutions still exist.
-    forces_once : bool
-        Whether forces of a separable H enter outside of all iterations, so that they may be evaluated in single precision.
     """
 
     claims: Claims
@@ -169,4 +167,3 @@ class Member:
     multipliers: Callable[[], Mapping[str, float]] = dict
     vanishing: tuple[str, ...] = ()
     simplified: bool = False
-    forces_once: bool = False

@@ -232,7 +232,7 @@ def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
 
 
 def _defect(measured: Measured) -> Columns:
-    """Return the defect of the map in double precision; of the one with single precision, which is a rounding of it, it is NaN."""
+    """Return the defect of the map in double precision; of that with single precision in it, which is a rounding of it, it is NaN."""
     if measured.specification.precision != "float64":
         return {"defect": NAN}
     return {"defect": defect_of(measured.ivp, measured.solver, measured.specification.value)}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from daebench.compiler.cache import toolchain
+from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -16,7 +17,6 @@ from daebench.methods.names import method_of
 from daebench.methods.outside.read import is_outside
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
-from daebench.runs.precision import precision_of
 from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
@@ -67,7 +67,7 @@ class RunSpecification:
     parameters, options : tuple of (str, float)
         The problem's parameters that differ from the case's, and the method's free numbers.
     precision : str
-        "float64", "float32" or "mixed".
+        "float64", "mixed" or "float32".
     compensated : bool
         Whether sums over steps are compensated.
     anyway : bool
@@ -175,7 +175,7 @@ class GridRun(RunSpecification):
             return method
         if not isinstance(method, FixedStep):
             raise BadInput(f"Newton's iteration is ended early in fixed-step methods for constrained problems alone, not in {self.method}.")
-        return replace(method, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / precision_of(self.precision).eps))
+        return replace(method, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / number_type(self.precision).spacing))
 
     def asked(self, resolution: str) -> Request:
         """Return what a method of this resolution is asked to do where everything is looked at."""

@@ -10,7 +10,7 @@ from daebench.errors import BadInput, positive, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import free_numbers, methods_of
 from daebench.runs.ivp import Ivp
-from daebench.runs.precision import PRECISIONS
+from daebench.runs.request import PRECISIONS
 from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.run_specification import OUTPUTS, GridRun
 from daebench.studies.grid.runs import Tell, runs_of
@@ -45,8 +45,8 @@ class Study:
     metrics : sequence of str
         Names of metrics, see :data:`daebench.studies.grid.metrics.METRICS`.
     precisions : sequence of str
-        "float64", "float32", "compensated" for float64 with compensated sums over steps; "sweeps=2" for Newton's iteration ended after two
-        iterations, "newton=1e-6" for one ended by this relative increment.
+        "float64", "float32", "mixed" for forces in float32, "compensated" for float64 with compensated sums over steps; "sweeps=2" for
+        Newton's iteration ended after two iterations, "newton=1e-6" for one ended by this relative increment.
     outputs : int
         Approximate number of outputs of each run.
     repeat : int

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput, DaebenchError
-from daebench.runs.precision import precision_of
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.checkpoint import (
     Checkpoint,
@@ -91,7 +91,7 @@ class Ensemble:
     def _require_distinct(self) -> None:
         """Refuse members that would be the same run twice, for their spread would tell nothing."""
         first: dict[bytes, int] = {}
-        for number, start in enumerate(self._starts().astype(precision_of(self.spec.precision).states)):
+        for number, start in enumerate(self._starts().astype(number_type(self.spec.precision).dtype)):
             other = first.setdefault(start.tobytes(), number)
             if other != number:
                 spec = self.spec

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from daebench.compiler.number_types import number_type
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.members import Members, members
-from daebench.runs.precision import precision_of
 from daebench.studies.initial_conditions import beside, neighbour
 
 ROUNDINGS = 1024.0
@@ -29,7 +29,7 @@ def start_of(ivp: Ivp, member: int, precision: str) -> Ivp:
 
     BadInput is raised if the start cannot be projected, as where vectors are arrays.
     """
-    return ivp if member == 0 else neighbour(ivp, ROUNDINGS * precision_of(precision).coarsest_eps, member)
+    return ivp if member == 0 else neighbour(ivp, ROUNDINGS * number_type(precision).coarsest_spacing, member)
 
 
 def starts_of(ivp: Ivp, numbers: Sequence[int], h: float) -> Members:

@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.passage import MOST_STATES
-from daebench.errors import BadInput
+from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.stepping import next_piece
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
-from daebench.runs.precision import precision_of
-from daebench.runs.request import Request
+from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.run_specification import RunSpecification
 from daebench.studies.long.blocks import BLOCK, Blocks
@@ -85,7 +84,7 @@ class LongRun(RunSpecification):
         BadInput
             If it cannot.
         """
-        precision_of(self.precision)
+        require_known(("precision", self.precision, PRECISIONS))
         self._grid(self.solver, self.ivp, steps)
 
     def _grid(self, solver: Any, ivp: Ivp, steps: int) -> Grid:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from daebench.compiler.number_types import number_type
 from daebench.diagnostics.energy import Drift, energy_drift
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
-from daebench.runs.precision import precision_of
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.checkpoint import Checkpoint
 from daebench.studies.long.blocks import middles
@@ -134,7 +134,7 @@ def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | N
     error = np.array([member_means[:common] for member_means in means])
     t = middles(error.shape[1], length) * spec.stride * spec.h
     first = abs(next(iter(members.values())).first)
-    resolution = precision_of(spec.precision).eps * max(first, ROUNDINGS * float(np.max(np.abs(error))))
+    resolution = number_type(spec.precision).spacing * max(first, ROUNDINGS * float(np.max(np.abs(error))))
     if len(error) >= MEMBERS:
         return random_walk(t, error, resolution=resolution, windows=common_windows(spec, counted_members(members).values()))
     return energy_drift(t, np.mean(error, axis=0), resolution=resolution)
