@@ -51,17 +51,12 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
 
 
 def thumbnail(axis: Any, runs: pd.DataFrame) -> None:
-    """Draw the most accurate setting of each engine on the first motion, and RATTLE, as bars."""
-    first = runs[runs["motion"] == runs["motion"].iloc[0]]
-    own = first[(first["engine"] == OWN) & (first["setting"] == RATTLE)]["error"].min()
-    best = first[first["engine"] != OWN].groupby("engine")["error"].min().sort_values(ascending=False)
-    names, errors = [*map(str, best.index), "RATTLE"], [*best, own]
-    axis.barh(range(len(names)), errors, height=0.65, color=[*(STYLES[name].color for name in names[:-1]), BLACK])
-    axis.set_yticks(range(len(names)), names)
-    axis.set(xscale="log", xlim=(min(errors) / 10, None))
+    """Draw the first motion as in the large picture, without a legend."""
+    key = str(runs["motion"].iloc[0])
+    panel(axis, runs[runs["motion"] == key])
     axis.minorticks_off()
-    axis.grid(visible=False, axis="y")
-    axis.set_title("smallest error", loc="right")
+    axis.set_title(f"error against time: {BY_KEY[key].title}", loc="right", fontsize=7)
+    axis.set_xlabel("seconds of stepping; black: daebench", loc="right")
 
 
 def panel(axis: Any, runs: pd.DataFrame) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from daebench.draw.figures import GREEN, QUIET, VERMILION, drawing, grid_of_axes, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.pages.report.thumbnail import draw_thumbnail
-from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE, STARTS
+from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE
 
 COLOR = {method: stroke_of(method).color for method in METHODS}
 NAMES = [name_of(method) for method in METHODS]
@@ -27,22 +27,16 @@ def draw(conclusions: SimpleNamespace, folder: Path) -> dict[str, Path]:
             draw_winners(conclusions.winners, titles, folder),
             draw_verdicts(conclusions.trends, titles, folder),
         ]
-    draw_thumbnail(folder, lambda axis: _thumbnail(axis, conclusions.sizes))
+    draw_thumbnail(folder, lambda axis: _thumbnail(axis, conclusions))
     return {path.stem: path for path in paths}
 
 
-def _thumbnail(axis: Any, sizes: Any) -> None:
+def _thumbnail(axis: Any, conclusions: SimpleNamespace) -> None:
     """Draw the errors of the first motion from all its starts."""
-    some = sizes[(sizes["price"] == MIDDLE) & (sizes["motion"] == sizes["motion"].iloc[0])].set_index("method")
-    bounds = some[["low", "high", "own"]].to_numpy()
-    bounds = bounds[np.isfinite(bounds)]
-    axis.set(xscale="log", xlim=(0.5 * bounds.min(), 2 * bounds.max()))
-    for k, method in enumerate(METHODS):
-        _row(axis, k, some.loc[method], COLOR[method])
-    axis.set(yticks=range(len(METHODS)), yticklabels=NAMES, ylim=(len(METHODS) - 0.4, -0.6))
+    sizes, (key, title) = conclusions.sizes, next(iter(conclusions.titles.items()))
+    _errors(axis, sizes[(sizes["price"] == MIDDLE) & (sizes["motion"] == key)])
     axis.minorticks_off()
-    axis.grid(visible=False, axis="y")
-    axis.set_title(f"energy error from {STARTS} starts", loc="right")
+    axis.set_title(f"energy error, {conclusions.starts} starts: {title}", loc="right", fontsize=7)
 
 
 def draw_errors(sizes: Any, titles: dict[str, str], folder: Path) -> Path:
@@ -50,18 +44,24 @@ def draw_errors(sizes: Any, titles: dict[str, str], folder: Path) -> Path:
     rows = sizes[sizes["price"] == MIDDLE]
     figure, axes = grid_of_axes(4, 2, 7.0, sharey=True)
     for ax, (key, title) in zip(axes.flat, titles.items(), strict=False):
-        some = rows[rows["motion"] == key].set_index("method")
-        finite = some[["low", "median", "high", "own"]].to_numpy()
-        finite = finite[np.isfinite(finite)]
-        ax.set(xscale="log", xlim=(0.5 * finite.min(), 3 * finite.max()))
-        for k, method in enumerate(METHODS):
-            _row(ax, k, some.loc[method], COLOR[method])
-        ax.set(title=title, yticks=range(len(METHODS)), yticklabels=NAMES, ylim=(len(METHODS) - 0.4, -0.6))
-        ax.grid(visible=False, axis="y")
+        _errors(ax, rows[rows["motion"] == key])
+        ax.set_title(title)
     _explain(axes.flat[len(titles)])
     axes[-1, 0].set_xlabel(ERROR)
     axes[-2, 1].set_xlabel(ERROR)
     return save(figure, folder, "errors", rows)
+
+
+def _errors(ax: Any, rows: Any) -> None:
+    """Draw the errors of one motion, a row a method."""
+    some = rows.set_index("method")
+    finite = some[["low", "median", "high", "own"]].to_numpy()
+    finite = finite[np.isfinite(finite)]
+    ax.set(xscale="log", xlim=(0.5 * finite.min(), 3 * finite.max()))
+    for k, method in enumerate(METHODS):
+        _row(ax, k, some.loc[method], COLOR[method])
+    ax.set(yticks=range(len(METHODS)), yticklabels=NAMES, ylim=(len(METHODS) - 0.4, -0.6))
+    ax.grid(visible=False, axis="y")
 
 
 def _row(ax: Any, k: int, one: Any, color: str) -> None:

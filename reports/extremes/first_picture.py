@@ -27,5 +27,6 @@ def thumbnail(axis: Any, limits: pd.DataFrame) -> None:
     axis.set_yticks(range(len(methods)), [name_of(name) for name in methods])
     axis.invert_yaxis()
     axis.grid(visible=False, axis="y")
-    axis.set_title("largest usable step", loc="right")
+    axis.set_title("largest usable step, pendulum", loc="right")
+    axis.set_xlabel("$h$ [s]", loc="right")
     axis.legend(fontsize=6.5, loc="upper right", handlelength=1.0)

@@ -43,14 +43,14 @@ def draw(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> dict[str, Path]:
 
 def _thumbnail(axis: Any, numbers: Numbers) -> None:
     """Draw the energy errors of the four runs, each with its name."""
-    for name in DRIFT_RUNS:
+    for name, h in DRIFT_RUNS.items():
         t, most = windows(numbers.drift[name], "energy_error")
         axis.plot(t, most, color=STROKE[name].color, linewidth=1.6)
-        axis.text(1.02 * t[-1], most[-1], name_of(name), color=STROKE[name].color, fontsize=7, va="center")
+        axis.text(1.02 * t[-1], most[-1], f"{name_of(name)}, $h$ = {h:g}", color=STROKE[name].color, fontsize=6.5, va="center")
     axis.set(yscale="log", xticks=[0, 50, 100])
     axis.minorticks_off()
     axis.spines["right"].set_visible(False)
-    axis.set_title("energy error over time", loc="left")
+    axis.set_title("energy error over time, pendulum", loc="left")
 
 
 def draw_energy(numbers: Numbers, folder: Path) -> Path:

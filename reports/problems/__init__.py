@@ -8,15 +8,14 @@ from typing import Any
 from markupsafe import Markup
 
 from daebench.pages.report import Progress, make_page
-from daebench.reports.problems import ivps, path, rank
-from daebench.reports.problems.cards import motions
+from daebench.reports.problems import cards, ivps, path, rank
 from daebench.reports.problems.claims import check
 from daebench.reports.problems.figures import draw
 from daebench.reports.problems.numbers import Numbers, measure
 from daebench.reports.problems.tables import reason, tables
 from daebench.studies.claims.bench import ROUNDINGS
 
-CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=path.FINE)
+CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=path.FINE, SECONDS=cards.SECONDS)
 
 
 def make(out: Path, progress: Progress) -> Path:
@@ -27,7 +26,7 @@ def make(out: Path, progress: Progress) -> Path:
             "c": CONSTANTS,
             "facts": numbers.facts,
             "drawings": numbers.drawings,
-            "motions": motions(numbers.drawings),
+            "motions": cards.motions(numbers.drawings),
             "moving": Markup((resources.files(__package__) / "cards.js").read_text(encoding="utf-8")),
             "horizon": ivps.horizon,
             "step_size": ivps.step_size,

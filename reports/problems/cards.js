@@ -1,7 +1,7 @@
 "use strict";
 (() => {
   const data = JSON.parse(document.getElementById("motions").textContent), still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  const SECONDS = 9, PAUSE = 1, INK = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9"], MASS = "#d55e00";
+  const PAUSE = 1, TRAIL = 22;  // seconds between two showings; frames of a trail
   const shown = new Set(), canvases = [...document.querySelectorAll("canvas[data-scene]")];
   let running = !still, since = 0, time = 0;
 
@@ -9,12 +9,12 @@
     const scene = data.scenes[canvas.dataset.scene], pen = canvas.getContext("2d"), ratio = window.devicePixelRatio || 1;
     const width = Math.round(canvas.clientWidth * ratio), height = Math.round(width * data.height / data.width);
     if (canvas.width !== width) [canvas.width, canvas.height] = [width, height];
-    const unit = width / data.width, frames = Math.max(...scene.points.map((places) => places.length / 2)) - 1;
+    const unit = width / data.width;
     const ink = getComputedStyle(canvas).getPropertyValue("--ink").trim() || "#1d1d1f";
     const place = (k, n) => {
       const places = scene.points[k];
       if (places.length === 2) return [places[0] * unit, places[1] * unit];
-      const i = Math.min(Math.floor(n), frames - 1), share = n - i;
+      const i = Math.min(Math.floor(n), data.frames - 1), share = n - i;
       return [0, 1].map((axis) => unit * (places[2 * i + axis] * (1 - share) + places[2 * i + 2 + axis] * share));
     };
     const line = (points) => { pen.beginPath(); points.forEach(([x, y]) => pen.lineTo(x, y)); pen.stroke(); };
@@ -29,10 +29,10 @@
     look(ink, 0.6, 0.22);
     for (const places of scene.surface) line(Array.from({ length: places.length / 2 }, (_, i) => [unit * places[2 * i], unit * places[2 * i + 1]]));
     scene.paths.forEach((k, number) => {
-      look(INK[number % INK.length], 1, 0.3);
-      line(Array.from({ length: frames + 1 }, (_, i) => place(k, i)));
-      look(INK[number % INK.length], 1.6, 1);
-      const first = Math.max(0, now - 22);
+      look(data.colors[number % data.colors.length], 1, 0.3);
+      line(Array.from({ length: data.frames + 1 }, (_, i) => place(k, i)));
+      look(data.colors[number % data.colors.length], 1.6, 1);
+      const first = Math.max(0, now - TRAIL);
       line([...Array.from({ length: Math.max(0, Math.ceil(now) - Math.floor(first)) }, (_, i) => place(k, Math.max(first, Math.floor(first) + i))), place(k, now)]);
     });
     look(ink, 1.2, 0.8);
@@ -42,7 +42,7 @@
     pen.setLineDash([]);
     look(ink, 2.2, 1);
     for (const rod of scene.rods) line(rod.map((k) => place(k, now)));
-    look(MASS, 1, 1);
+    look(data.mass, 1, 1);
     for (const k of scene.masses) { pen.beginPath(); pen.arc(...place(k, now), 4.5 * ratio, 0, 7); pen.fill(); }
     look(ink, 1.2, 1);
     for (const k of scene.fixed) {
@@ -52,25 +52,22 @@
     canvas.dataset.frame = now.toFixed(2);
   };
 
-  const frame = (canvas) => {
-    const scene = data.scenes[canvas.dataset.scene], frames = Math.max(...scene.points.map((places) => places.length / 2)) - 1;
-    return frames * Math.min(1, (time % (SECONDS + PAUSE)) / SECONDS);
-  };
+  const frame = () => data.frames * Math.min(1, (time % (data.seconds + PAUSE)) / data.seconds);
   const button = document.getElementById("play-scenes");
   const say = () => { button.textContent = running ? "Stop" : "Play"; };
   button.addEventListener("click", () => { running = !running; say(); });
   const seen = new IntersectionObserver((entries) => entries.forEach((entry) => {
-    if (entry.isIntersecting) { shown.add(entry.target); draw(entry.target, frame(entry.target)); } else shown.delete(entry.target);
+    if (entry.isIntersecting) { shown.add(entry.target); draw(entry.target, frame()); } else shown.delete(entry.target);
   }));
   canvases.forEach((canvas) => { draw(canvas, 0); seen.observe(canvas); });
-  const again = () => canvases.forEach((canvas) => draw(canvas, frame(canvas)));
+  const again = () => canvases.forEach((canvas) => draw(canvas, frame()));
   addEventListener("resize", again);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   addEventListener("beforeprint", () => canvases.forEach((canvas) => draw(canvas, 0)));
   const tick = (at) => {
     if (running) time += Math.min(100, at - since) / 1000;
     since = at;
-    if (running) shown.forEach((canvas) => draw(canvas, frame(canvas)));
+    if (running) shown.forEach((canvas) => draw(canvas, frame()));
     requestAnimationFrame(tick);
   };
   say();

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from daebench.draw.figures import VERMILION
 from daebench.draw.orthographic import projected
+from daebench.reports.problems.figures import PATHS
 from daebench.reports.problems.path import Drawing
 from daebench.runs.ivp import Array
 
@@ -17,14 +19,17 @@ FRAMES = 150
 WIDTH, HEIGHT, MARGIN = 1000, 720, 60
 """Size of a card, and its margin, in its units: all positions are whole numbers."""
 
+SECONDS = 9
+"""Time in which a card shows the drawn time of its problem, s."""
+
 SPARSE = 4
 """Stride of the points of the lines on a surface."""
 
 
 def motions(drawings: Mapping[str, Drawing]) -> Markup:
-    """Return the motions of all problems as JSON, by name."""
-    found = {name: motion(drawing) for name, drawing in drawings.items()}
-    return Markup(json.dumps({"width": WIDTH, "height": HEIGHT, "scenes": found}, separators=(",", ":")))
+    """Return the motions of all problems as JSON, by name, with what they have in common."""
+    common = {"width": WIDTH, "height": HEIGHT, "frames": FRAMES, "seconds": SECONDS, "colors": PATHS, "mass": VERMILION}
+    return Markup(json.dumps(common | {"scenes": {name: motion(each) for name, each in drawings.items()}}, separators=(",", ":")))
 
 
 def motion(drawing: Drawing) -> dict[str, Any]:

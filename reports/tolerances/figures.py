@@ -58,7 +58,7 @@ def _thumbnail(axis: Any, bands: pd.DataFrame) -> None:
     axis.plot(ends, ends, color=QUIET, linewidth=0.8, linestyle=(0, (4, 3)))
     axis.set(xscale="log", yscale="log")
     axis.minorticks_off()
-    axis.set_title("error reached by IDA", loc="left")
+    axis.set_title(f"error of IDA, {IVPS[ivp]}  [m]", loc="left")
     axis.set_xlabel("tolerance asked for", loc="right")
     axis.legend(fontsize=6.5, loc="upper left", handlelength=1.2, ncols=2, columnspacing=0.8)
 
