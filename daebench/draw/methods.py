@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from zlib import crc32
 
 from daebench.draw.figures import BLACK, BLUE, BROWN, GREEN, INDIGO, OLIVE, ORANGE, PURPLE, SKY, VERMILION, Stroke
 
@@ -65,6 +66,9 @@ STROKES_OF = {
 """Colour, dashes and marker by the name of a method, or of its solver; a composition, a projection or a form is drawn like its scheme."""
 
 OTHER = Stroke(BROWN, MIXED, "h")
+MARKERS = "hvpXdP<>"
+"""Of codes of one's own, each by its name, so that two in one picture differ."""
+
 """Stroke of a method that is not listed here, such as an external code."""
 
 NAMES = {
@@ -178,7 +182,7 @@ def stroke_of(method: str) -> Stroke:
         return STROKES_OF[method]
     parts = _parts(method)
     if parts is None:
-        return OTHER
+        return replace(OTHER, marker=MARKERS[crc32(method.encode()) % len(MARKERS)])
     scheme = parts["scheme"]
     stroke = STROKES_OF.get(scheme) or STROKES_OF.get(scheme.partition(":")[0], OTHER)
     composition, added = parts["composition"], parts["projection"] or parts["form"]

@@ -85,3 +85,10 @@ def test_every_scheme_has_a_stroke_and_a_name_of_its_own(name):
 def test_a_code_of_ones_own_has_the_name_that_was_typed():
     assert name_of("./mine.py:step") == "./mine.py:step"
     assert stroke_of("./mine.py:step").color in COLORS.values()
+
+
+def test_codes_of_ones_own_differ_by_their_markers_and_each_has_always_the_same():
+    one, other = stroke_of("./mine.py:step"), stroke_of("./yours.py:step")
+    assert one.color == other.color
+    assert one.marker != other.marker
+    assert stroke_of("./mine.py:step") == one
