@@ -101,7 +101,14 @@ class ToleranceFor:
             {"tolerance": row.tolerance, "verdict": row.drift.verdict, "ratio": row.ratio, "rate": row.rate, "rounds": row.rounds}
             for row in self.tried
         ]
-        about = {"problem": self.ivp.problem, "case": self.ivp.case, "method": self.method, "h": self.h, "t": self.t, "drift": self.most}
+        about = {
+            "problem": self.ivp.problem,
+            "case": self.ivp.case,
+            "method": self.method,
+            "h": self.h,
+            "t_end": self.t,
+            "drift": self.most,
+        }
         return about | {"tolerance": self.tolerance, "fortuitous": list(self.fortuitous), "tried": rows}
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -238,6 +239,18 @@ MAP = Experiment(
     table=table_map,
 )
 EXPERIMENTS = (LOCK, STIFF, ROUNDING, CHAOS, MAP)
+
+
+def thumbnail(axis: Any) -> None:
+    """Draw the time at which a double pendulum first turns over, for each release at rest."""
+    edges, when = releases()[0], turned(**defaults(MAP.controls))[0]
+    axis.grid(visible=False)
+    drawn = axis.pcolormesh(edges, edges, np.where(np.isfinite(when), when, np.nan), cmap="cividis_r", rasterized=True)
+    axis.set(xticks=[-3, 0, 3], yticks=[-3, 0, 3])
+    axis.figure.colorbar(drawn, ax=axis).ax.set_title("s", fontsize=7.5)
+    axis.set_xlabel("upper arm  [rad]", loc="right")
+    axis.set_ylabel("lower arm  [rad]")
+    axis.set_title("double pendulum: first turn", loc="left")
 
 
 def preparations() -> list[Preparation]:

@@ -2,6 +2,7 @@
 
 from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -164,6 +165,21 @@ BODY = Experiment(
     table=table_body,
 )
 EXPERIMENTS = (ORBITS, BODY)
+
+
+def thumbnail(axis: Any) -> None:
+    """Draw a cat that a Poisson map carries round an orbit: where it begins, and where it comes to."""
+    run = carried("strang", "4,2", H, T_END / 4)
+    axis.plot(*orbit("4,2").T, color=EXACT.color, linewidth=0.8)
+    for k, outline in enumerate(run.cats):
+        axis.fill(*outline.T, color=END.color if k else BEGIN.color, linewidth=0)
+    axis.set(
+        xscale="log", yscale="log", xticks=[0.1, 1, 4], yticks=[0.5, 2, 5], xticklabels=["0.1", "1", "4"], yticklabels=["0.5", "2", "5"]
+    )
+    axis.minorticks_off()
+    axis.set_xlabel("predators", loc="right")
+    axis.set_ylabel("prey", loc="top")
+    axis.set_title("a cat keeps its Poisson volume", loc="left")
 
 
 def preparations() -> list[Preparation]:

@@ -2,6 +2,7 @@
 
 from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ from markupsafe import Markup
 
 from daebench.diagnostics.order import OrderFit, fit_order
 from daebench.draw.figures import STROKES, Stroke
+from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.svg.axis import Axis, around
 from daebench.draw.svg.marks import Curve, Dots, Mark
 from daebench.draw.svg.panels import Panel, draw_panels
@@ -139,6 +141,19 @@ HIDDEN = Experiment(
     table=table_hidden,
 )
 EXPERIMENTS = (ORDERS, HIDDEN)
+
+
+def thumbnail(axis: Any) -> None:
+    """Draw the error against the step size for orders one, two, four and six, each with the name of its method."""
+    for name in ("symplectic_euler", "rattle", "lobatto3", "lobatto4"):
+        frame, color = step_sizes(name, "fast", 1.0, DEFAULT_RUNGS), stroke_of(name).color
+        axis.plot(frame["h"], frame["q"], color=color, linewidth=1.6)
+        last = frame.iloc[-1]
+        axis.text(0.9 * last["h"], last["q"], name_of(name), color=color, fontsize=6.5, va="center", ha="right")
+    axis.set(xscale="log", yscale="log", xlim=(4e-5, 4e-2))
+    axis.minorticks_off()
+    axis.set_xlabel("step size  [s]", loc="right")
+    axis.set_title("error of positions  [m]", loc="left")
 
 
 def preparations() -> list[Preparation]:

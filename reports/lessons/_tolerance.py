@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 from functools import cache, partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.figures import BLACK, STROKES, VERMILION, Stroke
+from daebench.draw.methods import stroke_of
 from daebench.draw.svg.axis import Axis, around
 from daebench.draw.svg.marks import Curve, Dots, Mark
 from daebench.draw.svg.panels import Panel, draw_panels
@@ -164,6 +166,18 @@ ASKED_REACHED = Experiment(
     table=table,
 )
 EXPERIMENTS = (ASKED_REACHED,)
+
+
+def thumbnail(axis: Any) -> None:
+    """Draw the largest residual of the constraint against the tolerance for each formulation."""
+    for name, label in FORMULATIONS.items():
+        most = [max(float(np.max(reached(name, True, tol).g)), FLOOR) for tol in TOLERANCES]
+        axis.plot(TOLERANCES, most, color=stroke_of(f"ida:{name}").color, linewidth=1.6, label=label)
+    axis.set(xscale="log", yscale="log")
+    axis.minorticks_off()
+    axis.set_xlabel("tolerance asked for", loc="right")
+    axis.set_title("IDA: largest residual of the constraint", loc="left")
+    axis.legend(fontsize=6.5, loc="best", handlelength=1.2, ncols=2, columnspacing=0.8)
 
 
 def preparations() -> list[Preparation]:

@@ -2,12 +2,14 @@
 
 from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.draw.methods import stroke_of
 from daebench.pages.lesson.control import NO_YES, Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most, number
@@ -76,6 +78,21 @@ PARALLELOGRAM = Experiment(
     table=table,
 )
 EXPERIMENTS = (PARALLELOGRAM,)
+
+
+def thumbnail(axis: Any) -> None:
+    """Draw the symplectic area under three methods, each with its name."""
+    for name, label, dashes, side in (
+        ("se", "symplectic\nEuler", "-", "center"),
+        ("rattle", "RATTLE", "-", "top"),
+        ("rk4", "RK4", "--", "bottom"),
+    ):
+        run, color = carried(name, False, "wide", H, T_END), stroke_of(name).color
+        axis.plot(run.t, run.area, color=color, linewidth=1.6, linestyle=dashes)
+        axis.text(1.03 * T_END, run.area[-1], label, color=color, fontsize=7.0, va=side)
+    axis.margins(y=0.15)
+    axis.set_xlabel("time  [s]", loc="right")
+    axis.set_title("symplectic area of a parallelogram", loc="left")
 
 
 def preparations() -> list[Preparation]:

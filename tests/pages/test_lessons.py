@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from daebench.diagnostics.symplecticity import areas, symplecticity_defect, tangent_path
 from daebench.errors import BadInput
@@ -295,6 +296,8 @@ def test_a_static_page_stands_alone(name, tmp_path):
     assert "<math" in text
     assert text.count("<details>") >= 3
     assert told == sorted(told)
+    with Image.open(page.parent / "figures" / "thumbnail.png") as thumbnail:
+        assert min(np.ptp(np.asarray(thumbnail.convert("L")), axis=(0, 1)), thumbnail.width) > 200
     if lives_in_a_page(name):
         assert len(text.encode()) < 300_000
         return

@@ -2,8 +2,9 @@
 
     python tests/support/exhaustive_search.py results.jsonl planar_pendulum torus:through_hole --ends 10 100
 
-Every method that takes a problem is run with every step size or tolerance of a fine ladder. Nothing is predicted, and no ladder is cut
-short before a run costs twice as much as the cheapest one of the highest accuracy. Errors are against heyoka's Taylor series at 2.2e-16, or
+Every method that takes a problem is run with step sizes or tolerances of a fine ladder: every fourth rung first, and all of those between
+two rungs where an accuracy is reached from one to the next. Nothing is predicted, and no ladder is cut short before a run costs twice as
+much as the cheapest one of the highest accuracy that the motion is known to. Errors are against heyoka's Taylor series at 2.2e-16, or
 SciPy's DOP853 where it does not take the problem, once the certified reference, or a second run by DOP853, agrees with it. The price of a
 run is the sum of its exact work counts times what each costs, which is fitted to times of all runs of that method on that problem.
 
@@ -56,11 +57,19 @@ STEPS = 2**20
 CALLS = 200_000
 """Most calls of a run by tolerance."""
 
-TIMED = 8, 0.05
+STRIDE = 4
+"""Rungs of a ladder from one run to the next, before those between them are tried."""
+
+TIMED = 8, 0.02
 """A run is timed so many times, and no longer than so long altogether, s; the best of its times counts."""
 
 WITHIN = 1.5
 """Price over the cheapest up to which a choice is as good."""
+
+
+def known_to(bound: float, accuracy: float) -> bool:
+    """Return whether a motion that may be wrong by a bound can tell runs of an accuracy from others."""
+    return bound <= accuracy / 3
 
 
 @dataclass(frozen=True)
@@ -71,6 +80,11 @@ class Motion:
     t_end: float
     states: Any
     bound: float
+
+    @property
+    def sought(self) -> float:
+        """The highest accuracy that the motion is known well enough for; infinity where there is none."""
+        return min((accuracy for accuracy in ACCURACIES if known_to(self.bound, accuracy)), default=math.inf)
 
     def error(self, run: Any, count: int) -> float:
         """Return the largest error of a run that has stored ``count`` equidistant states and its start."""
@@ -150,27 +164,37 @@ def timed(method: Any, ivp: Any, asked: Request) -> tuple[float, dict[str, int]]
 
 
 def ladder(where: Motion, name: str, cheapest: float) -> list[dict[str, Any]]:
-    """Return the runs of a method, until one has the highest accuracy or costs more than the cheapest that has it."""
-    method, rows, sought = solver(where.ivp, name), [], ACCURACIES[-1]
+    """Return the runs of a method, until one is as accurate as is sought or costs twice as much as the cheapest that is."""
+    method, rows = solver(where.ivp, name), {}
     if method.knob == "h":
-        runs = [(where.t_end / n, {"steps": n, "every": n // k}, k) for n, k in step_counts()]
+        rungs = [(where.t_end / n, {"steps": n, "every": n // k}, k) for n, k in step_counts()]
     else:
-        runs = [(float(f"{10 ** (-k / 5):.3g}"), {"t_end": where.t_end, "points": 61}, 60) for k in range(5, 70)]
-    for value, asked, count in runs:
-        request = Request(value=value, watch=(), work_limit=None if method.knob == "h" else WorkLimit(CALLS, CALLS + 1, 1), **asked)
-        try:
-            with np.errstate(all="ignore"):
-                run = method.solve(where.ivp, request)
-        except DaebenchError:
+        rungs = [(float(f"{10 ** (-k / 5):.3g}"), {"t_end": where.t_end, "points": 61}, 60) for k in range(5, 70)]
+    least, before = math.inf, 0
+    for k in range(0, len(rungs), STRIDE):
+        if (row := rung(where, method, *rungs[k])) is None:
             continue
-        error = max(where.error(run, count), where.bound)
-        if not math.isfinite(error):
-            continue
-        seconds, work = timed(method, where.ivp, request)
-        rows.append({"value": value, "error": error, "seconds": seconds, "work": work})
-        if error <= sought or seconds > 2.0 * cheapest:
+        rows[k] = row
+        if any(row["error"] <= accuracy < least for accuracy in ACCURACIES):
+            rows |= {j: one for j in range(before + 1, k) if (one := rung(where, method, *rungs[j])) is not None}
+        least, before = min(least, row["error"]), k
+        if row["error"] <= where.sought or row["seconds"] > 2.0 * cheapest:
             break
-    return rows
+    return [rows[k] for k in sorted(rows)]
+
+
+def rung(where: Motion, method: Any, value: float, asked: dict[str, Any], count: int) -> dict[str, Any] | None:
+    """Return the error of a run, its time and its work; None where it fails."""
+    request = Request(value=value, watch=(), work_limit=None if method.knob == "h" else WorkLimit(CALLS, CALLS + 1, 1), **asked)
+    try:
+        with np.errstate(all="ignore"):
+            error = max(where.error(method.solve(where.ivp, request), count), where.bound)
+    except DaebenchError:
+        return None
+    if not math.isfinite(error):
+        return None
+    seconds, work = timed(method, where.ivp, request)
+    return {"value": value, "error": error, "seconds": seconds, "work": work}
 
 
 def prices(rows: list[dict[str, Any]]) -> dict[str, float]:
@@ -196,28 +220,35 @@ def searched(ivp: Any, t_end: float, known: dict[str, Any], keep: Callable[[dict
         where = motion(ivp, t_end)
     except DaebenchError as error:
         return about | {"bound": None, "why": str(error)}
+    if math.isinf(where.sought):
+        return about | {"bound": where.bound, "why": f"its motion is known to {where.bound:.1e} only"}
     if "" not in known:
         known[""] = {"bound": where.bound}
         keep(about | {"method": "", **known[""]})
     cheapest = math.inf
     for name in METHODS:
         if name not in known:
-            try:
-                rows = ladder(where, name, cheapest)
-            except DaebenchError:
-                rows = []
-            known[name] = {"rows": rows, "costs": prices(rows) if rows else {}}
+            known[name] = climbed(where, name, cheapest)
             keep(about | {"method": name, **known[name]})
         rows = known[name]["rows"]
-        if rows and rows[-1]["error"] <= ACCURACIES[-1]:
+        if rows and rows[-1]["error"] <= where.sought:
             cheapest = min(cheapest, rows[-1]["seconds"])
     return about | known.pop("") | {"ladders": known}
+
+
+def climbed(where: Motion, name: str, cheapest: float) -> dict[str, Any]:
+    """Return the ladder of a method with what its work costs; empty where the method does not take the problem."""
+    try:
+        rows = ladder(where, name, cheapest)
+    except DaebenchError:
+        rows = []
+    return {"rows": rows, "costs": prices(rows) if rows else {}}
 
 
 def answered(search: dict[str, Any], accuracy: float) -> dict[str, Any]:
     """Return what advice says to a question, and its price over the cheapest of the search."""
     about = {key: search[key] for key in ("problem", "case", "t_end")} | {"accuracy": accuracy}
-    known = search["bound"] is not None and search["bound"] <= accuracy / 3
+    known = search["bound"] is not None and known_to(search["bound"], accuracy)
     candidates = [
         (price(row, found["costs"]), name, row)
         for name, found in search.get("ladders", {}).items()

@@ -13,14 +13,18 @@ from daebench.methods.catalogue import lessons
 from daebench.pages.lesson import live_page
 from daebench.pages.lesson.control import defaults
 from daebench.pages.lesson.installed import require_lesson
-from daebench.pages.lesson.live_page import lives_in_a_page
+from daebench.pages.lesson.live_page import PACKAGE, lives_in_a_page
 from daebench.pages.lesson.static import SCRIPT, static_experiment
 from daebench.pages.report import Progress, write_page
+from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
 
 PREPARED = 0.3
 """Part of the time that goes into running the lesson once, about."""
+
+DRAWN = 0.9
+"""Part of the time after which the picture in the index is drawn, about."""
 
 HEADING = re.compile(r"<h1[^>]*>(.*?)</h1>", re.DOTALL)
 
@@ -28,7 +32,8 @@ HEADING = re.compile(r"<h1[^>]*>(.*?)</h1>", re.DOTALL)
 def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     """Write a lesson into a folder as a page that needs nothing else to be read, and return its path.
 
-    Beside the page stands, for each experiment, a table of what it measures with its default values.
+    Its picture in an index of pages stands beside it, and, where pictures are drawn beforehand, for each experiment a table of what it
+    measures with its default values.
 
     Parameters
     ----------
@@ -49,9 +54,25 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     require_lesson(name)
     tell = progress or (lambda fraction, doing: None)
     tell(0.0, "the lesson itself")
-    if lives_in_a_page(name):
-        return live(name, folder, tell)
-    title, parts, experiments = content(name, lambda fraction, doing: tell(PREPARED + (1 - PREPARED) * fraction, doing))
+    page = (live if lives_in_a_page(name) else still)(name, folder, tell)
+    tell(DRAWN, "its picture in the index")
+    figures = folder / "figures"
+    figures.mkdir(exist_ok=True)
+    draw_thumbnail(figures, importlib.import_module(f"{PACKAGE}._{name.replace('-', '_')}").thumbnail)
+    tell(1.0, "done")
+    return page
+
+
+def live(name: str, folder: Path, tell: Progress) -> Path:
+    """Write a lesson whose page computes by itself, and return the path of the page."""
+    notebook = importlib.import_module(f"{PACKAGE}.{name.replace('-', '_')}")
+    folder.mkdir(parents=True, exist_ok=True)
+    return live_page.write(name, notebook.app._config.app_title, folder)
+
+
+def still(name: str, folder: Path, tell: Progress) -> Path:
+    """Write a lesson whose pictures are drawn beforehand, and return the path of the page."""
+    title, parts, experiments = content(name, lambda fraction, doing: tell((1 - fraction) * PREPARED + fraction * DRAWN, doing))
     folder.mkdir(parents=True, exist_ok=True)
     for experiment in experiments:
         with atomic(folder / f"{experiment.name}.csv") as scratch:
@@ -60,18 +81,7 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
 
     command = f"daebench lesson {name} --export DIR"
     rest: dict[str, Any] = {"lesson_style": Markup(style_text()), "frame_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
-    page = write_page("lesson.html", folder / "index.html", command, title=title, under=lessons()[name], parts=parts, **rest)
-    tell(1.0, "done")
-    return page
-
-
-def live(name: str, folder: Path, tell: Progress) -> Path:
-    """Write a lesson whose page computes by itself, and return the path of the page."""
-    notebook = importlib.import_module(f"daebench.reports.lessons.{name.replace('-', '_')}")
-    folder.mkdir(parents=True, exist_ok=True)
-    page = live_page.write(name, notebook.app._config.app_title, folder)
-    tell(1.0, "done")
-    return page
+    return write_page("lesson.html", folder / "index.html", command, title=title, under=lessons()[name], parts=parts, **rest)
 
 
 def content(name: str, tell: Progress) -> tuple[Markup, list[Markup], list[Any]]:
@@ -96,7 +106,7 @@ def content(name: str, tell: Progress) -> tuple[Markup, list[Markup], list[Any]]
 
 def run(name: str) -> Any:
     """Return what the cells of a lesson put out, as in the notebook; what it prints as a script is not for the page."""
-    module = importlib.import_module(f"daebench.reports.lessons.{name.replace('-', '_')}")
+    module = importlib.import_module(f"{PACKAGE}.{name.replace('-', '_')}")
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         outputs, _ = module.app.run()
     return outputs

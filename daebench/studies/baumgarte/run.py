@@ -177,8 +177,10 @@ class BaumgarteMap(Shown):
 
 
 def _cell(one: Cell) -> dict[str, Any]:
-    numbers = {key: value if np.isfinite(value) else None for key, value in vars(one).items() if key in ("energy", "g", "Gv")}
-    return {"method": one.method, "value": one.value, "options": dict(one.options)} | numbers | {"work": one.work, "failure": one.failure}
+    numbers = {"energy_error": one.energy, "g": one.g, "Gv": one.Gv}
+    finite = {key: value if np.isfinite(value) else None for key, value in numbers.items()}
+    about = {"method": one.method, "value": one.value, "options": dict(one.options)}
+    return about | finite | {"evaluations": one.work, "failure": one.failure}
 
 
 def _effect(one: Effect) -> dict[str, Any]:

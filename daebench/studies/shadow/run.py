@@ -67,7 +67,7 @@ class Shadow(Shown):
         """Return what was found, for JSON."""
         about = {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters), "method": self.method}
         ranges = [{"order": order, "range": value} for order, value in self.ranges.items()]
-        return about | {"h": self.h, "t_end": float(self.t[-1]), "derived": self.derived, "ranges": ranges}
+        return about | {"h": self.h, "t": float(self.t[-1]), "derived": self.derived, "ranges": ranges}
 
 
 def shadow(

@@ -111,7 +111,7 @@ class StepFor(Shown):
             "margin": self.margin,
             "level": self.level,
             "planned": self.planned,
-            "t": self.t,
+            "t_end": self.t,
             "starts": self.starts,
             "members": self.members,
             "seed": self.seed,
