@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 from zlib import crc32
 
 from daebench.draw.figures import BLACK, BLUE, BROWN, GREEN, INDIGO, OLIVE, ORANGE, PURPLE, SKY, VERMILION, Stroke
@@ -64,6 +65,16 @@ STROKES_OF = {
     "solve_dae": Stroke(INDIGO, LONG, "<"),
 }
 """Colour, dashes and marker by the name of a method, or of its solver; a composition, a projection or a form is drawn like its scheme."""
+
+COMPOSED: dict[str, tuple[Any, str]] = {
+    "kahan_li8": (LONG, "*"),
+    "suzuki4": (MIXED, "h"),
+    "kahan_li6": (DASHED, "X"),
+    "suzuki_umeno8": (DOTTED, "d"),
+    "triple_jump4": (SOLID, "v"),
+    "triple_jump6": (DASHED, "P"),
+}
+"""Dashes and marker of a composition, in the colour of its scheme."""
 
 OTHER = Stroke(BROWN, MIXED, "h")
 MARKERS = "hvpXdP<>"
@@ -187,7 +198,8 @@ def stroke_of(method: str) -> Stroke:
     stroke = STROKES_OF.get(scheme) or STROKES_OF.get(scheme.partition(":")[0], OTHER)
     composition, added = parts["composition"], parts["projection"] or parts["form"]
     if composition:
-        return replace(stroke, dashes=LONG if composition == "kahan_li8" else MIXED, marker="*" if composition == "kahan_li8" else "h")
+        dashes, marker = COMPOSED.get(composition, (MIXED, "h"))
+        return replace(stroke, dashes=dashes, marker=marker)
     return replace(stroke, dashes=DASHED, marker="d") if added else stroke
 
 

@@ -16,6 +16,7 @@ NAMES = [name_of(method) for method in METHODS]
 ERROR = "largest energy error over mean kinetic energy"
 VERDICTS = {"flat": ("no drift", GREEN), "undetermined": ("undetermined", "#d9d9d9"), "drifts": ("drifts", VERMILION)}
 VERDICTS["failed"] = ("stopped", "#000000")
+HATCHES = {"suzuki4": "////", "kahan_li8": "...."}
 
 
 def draw(conclusions: SimpleNamespace, folder: Path) -> dict[str, Path]:
@@ -93,14 +94,14 @@ def draw_winners(first: Any, titles: dict[str, str], folder: Path) -> Path:
     for key, title in titles.items():
         ticks[y + 1] = title
         for row in first[first["motion"] == key].to_dict("records"):
-            _bar(ax, y, [(100 * row[method], COLOR[method]) for method in METHODS])
+            _bar(ax, y, [(100 * row[method], COLOR[method], _hatch(method)) for method in METHODS])
             if row["own"]:
                 left = 100 * sum(row[method] for method in METHODS[: METHODS.index(row["own"])])
                 x = min(98.8, max(1.2, left + 50 * row[row["own"]]))
                 ax.plot(x, y, marker="D", markersize=5, markerfacecolor="white", markeredgecolor="black", linestyle="none")
             y += 1
         y += 0.7
-    _finish(figure, ax, ticks, [(method, COLOR[method]) for method in METHODS], "start of the case")
+    _finish(figure, ax, ticks, [(name_of(method), COLOR[method], _hatch(method)) for method in METHODS], "start of the case")
     return save(figure, folder, "winners", first)
 
 
@@ -111,7 +112,7 @@ def draw_verdicts(verdicts: Any, titles: dict[str, str], folder: Path) -> Path:
     for ax, (key, title) in zip(axes.flat, titles.items(), strict=False):
         for k, method in enumerate(METHODS):
             one = rows[(rows["motion"] == key) & (rows["method"] == method)].iloc[0]
-            _bar(ax, k, [(100 * one[verdict], color) for verdict, (_, color) in VERDICTS.items()])
+            _bar(ax, k, [(100 * one[verdict], color, "") for verdict, (_, color) in VERDICTS.items()])
             own = {"bounded": "flat", "kept": "flat"}.get(one["own"], one["own"])
             left = 100 * sum(one[verdict] for verdict in list(VERDICTS)[: list(VERDICTS).index(own)])
             x = min(98.0, max(2.0, left + 50 * one[own]))
@@ -129,18 +130,23 @@ def draw_verdicts(verdicts: Any, titles: dict[str, str], folder: Path) -> Path:
         ax.tick_params(labelbottom=True)
     legend = axes.flat[len(titles)]
     legend.axis("off")
-    _legend(legend, list(VERDICTS.values()), "start of the case", loc="center")
+    _legend(legend, [(*verdict, "") for verdict in VERDICTS.values()], "start of the case", loc="center")
     return save(figure, folder, "verdicts", rows)
 
 
-def _bar(ax: Any, y: float, parts: list[tuple[float, str]]) -> None:
+def _hatch(method: str) -> str:
+    """Return the hatch by which a composition differs from its scheme, whose colour it has."""
+    return HATCHES.get(method.partition("/")[2], "")
+
+
+def _bar(ax: Any, y: float, parts: list[tuple[float, str, str]]) -> None:
     left = 0.0
-    for part, color in parts:
-        ax.barh(y, part, left=left, height=0.82, color=color, linewidth=0)
+    for part, color, hatch in parts:
+        ax.barh(y, part, left=left, height=0.82, facecolor=color, edgecolor="white", hatch=hatch, linewidth=0)
         left += part
 
 
-def _finish(figure: Any, ax: Any, ticks: dict[float, str], colors: list[tuple[str, str]], own: str) -> None:
+def _finish(figure: Any, ax: Any, ticks: dict[float, str], colors: list[tuple[str, str, str]], own: str) -> None:
     ax.set(yticks=list(ticks), yticklabels=ticks.values(), xlim=(0, 100))
     ax.invert_yaxis()
     ax.grid(visible=False)
@@ -148,10 +154,10 @@ def _finish(figure: Any, ax: Any, ticks: dict[float, str], colors: list[tuple[st
     _legend(figure, colors, own, loc="outside lower center", ncols=len(FRACTIONS))
 
 
-def _legend(place: Any, colors: list[tuple[str, str]], own: str, **settings: Any) -> None:
+def _legend(place: Any, colors: list[tuple[str, str, str]], own: str, **settings: Any) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles: list[Any] = [Patch(color=color, label=name) for name, color in colors]
+    handles: list[Any] = [Patch(facecolor=color, edgecolor="white", hatch=hatch, linewidth=0, label=name) for name, color, hatch in colors]
     handles.append(Line2D([], [], marker="D", markersize=5, markerfacecolor="white", markeredgecolor="black", linestyle="none", label=own))
     place.legend(handles=handles, **settings)

@@ -25,6 +25,8 @@ STROKE = {name: stroke_of(name) for name in NAMES}
 TIME = r"time $t$  [$\sqrt{\ell/\gamma}$]"
 ENERGY = r"energy error  [$m\gamma\ell$]"
 WINDOW = 3.0
+CLEAR = 3.0
+"""Standard errors from which on the slope of a line counts as different from zero."""
 
 
 def draw(numbers: Numbers, ida: pd.DataFrame, folder: Path) -> dict[str, Path]:
@@ -60,8 +62,9 @@ def draw_energy(numbers: Numbers, folder: Path) -> Path:
         run, fit, stroke = numbers.drift[name], numbers.drift_fit[name], STROKE[name]
         ax.axhline(0, color=QUIET, linewidth=0.8)
         ax.plot(run["t"], run["energy_error"], color=stroke.color, linewidth=1.0)
-        line = fit.slope * (run["t"] - run["t"].mean()) + run["energy_error"].mean()
-        ax.plot(run["t"], line, color="black", linewidth=1.1, linestyle=(0, (5, 2)))
+        if abs(fit.slope) > CLEAR * fit.slope_error:
+            line = fit.slope * (run["t"] - run["t"].mean()) + run["energy_error"].mean()
+            ax.plot(run["t"], line, color="black", linewidth=1.1, linestyle=(0, (5, 2)))
         ax.set_title(f"{NAMES[name]}, $h$ = {h:g}")
         ax.margins(x=0.01)
     figure.align_ylabels()

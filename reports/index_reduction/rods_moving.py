@@ -31,8 +31,9 @@ def write_moving(runs: Mapping[str, Held], facts: SimpleNamespace, path: Path) -
     from jinja2 import Environment, StrictUndefined
 
     template = (resources.files("daebench.reports.index_reduction") / "moving.html").read_text(encoding="utf-8")
+    said = {"better": digits(facts.better), "gone": f"{facts.gone:.0f}"}
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    text = environment.from_string(template).render(data=Markup(json.dumps(data(runs, facts), separators=(",", ":"))), t_end=T_END, h=H)
+    text = environment.from_string(template).render(data=Markup(json.dumps(data(runs, facts), separators=(",", ":"))), t_end=T_END, **said)
     with atomic(path) as scratch:
         scratch.write_text(text, encoding="utf-8")
     return path
@@ -49,13 +50,14 @@ def data(runs: Mapping[str, Held], facts: SimpleNamespace) -> dict[str, Any]:
             {"name": NAMES[name], "color": stroke_of(name).color, "end": float(run.t[-1]), **curve(run)} for name, run in runs.items()
         ],
         "pieces": [
-            {"start": start, "words": words, "runs": [piece(run, start) for run in runs.values()]} for start, words in story(runs, facts)
+            {"start": start, "label": f"{label:.0f}", "words": words, "runs": [piece(run, start) for run in runs.values()]}
+            for start, label, words in story(runs, facts)
         ],
     }
 
 
-def story(runs: Mapping[str, Held], facts: SimpleNamespace) -> list[tuple[float, str]]:
-    """Return the starting times of the pieces, and a description of each."""
+def story(runs: Mapping[str, Held], facts: SimpleNamespace) -> list[tuple[float, float, str]]:
+    """Return the starting times of the pieces, the time that each is about, and a description of each."""
     rk4 = runs["rk4"]
     lost = float(rk4.t[np.flatnonzero(rk4.rod < REACH)[-1]])
     late = T_END / 5
@@ -63,16 +65,18 @@ def story(runs: Mapping[str, Held], facts: SimpleNamespace) -> list[tuple[float,
     return [
         (
             0.0,
+            0.0,
             f"The same pendulum, the same step h = {H:g}. RK4 is {digits(facts.better)} times as accurate as RATTLE up to t = {EARLY:g}.",
         ),
         (
             round(facts.crossing - LENGTH / 2),
+            facts.crossing,
             f"Symplectic Euler on the index-reduced equation stopped at t = {facts.se_stops:.0f}. "
             f"At t = {facts.crossing:.0f} the energy error of RK4 crosses that of RATTLE.",
         ),
-        (late, f"The rod of RK4 is {left:.2f} long, and no warning was given."),
-        (round(lost - 0.8 * LENGTH), f"RK4 loses the rod, and ends at infinity at t = {facts.gone:.0f}."),
-        (T_END - LENGTH, "RATTLE still holds the rod. Its energy error has not grown."),
+        (late, late, f"The rod of RK4 is {left:.2f} long, and no warning was given."),
+        (round(lost - 0.8 * LENGTH), facts.gone, f"RK4 loses the rod, and ends at infinity at t = {facts.gone:.0f}."),
+        (T_END - LENGTH, T_END, "RATTLE still holds the rod. Its energy error has not grown."),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Each method and its claims, measured: orders, two-form, reversal, manifold, energy and work."""
+"""Each method and its claims, measured: orders, two-form, symmetry, manifold, energy and work."""
 
 from pathlib import Path
 from types import SimpleNamespace

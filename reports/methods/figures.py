@@ -57,9 +57,9 @@ def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
     pendulum = shown[shown["problem"] == PENDULUM.problem]
     for ax, (title, families) in zip(axes.flat, PANELS, strict=False):
         panel_methods = [name for name in pendulum["method"].unique() if family(name) in families and name not in SAME]
-        draw_panel(ax, pendulum, panel_methods, f"{title}: pendulum")
+        draw_panel(ax, pendulum, panel_methods, title)
     torus = shown[shown["problem"] == TORUS.problem]
-    draw_panel(axes[2, 1], torus, list(torus["method"].unique()), "some of them: torus")
+    draw_panel(axes[2, 1], torus, list(torus["method"].unique()), "some of them, on the torus")
     return save(figure, folder, "orders", shown)
 
 
@@ -69,7 +69,7 @@ def draw_panel(ax: Any, points: pd.DataFrame, methods: Sequence[str], title: str
         rows = points[points["method"] == name].dropna(subset=["error"])
         used = rows[rows["used"]]
         ax.plot(rows["h"], rows["error"].clip(upper=10), linestyle="none", marker=".", color="#bbbbbb", markersize=2.5, zorder=1)
-        ax.plot(used["h"], used["error"], **curve_of(name) | {"markersize": 3.2})
+        ax.plot(used["h"], used["error"], **curve_of(name) | {"markersize": 3.2, "label": name})
     ax.set(xscale="log", yscale="log", title=title, ylim=(1e-15, 20))
     ax.set_xlabel("step size $h$ (s)", labelpad=1)
     if methods:
@@ -77,10 +77,10 @@ def draw_panel(ax: Any, points: pd.DataFrame, methods: Sequence[str], title: str
 
 
 def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
-    """Draw the defects of two-form and reversal against h."""
+    """Draw the defects of two-form and symmetry against h."""
     figure, axes = grid_of_axes(1, 2, 4.6, sharey=True)
     names = list(defects["method"].unique())
-    for ax, (column, title) in zip(axes[0], (("symplectic", "two-form"), ("symmetric", "reversal")), strict=True):
+    for ax, (column, title) in zip(axes[0], (("symplectic", "two-form"), ("symmetric", "symmetry")), strict=True):
         for name in sorted(names, key=KEEPING.__contains__):
             method_defects = defects[defects["method"] == name]
             ax.plot(method_defects["h"], method_defects[column].clip(lower=LEAST), **curve_of(name) | {"markersize": 3.6})

@@ -33,7 +33,7 @@ MAIN = (
 FEW = ("rattle", "lobatto3", "energy_momentum", "midpoint", "rk4")
 """Methods of the picture for the index."""
 
-HEADINGS = {"symmetric": "reversal", "symplectic": "two-form", "g": "$g=0$", "Gv": "$G\\,H_p=0$", "H": "energy"}
+HEADINGS = {"symmetric": "symmetry", "symplectic": "two-form", "g": "$g=0$", "Gv": "$G\\,H_p=0$", "H": "energy"}
 
 SIGNS: Mapping[str, dict[str, Any]] = {
     KEPT: {"marker": "o", "color": BLUE, "markersize": 7.5},

@@ -74,7 +74,7 @@ def powers_table(frame: pd.DataFrame, caption: str) -> Markup:
         cells[f"{structure}_word"] = ["power of h" if np.isfinite(power) else "round-off" for power in shown["power", structure]]
     cell_frame = pd.DataFrame({"method": shown.index, **{name: pd.Series(values, dtype=object) for name, values in cells.items()}})
     formats: Formats = {"method": code, "symplectic": text, "symplectic_word": text, "symmetric": text, "symmetric_word": text}
-    headings = {"symplectic": "two-form", "symplectic_word": "<small>which is</small>", "symmetric": "reversal"}
+    headings = {"symplectic": "two-form", "symplectic_word": "<small>which is</small>", "symmetric": "symmetry"}
     return table("powers", cell_frame, formats, headings | {"symmetric_word": "<small>which is</small>"}, caption)
 
 

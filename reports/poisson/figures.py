@@ -40,7 +40,7 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
 
 def draw_defects(numbers: Numbers, folder: Path) -> Path:
     """Draw defects against h: on predator and prey, and both defects of constrained methods, with the fitted powers at the curves."""
-    figure, axes = grid_of_axes(1, 3, 3.9, sharey=True)
+    figure, axes = grid_of_axes(1, 3, 4.5, sharey=True)
     panels = (
         ("defect", "(a) Poisson, predator and prey"),
         ("symplectic", "(b) symplectic, pendulum"),
@@ -72,7 +72,7 @@ def draw_defects(numbers: Numbers, folder: Path) -> Path:
     ]
     for heading, ax, place in legends:
         handles, labels = ax.get_legend_handles_labels()
-        figure.legend(handles, labels, loc=place, ncols=2, title=heading, alignment="left", columnspacing=1.2)
+        figure.legend(handles, labels, loc=place, title=heading, alignment="left")
     frames = [numbers.defects.assign(kind="poisson, lotka_volterra").rename(columns={"defect": "value"})]
     frames += [numbers.lemma.assign(kind=f"{kind}, spherical_pendulum", value=numbers.lemma[kind]) for kind in ("symplectic", "poisson")]
     return save(figure, folder, "defects", pd.concat(frames, ignore_index=True)[["kind", "method", "h", "value"]])

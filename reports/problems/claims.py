@@ -52,6 +52,7 @@ def check_runs(runs: pd.DataFrame) -> SimpleNamespace:
         stopped=int((runs["end"] == "stopped").sum()),
         rattle_reached=len(rattle_runs),
         rattle_quiet=int(rattle_runs["kind"].isin(NO_DRIFT).sum()),
+        rattle_open=int((~rattle_runs["kind"].isin((*NO_DRIFT, *LAWS))).sum()),
         rattle_other=list(rattle_runs["problem"][rattle_runs["kind"].isin(LAWS)]),
         with_integrals=len(runs_with_integrals),
         keeps=list(runs_with_integrals["problem"][good]),

@@ -18,6 +18,9 @@ from daebench.reports.problems.ivps import definition, ivp_of
 LONGEST = 45
 """Largest number of operations of an expression that is written out."""
 
+NEXT = re.compile(r"\. (?=[A-Z])")
+"""Between two sentences; a product of vectors, written q_1 . q_2, is no end of one."""
+
 SHOWN = 3
 """Largest number of constraints that are written out."""
 
@@ -62,6 +65,11 @@ class Facts:
     integrals: list[str]
     has: list[str]
     cases: list[dict[str, Any]]
+
+    @property
+    def redundant(self) -> int:
+        """Number of redundant constraints, m - rank G."""
+        return self.dof - (self.d - self.m)
 
 
 def facts(name: str) -> Facts:
@@ -112,7 +120,7 @@ def whole(paragraph: str) -> str:
     if not paragraph.endswith("."):
         head, stop, _ = paragraph.rpartition(". ")
         paragraph = head + stop.strip()
-    return paragraph.partition(". ")[2] if paragraph[:1].islower() else paragraph
+    return NEXT.split(paragraph, maxsplit=1)[-1] if paragraph[:1].islower() else paragraph
 
 
 def structure(declared: Any) -> str:

@@ -43,10 +43,10 @@ def test_the_cheapest_way_that_is_as_good_is_named():
     found = table(float64=(2.0, 1e-8, 1e-9, 1e-16, 1e-16, 1e-16), **early, float32=(1.6, 1e-4, 1e-5, 1e-7, 1e-7, float("nan")))
     assert list(smallest_steps(found)["time_ratio"]) == [1.0, 0.25, 0.5, 0.75, 0.8]
     (said,) = says(found)
-    assert "sweeps=2 is as accurate in error, energy, constraints and two-form, in 0.50 of the time" in said
-    assert said.endswith("single precision 1.0e-04, in 0.80 of the time.")
+    assert "sweeps=2 is as accurate in error, energy, constraints and two-form, in 0.50 times the time" in said
+    assert said.endswith("single precision 1.0e-04, in 0.80 times the time.")
     (said,) = says(table(float64=(2.0, 1e-8, 1e-9, 1e-16, 1e-16, 1e-16), mixed=(1.5, 1e-7, 1e-8, 1e-16, 1e-16, float("nan"))))
-    assert said.endswith("single precision of the forces alone 1.0e-07, in 0.75 of the time.")
+    assert said.endswith("single precision of the forces alone 1.0e-07, in 0.75 times the time.")
 
 
 @pytest.mark.parametrize("spoilt", range(1, 6))

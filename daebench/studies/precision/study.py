@@ -149,5 +149,5 @@ def _as_good(row: Row, base: Row, error: str) -> bool:
 
 
 def _time(row: Row) -> str:
-    """Return in which part of the time of double precision, if it was timed."""
-    return f", in {row['time_ratio']:.2f} of the time" if row["time_ratio"] == row["time_ratio"] else ""
+    """Return the time over that of double precision, if it was timed."""
+    return f", in {row['time_ratio']:.2f} times the time" if row["time_ratio"] == row["time_ratio"] else ""

@@ -74,8 +74,8 @@ class Settled:
     def in_words(self) -> str:
         """What was measured, as part of a sentence."""
         return (
-            f"drawn by {self.steps} steps of a random walk of length {self.sigma:.3g}, {100 * self.accepted:.0f} % of them accepted, whose "
-            f"distributions at half of the steps and at all differ as those of equal ones do with probability {self.p_value:.2g}"
+            f"drawn by {self.steps} steps of a random walk of length {self.sigma:.3g}, {100 * self.accepted:.0f} % of them accepted; "
+            f"a two-sample test of the states at half of the steps and at all has p = {self.p_value:.2g}"
         )
 
 
