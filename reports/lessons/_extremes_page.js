@@ -494,8 +494,10 @@ const chosen = { row: 0, column: 0, name: "rattle" };
   again();
   Frames.add(element, (dt) => { clock.tick(0.5 * dt, end); show(); });
   const tight = S.eps.indexOf(S.tight), [rk4, midpoint] = S.methods.map((name) => penalised(name, tight, S.step)), fill = (name, text) => { $(`[data-fill="${name}"]`).textContent = text; };
-  globalThis.stiff = { ends: rk4.t, failed: rk4.status, reaches: midpoint.t, works: midpoint.status, g: midpoint.largest };
-  fill("ends", shown(rk4.t, 2)); fill("reaches", shown(midpoint.t, 2)); fill("g", shown(midpoint.largest, 1));
+  const loose = penalised("stiff:midpoint", S.eps.length - 1, S.step), distance = Math.max(...loose.away), rod = loose.g.map((_, k) => k && value("pendulum", "g", loose.rows.subarray(6 * k - 6, 6 * k), methods.held.par));
+  const turns = rod.slice(2).filter((g, k) => (g > rod[k + 1]) !== (rod[k + 1] > rod[k])).length / (rod.length - 2);
+  globalThis.stiff = { away: distance, unresolved: loose.status, turns, ends: rk4.t, failed: rk4.status, reaches: midpoint.t, works: midpoint.status, g: midpoint.largest };
+  fill("ends", shown(rk4.t, 2)); fill("reaches", shown(midpoint.t, 2)); fill("g", shown(midpoint.largest, 1)); fill("away", shown(distance, 1));
 }
 
 /* ---------- a long sum ---------- */

@@ -8,9 +8,12 @@ const CAT = (() => {
   return corners.flatMap((a, k) => { const b = corners[(k + 1) % corners.length]; return Array.from({ length: FINE }, (_, j) => [0, 1].map((i) => a[i] + (b[i] - a[i]) * j / FINE)); });
 })();
 const SIZE = 0.22;
+const TORN = 0.3; // an edge of the outline that is as long as this, in logarithms, is no short line any more
 
 /** The area of an outline. */
 const area = (points) => points.reduce((sum, [x, y], k) => { const [a, b] = points[(k + 1) % points.length]; return sum + (x * b - y * a) / 2; }, 0);
+/** The longest edge of an outline. */
+const longest = (points) => points.reduce((most, [x, y], k) => { const [a, b] = points[(k + 1) % points.length]; return Math.max(most, Math.hypot(a - x, b - y)); }, 0);
 /** By how much a run with tangents has changed the Poisson volume. */
 function change(run, volume0) {
   const volume = (run.tangent(0, 0) * run.tangent(1, 1) - run.tangent(0, 1) * run.tangent(1, 0)) / (run.value(0) * run.value(1));
@@ -72,7 +75,7 @@ function change(run, volume0) {
       line(pen, [[X(k), 0], [X(k), height]], colour("--hair")); line(pen, [[0, Y(k)], [width, Y(k)]], colour("--hair"));
       pen.fillStyle = colour("--quiet"); pen.fillText(shown(Math.exp(k), 1), X(k) + 2, height - 4); pen.fillText(shown(Math.exp(k), 1), 2, Y(k) - 3);
     }
-    pen.fillStyle = ink; pen.textAlign = "right"; pen.fillText("u", width - 5, height - 4); pen.fillText("v", 12, 13); pen.textAlign = "left";
+    pen.fillStyle = ink; pen.textAlign = "right"; pen.fillText("predators u", width - 5, height - 18); pen.textAlign = "left"; pen.fillText("prey v", 34, 13);
     pen.lineWidth = 1; line(pen, item.path.map(([x, y]) => [X(x), Y(y)]), colour("--rule"));
     for (const [points, trace, alpha] of [[item.first, colour("--quiet"), 0.12], [item.points, item.colour, 0.4]]) {
       pen.beginPath(); points.forEach(([x, y], k) => k ? pen.lineTo(X(x), Y(y)) : pen.moveTo(X(x), Y(y))); pen.closePath();
@@ -82,7 +85,7 @@ function change(run, volume0) {
   function show() {
     for (const name of DATA.carried) {
       const item = items[name];
-      item.output.textContent = item.gone || item.tangent.status ? `no step from t = ${shown(item.tangent.t, 3)} s` : `${shown(area(item.points) / item.area, 3)} of the first`;
+      item.output.textContent = item.gone || item.tangent.status ? `no step from t = ${shown(item.tangent.t, 3)} s` : longest(item.points) > TORN ? "not known: its outline has too few points" : `${shown(area(item.points) / item.area, 3)} of the first`;
       item.picture.draw();
     }
     plot.curves = DATA.carried.map((name) => items[name].curve); plot.draw();
@@ -132,7 +135,7 @@ function change(run, volume0) {
       const { run, globe, H0 } = items[name], y = [0, 1, 2].map((i) => run.value(i));
       globe.bob = y; globe.draw();
       $(`[data-length="${name}"]`, element).textContent = Math.hypot(...y).toFixed(10);
-      $(`[data-energy="${name}"]`, element).textContent = shown(H(run) - H0, 2);
+      $(`[data-energy="${name}"]`, element).textContent = `${shown(H(run) - H0, 2)} J`;
     }
     $("[data-meter]", element).textContent = `t = ${shown(items.rk4.run.t, 4)} s · ${items.rk4.run.steps} steps`;
   }

@@ -13,10 +13,10 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
     const w = [-q[1], q[0], 0], size = Math.hypot(...w);
     start.q = q; start.p = size > 1e-3 ? w.map((x) => SPEED * x / size) : [SPEED, 0, 0]; again();
   } });
-  const plot = new Plot($("[data-across]", element), { x: { lo: 0, hi: 10, label: "t [s]" }, y: { lo: 1e-17, hi: 1e1, log: true, label: "velocity across, |G Hₚ| [m²/s]" }, rows: true });
+  const plot = new Plot($("[data-across]", element), { x: { lo: 0, hi: 10, label: "t [s]" }, y: { lo: 1e-17, hi: 1e1, log: true, label: "constraint on velocities, |G Hₚ| [m²/s]" }, rows: true });
   const trail = new Trail(200, colours.rattle);
   globe.trails = [trail]; globe.room = 1.5;
-  const h = control(element, "h", () => again(), (k) => `${shown(k / 100, 1)} s`);
+  const h = control(element, "h", () => again(), (k) => `${k / 100} s`);
   const MAGNIFIED = 100, globes = globe.globe.bind(globe);
   $("[data-magnified]", element).textContent = String(MAGNIFIED);
   globe.globe = (pen, width, height) => {
@@ -34,7 +34,7 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   let wanted;
   function again() {
     wanted = 0; trail.clear(); plot.options.x.hi = 10;
-    for (const name of pair) runs[name] = { run: new Run(methods[name]).begin([...start.p, ...start.q], h() / 100), curve: { x: [], y: [], colour: colours[name], name: names[name] } };
+    for (const name of pair) runs[name] = { run: new Run(methods[name]).begin([...start.p, ...start.q], h() / 100), most: 0, curve: { x: [], y: [], colour: colours[name], name: names[name] } };
     show();
   }
   function tick(dt) {
@@ -44,16 +44,16 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
       if (!run.advance(1)) continue;
       const { x, q } = parts(run);
       if (name === "rattle") trail.add(...q);
-      curve.x.push(run.t); curve.y.push(Math.max(across(x), 1e-17));
+      curve.x.push(run.t); curve.y.push(Math.max(across(x), 1e-17)); runs[name].most = Math.max(runs[name].most, across(x));
       if (run.t > plot.options.x.hi) plot.options.x.hi *= 1.5;
     }
     show();
   }
   function show() {
-    const [shake, rattle] = pair.map((name) => parts(runs[name].run));
+    const [shake, rattle] = pair.map((name) => parts(runs[name].run)), most = (name, digits) => shown(runs[name].most, digits);
     globe.bob = rattle.q; globe.draw();
     plot.curves = pair.map((name) => runs[name].curve); plot.draw();
-    $("[data-meter]", element).textContent = `t = ${shown(runs.rattle.run.t, 3)} s · positions differ by ${shown(Math.hypot(...shake.q.map((x, i) => x - rattle.q[i])), 1)} m · across: SHAKE ${shown(across(shake.x), 2)}, RATTLE ${shown(across(rattle.x), 1)} m²/s`;
+    $("[data-meter]", element).textContent = `t = ${shown(runs.rattle.run.t, 3)} s · positions differ by ${shown(Math.hypot(...shake.q.map((x, i) => x - rattle.q[i])), 1)} m · largest |G Hₚ| so far: SHAKE ${most("shake", 2)}, RATTLE ${most("rattle", 1)} m²/s`;
   }
   again();
   Frames.add(element, tick);
@@ -76,9 +76,9 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   fine.advance(400);
   const exact = fine.state(), points = Object.fromEntries(DATA.schemes.map((name) => [name, []]));
   const todo = [4, 6, 8, 11, 16, 32, 64, 128, 256, 512, 1024].flatMap((n) => DATA.schemes.map((name) => [name, n]));
-  const of = control(element, "of", () => show());
+  const dashes = { shake: [8, 6], lobatto4: [7, 3] }, of = control(element, "of", () => show());
   function tick() {
-    if (!todo.length) return screen.play(false);
+    if (!todo.length) { $("[data-play]", element).hidden = true; return; }
     const [name, n] = todo.shift(), run = new Run(methods[name]).begin([...DATA.p0, ...DATA.q0], 1 / n);
     if (run.advance(n) === n) points[name].push({ h: 1 / n, error: [0, 3].map((from) => Math.hypot(...[0, 1, 2].map((i) => run.value(from + i) - exact[from + i]))) });
     show();
@@ -92,14 +92,14 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   }
   function show() {
     plot.options.y.label = `error of ${Number(of()) ? "q [m]" : "p [N s]"} after 1 s`;
-    plot.curves = DATA.schemes.flatMap((name) => {
+    plot.curves = [...DATA.schemes].sort((a, b) => (a in dashes) - (b in dashes)).flatMap((name) => {
       const x = points[name].map((point) => point.h), y = points[name].map((point) => point.error[of() / 3]);
-      return [{ x, y, colour: colours[name], name: plot.width > 700 ? names[name] : names[name].split(",")[0] }, { x, y, colour: colours[name], dots: true }];
+      return [{ x, y, colour: colours[name], dash: dashes[name], name: plot.width > 700 ? names[name] : names[name].split(",")[0] }, { x, y, colour: colours[name], dots: true }];
     });
     plot.draw();
     $("[data-meter]", element).textContent = "slopes: " + DATA.schemes.map((name) => `${names[name].split(",")[0]} ${Number.isFinite(slope(name)) ? slope(name).toFixed(2) : "…"}`).join(" · ");
   }
-  const screen = Frames.add(element, tick);
+  Frames.add(element, tick);
   show();
   if (STILL.matches) while (todo.length) tick();
   globalThis.orders = { slope, finish: () => { while (todo.length) tick(); return Object.fromEntries(DATA.schemes.map((name) => [name, slope(name)])); } };

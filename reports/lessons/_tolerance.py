@@ -137,7 +137,7 @@ def says(values: Values, run: Reached) -> Markup:
     """Return sentences on the result of one run."""
     name = FORMULATIONS[values["formulation"]]
     if run.end != "reached":
-        why = Markup("<b>{}</b>, tolerance {}: the run ended early, at or after <i>t</i> = {:.3g} s; {}.")
+        why = Markup("<b>{}</b>, tolerance {}: the run ended early; its last output is at <i>t</i> = {:.3g} s; {}.")
         return why.format(name, number(values["tol"], 1), float(run.t[-1]), IN_WORDS[run.end])
     sentence = Markup("<b>{}</b>: tolerance {}, error {}, <b>{}</b> times the tolerance, with {} evaluations of the residual. ").format(
         name, number(values["tol"], 1), number(run.worst), number(run.worst / values["tol"]), count(run.calls)
@@ -198,6 +198,10 @@ def facts() -> SimpleNamespace:
     more = {name: run.worst / TOL for name, run in cured.items()}
     require(all(run.end == "reached" for run in cured.values()), "with the treatment all formulations reach the end", cured)
     require(came["index3"] == 0, "without a treatment index 3 never reaches the end", came)
+    loose = {name: reached(name, False, TOLERANCES[0]).worst for name in ("index1", "index2")}
+    require(
+        loose["index1"] > 0.5 > 5 * loose["index2"], "at the loosest tolerance index 1 is useless without it, and index 2 is not", loose
+    )
     require(max(came.values()) < len(TOLERANCES), "without a treatment no formulation reaches the end at all tolerances", came)
     require(min(more.values()) > 10, "every error is well above the tolerance", more)
     drift = {name: float(run.g.max()) for name, run in cured.items()}

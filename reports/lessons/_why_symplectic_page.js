@@ -29,7 +29,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
 {
   const element = $("#three"), view = new View(), heroes = ["rattle", "se", "rk4"], runs = {};
   const plot = new Plot($("[data-energy]", element), {
-    x: { lo: 0.1, hi: T_END, log: true, label: "t [s]" }, y: { lo: 1e-10, hi: 1e2, log: true, label: "largest |H − H₀| [J] in each window" } });
+    x: { lo: 0.1, hi: T_END, log: true, label: "t [s]" }, y: { lo: 1e-10, hi: 1e2, log: true, label: "largest |H − H₀| since the last point [J]" } });
   for (const name of heroes) {
     const globe = new Sphere($(`[data-globe="${name}"]`, element), view, { onStart: (q) => { start.q = q; start.p = sideways(q); again(); } });
     globe.colour = colours[name];
@@ -37,7 +37,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
     globe.trails = [runs[name].trail];
   }
   let time, window_, wanted, steps, took;
-  const h = control(element, "h", () => again(), (k) => `${shown(k / 100, 1)} s`);
+  const h = control(element, "h", () => again(), (k) => `${k / 100} s`);
   const speed = control(element, "speed", () => {}, (k) => k ? `${counted(10 ** (k / 10), "step")} a frame` : "faster and faster");
   function again() {
     time = 0; window_ = 0.1; wanted = 0;
@@ -92,7 +92,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
     plot.curves = heroes.map((name) => runs[name].curve);
     for (const name of heroes) {
       const { run, globe, rod } = runs[name], q = [3, 4, 5].map((i) => run.value(i));
-      globe.bob = q; rod.textContent = run.status ? `gone at t = ${shown(run.t, 4)} s` : shown(Math.hypot(...q), 4);
+      globe.bob = q; rod.textContent = run.status ? `gone at t = ${shown(run.t, 4)} s` : `${shown(Math.hypot(...q), 4)} m`;
       globe.draw();
     }
     plot.draw();
@@ -137,7 +137,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
 {
   const element = $("#area"), carried = DATA.carried, runs = {};
   const plot = new Plot($("[data-area]", element), { x: { lo: 0, hi: 20, label: "t [s]" }, y: { lo: 1e-17, hi: 1e1, log: true, label: "change of the area |dq ∧ dp − 1|" }, rows: true });
-  const now = control(element, "method", () => show()), h = control(element, "h", () => again(), (k) => `${shown(k / 100, 1)} s`);
+  const now = control(element, "method", () => show()), h = control(element, "h", () => again(), (k) => `${k / 100} s`);
   const planes = $$("[data-plane]", element).map((canvas, i) => new Picture(canvas, (pen, width, height) => shadow(pen, width, height, i)));
   let first;
   function again() {
@@ -244,7 +244,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
 {
   const element = $("#care"), body = $("[data-verdicts]", element), h = 0.05;
   const list = DATA.carried.map((name) => ({ name, run: new Run(methods[name]).begin([...DATA.p0, ...DATA.q0], h), tangent: new Run(methods[`${name} tangents`]).begin([...DATA.p0, ...DATA.q0], h, sides({ p: DATA.p0, q: DATA.q0 })), rod: 0, area: 0, early: 0, all: 0 }));
-  const rows = new Float64Array(6 * 100);
+  const rows = new Float64Array(6 * 100), ended = (run) => `ends at t = ${shown(run.t, 3)} s`;
   function tick() {
     for (const item of list) {
       if (item.run.t < 1000 - h / 2) {
@@ -255,7 +255,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
       }
       if (item.tangent.t < 20 - h / 2) { item.tangent.advance(10); item.area = Math.max(item.area, Math.abs(sum(areas(item.tangent)) - 1)); }
     }
-    body.innerHTML = list.map(({ name, run, rod, area, early, all }) => `<tr><td><span class="swatch" style="background:${colours[name]}"></span>${names[name]}</td><td>${shown(rod, 2)} m</td><td>${shown(area, 2)}</td><td>${shown(early, 2)} J</td><td>${run.status ? `ends at t = ${shown(run.t, 3)} s` : run.t > 101 ? `${shown(all, 2)} J` : "…"}</td></tr>`).join("");
+    body.innerHTML = list.map(({ name, run, rod, area, early, all }) => `<tr><td><span class="swatch" style="background:${colours[name]}"></span>${names[name]}</td><td>${shown(rod, 2)} m</td><td>${shown(area, 2)}</td><td>${run.status && run.t < 100 ? ended(run) : `${shown(early, 2)} J`}</td><td>${run.status ? ended(run) : run.t > 101 ? `${shown(all, 2)} J` : "…"}</td></tr>`).join("");
     const run = list[0].run;
     $("[data-meter]", element).textContent = `computed here and now: t = ${shown(run.t, 4)} s of 1000 s, h = ${h} s; the area up to t = 20 s`;
     if (run.t > 1000 - h / 2) screen.play(false);

@@ -94,8 +94,8 @@ def _(at_most, facts, mo, number):
 
     The estimate of a multiplier's error is much larger than that of a position: the multiplier is a second derivative of the motion, and is
     not smoothed by integration. To pass the test, steps would have to be extremely small. At index 2 and GGL a remedy is to make the
-    multiplier the derivative of an unknown; at index 1 and 3, to give it an absolute tolerance that is always met (at index 3, the velocity
-    too). It is then computed from position and velocity when it is needed.
+    multiplier the derivative of an unknown; at index 1 and 3, to give it an absolute tolerance so large that it always passes (at
+    index 3, the velocity too). It is then computed from position and velocity when it is needed.
 
     """)
     return
@@ -106,18 +106,18 @@ def _(mo):
     mo.md(r"""
     ## Questions to try
 
-    **Take index 1 with the treatment, and use smaller tolerances. What happens to g?**
+    **Take index 1 with the multipliers left out of the error test, and use smaller tolerances. What happens to g?**
 
     /// details | Answer
     It decreases with the tolerance, as the error does. No term of the equations reduces it: drift is an error like others, but it can be
     observed without knowing the solution.
     ///
 
-    **A run without the treatment stops at a tight tolerance. Is a looser one safer?**
+    **A run with all unknowns in the error test stops at a tight tolerance. Is a looser one safer?**
 
     /// details | Answer
-    It may reach its end, but then its result has no correct digit. Look at index 1 at the loosest tolerances: the run reaches the end, and
-    the error is as large as the motion.
+    It may reach its end, and its result may still be useless. Look at index 1 at the loosest tolerances: the run reaches the end, and the
+    error is as large as the motion. Index 2 does better there. Nothing but an error estimate tells the two apart.
     ///
 
     **How would you find the error without a reference?**

@@ -99,6 +99,18 @@ def test_dragging_the_bob_begins_another_run(pages, seen):
     assert abs(page.evaluate("start.p.reduce((sum, x, i) => sum + x * start.q[i], 0)")) < 1e-12
 
 
+def test_a_run_that_has_ended_has_the_rod_that_it_ended_with(pages, chromium):
+    context = chromium.new_context(reduced_motion="reduce")
+    page = context.new_page()
+    page.goto(pages("why-symplectic").as_uri())
+    ended, rod = page.evaluate(
+        "(() => { const one = verdicts.find(({ name }) => name === 'se+proj'); return [one.run.status, one.rod] })()"
+    )
+    context.close()
+    assert ended
+    assert rod < 1e-12
+
+
 def test_a_frame_has_room_for_ten_thousand_steps_of_rattle(pages, seen):
     page = seen(pages("why-symplectic").as_uri()).page
     steps = page.evaluate(
@@ -209,5 +221,8 @@ def test_what_the_lesson_on_extremes_says_holds_in_the_page(pages, seen):
     assert lock["short"] > 10 * lock["long"]
     assert (lock["status"], lock["locks"] < 1) == (7, True)
     assert stiff["failed"] > 0 == stiff["works"]
+    assert stiff["away"] < 0.02
+    assert stiff["unresolved"] == 0
+    assert stiff["turns"] > 0.9  # the rod turns from longer to shorter at nearly every step
     assert rounding["compensated"] < 0.5 * rounding["plain"]
     shown.clean()

@@ -56,7 +56,7 @@ class Run {
   }
   /** Take n steps, or as many as there are; rows of every so many of them go into T. */
   advance(n, every = 0, T = this.none) {
-    if (this.status || n < 1) return 0;
+    if (this.status || n < 1) { this.rows = 0; return 0; }
     this.method.kernel.integrate(this.S, this.h, n, every || -1, every, T, this.P, this.W, this.R);
     this.steps += this.R[0];
     this.status = this.R[4];
