@@ -73,8 +73,19 @@ COMPOSED: dict[str, tuple[Any, str]] = {
     "suzuki_umeno8": (DOTTED, "d"),
     "triple_jump4": (SOLID, "v"),
     "triple_jump6": (DASHED, "P"),
+    "yoshida6": (DASHED, "<"),
+    "sofroniou_spaletta10": (DOTTED, "p"),
 }
 """Dashes and marker of a composition, in the colour of its scheme."""
+
+ADDED: dict[str, tuple[Any, str]] = {
+    "symproj": (MIXED, "D"),
+    "local": (LONG, "<"),
+    "baumgarte": (DOTTED, ">"),
+    "stiff": (DOTTED, "p"),
+    "darboux": (LONG, "v"),
+}
+"""Dashes and marker of a projection or of a form of the equations, in the colour of its scheme."""
 
 OTHER = Stroke(BROWN, MIXED, "h")
 MARKERS = "hvpXdP<>"
@@ -200,7 +211,10 @@ def stroke_of(method: str) -> Stroke:
     if composition:
         dashes, marker = COMPOSED.get(composition, (MIXED, "h"))
         return replace(stroke, dashes=dashes, marker=marker)
-    return replace(stroke, dashes=DASHED, marker="d") if added else stroke
+    if added:
+        dashes, marker = ADDED.get(added, (DASHED, "d"))
+        return replace(stroke, dashes=dashes, marker=marker)
+    return stroke
 
 
 def curve_of(method: str) -> dict[str, object]:
