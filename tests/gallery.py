@@ -1,5 +1,7 @@
 """The small gallery that is kept with the sources: ``python tests/gallery.py OUT`` takes it from what ``daebench report all`` wrote."""
 
+import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -30,7 +32,7 @@ SHOWN = {
 
 COLORS, WIDE = 64, 1300
 LARGE = 1_000_000
-"""Bytes of a table from which on it is not kept beside its picture: the report writes it."""
+"""Bytes of a table from which on it is not kept beside its picture, nor ten times as many in the archive: the report writes it."""
 
 
 def small(picture, path):
@@ -50,18 +52,26 @@ def restore(out):
             archive.extractall(out, [file for file in archive.namelist() if file.startswith(f"{name}/")])
             by_hand = {"title": name, "kind": "report", "about": reports().get(name, ""), "command": f"daebench report {name}"}
             build_stamp.write(out / name, **known.get(name, by_hand), digest="", seconds=0.0)
+            date(out / name)
     write_index(out, order(out), {})
 
 
+def date(folder):
+    """Let the build stamp of a page that is as it was say the last day that the page itself has."""
+    days = re.findall(r"\b20\d\d-\d\d-\d\d\b", (folder / "index.html").read_text(encoding="utf-8"))
+    stamp = json.loads((folder / build_stamp.STAMP).read_text(encoding="utf-8"))
+    (folder / build_stamp.STAMP).write_text(json.dumps(stamp | {"day": max(days)}, indent=1), encoding="utf-8")
+
+
 def main(out):
+    restore(out)  # first: the index says of which commit it is, and has no changes to tell of yet
     for name, source in SHOWN.items():
         if (out / f"{source}.png").is_file():
             small(out / f"{source}.png", PLACE / f"{name}.png")
             numbers = out / f"{source}.csv"
             if numbers.stat().st_size < LARGE:
                 shutil.copy(numbers, PLACE / f"{name}.csv")
-    restore(out)
-    write_archive(out, PLACE / "gallery.zip")
+    write_archive(out, PLACE / "gallery.zip", largest=10 * LARGE)
 
 
 if __name__ == "__main__":

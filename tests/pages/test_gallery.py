@@ -236,6 +236,17 @@ def test_an_archive_of_pages_whose_files_are_lost_does_not_link_to_them(tmp_path
     assert unknown_files(tmp_path / "a.zip") == []
 
 
+def test_an_archive_leaves_out_files_that_are_larger_than_is_wanted(tmp_path, gallery_of):
+    out = tmp_path / "out"
+    built(out, gallery_of("one"))
+    table = out / "one" / "figures" / "line.csv"
+    for largest, there in ((table.stat().st_size, True), (table.stat().st_size - 1, False)):
+        write_archive(out, tmp_path / "a.zip", largest=largest)
+        with ZipFile(tmp_path / "a.zip") as archive:
+            assert ("one/figures/line.csv" in archive.namelist()) == there
+            assert ('href="figures/line.csv"' in archive.read("one/index.html").decode()) == there
+
+
 def unknown_files(path):
     """Return the files that pages of an archive name, in links or in words, and that are not in it."""
     with ZipFile(path) as archive:

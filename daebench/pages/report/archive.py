@@ -1,5 +1,6 @@
 """The gallery as one ZIP file for those who have no daebench: index, pages, and each file that a page links to."""
 
+import math
 import posixpath
 import re
 from pathlib import Path
@@ -19,15 +20,24 @@ LINK = re.compile(r'<a\b[^>]*?href="(?![a-z]+:|#)([^"#]+)[^"]*"[^>]*>(.*?)</a>',
 """A link to another file."""
 
 
-def write_archive(out: Path, path: Path) -> Path:
+def write_archive(out: Path, path: Path, *, largest: float = math.inf) -> Path:
     """Write the pages of a gallery, its index, the pictures of that, and what pages link to into a ZIP file; return its path.
 
     The moving picture of the index is in it once more as a file, for an index that is written anew.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the gallery.
+    path : Path
+        The file.
+    largest : float
+        Files of more bytes are left out, and links to them become plain text.
     """
     index = (out / "index.html").read_text(encoding="utf-8")
     pages = ["index.html", *sorted(f"{stamp.parent.name}/index.html" for stamp in out.glob(f"*/{build_stamp.STAMP}"))]
     texts = {page: (out / page).read_text(encoding="utf-8") for page in pages}
-    files = {file for page, text in texts.items() for file in _linked(text, page) if (out / file).is_file()} - set(pages)
+    files = {file for page, text in texts.items() for file in _linked(text, page) if _fits(out / file, largest)} - set(pages)
     files |= set(re.findall(r'<img\b[^>]*? src="([^":]+)"', index)) | {file.relative_to(out).as_posix() for file in out.glob(f"*/{MOVING}")}
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
         for page in pages:
@@ -35,6 +45,11 @@ def write_archive(out: Path, path: Path) -> Path:
         for file in sorted(files):
             _add(archive, file, (out / file).read_bytes())
     return path
+
+
+def _fits(file: Path, largest: float) -> bool:
+    """Return whether a file is there, and no larger than that."""
+    return file.is_file() and file.stat().st_size <= largest
 
 
 def _target(link: str, page: str) -> str:
