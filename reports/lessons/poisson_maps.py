@@ -2,7 +2,7 @@
 # [tool.marimo.display]
 # theme = "system"
 # ///
-"""Orbits of predator and prey that close or spiral, the Poisson volume of a cat, and a rigid body on its sphere."""
+"""Predators and prey, and which methods keep the Poisson volume of a cat; and a rigid body on its sphere."""
 
 import marimo
 
