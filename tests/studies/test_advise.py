@@ -10,6 +10,7 @@ import pytest
 
 import daebench
 from daebench.errors import BadInput
+from daebench.studies.advise.candidates import candidates
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import error_of, search
@@ -67,6 +68,22 @@ def test_the_tolerance_found_is_within_a_quarter_of_a_decade(power, accuracy):
         assert found.row["error_q"] <= accuracy
         assert largest / found.row["value"] < 1.9
         assert len(calls) <= 12
+
+
+@pytest.mark.parametrize(("order", "method"), [(2, "strang"), (4, "rk4")])
+def test_errors_of_steps_longer_than_the_motion_do_not_end_a_search(order, method):
+    """Over a long horizon the first steps are so long that errors are as large as the motion, and do not fall for some refinements."""
+    question = Question(**{**QUESTION, "t_end": 1000.0, "accuracy": 1e-3})
+    for size in (0.3, 2.0, 1e30):
+        found = search(question, method, made_up(lambda h, size=size: min(size, h**order), lambda h: 1e-6 / h, []))
+        assert found.row["error_q"] <= 1e-3
+        assert 1e-3 ** (1 / order) / found.row["value"] <= 1.4
+
+
+def test_the_method_that_is_mostly_cheap_is_tried_first_at_every_accuracy():
+    for accuracy in (1e-2, 1e-6, 1e-12):
+        names, _ = candidates(Question(**{**QUESTION, "accuracy": accuracy}), None, ())
+        assert names[0] == "heyoka:taylor"
 
 
 def test_a_method_at_its_round_off_is_given_up_and_says_so():

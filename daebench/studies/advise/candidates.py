@@ -1,5 +1,6 @@
 """Methods that advice chooses from, in the order in which they are tried: the likely cheapest comes first."""
 
+import math
 from collections.abc import Sequence
 
 from daebench.errors import BadInput
@@ -24,7 +25,10 @@ POISSON = (
 SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
 
-OF_SOLVERS = {"heyoka:taylor": 20, "cvode:adams": 7, "scipy:DOP853": 6}
+FIRST = "heyoka:taylor"
+"""The method that is tried before all others: it is among the cheapest on most problems, and so shows how far others need be followed."""
+
+OF_SOLVERS = {"cvode:adams": 7, "scipy:DOP853": 6}
 """Where solvers that choose their steps stand among orders; others stand with order 3."""
 
 
@@ -61,6 +65,8 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
 
 def _rank(question: Question, name: str) -> float:
     """Return where a method stands: by its order, high orders first where accuracy is high."""
+    if name == FIRST:
+        return -math.inf
     solver = question.solver(name)
     order = (claimed_order(solver) or 2) if solver.knob == "h" else OF_SOLVERS.get(name, 3)
     return float(-order if question.accuracy < SHARP else order)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from daebench.studies.advise.question import Question
-from daebench.studies.advise.resolutions import MOST_STEPS, TOLERANCES, Resolutions, StepSizes, Tolerances
+from daebench.studies.advise.resolutions import ASYMPTOTIC, MOST_STEPS, TOLERANCES, Resolutions, StepSizes, Tolerances
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.measurable import claimed_order
 
@@ -100,7 +100,7 @@ def _next(
     if reached is not None:
         return _coarser(resolutions, rows, low, reached), ""
     errors = [error_of(rows[k], question.part) for k in sorted(rows)]
-    if len(errors) > STUCK and np.all(np.isfinite(errors[-STUCK - 1 :])) and min(errors[-STUCK:]) >= errors[-STUCK - 1] / 2:
+    if _stuck(errors):
         return None, f"its error stays at {min(errors):.1e} for any step size or tolerance"
     if low >= resolutions.most:
         return None, f"its error is {errors[-1]:.1e} with the finest step size or tolerance that is tried"
@@ -110,6 +110,13 @@ def _next(
     if known and resolutions.cost(known[-1], float(rows[known[-1]]["seconds"]), number) > limit:
         return None, "it takes longer than others that reach the accuracy, or than the budget allows"
     return number, "the largest number of runs did not reach the accuracy"
+
+
+def _stuck(errors: list[float]) -> bool:
+    """Return whether the last refinements of a method have not helped, although its error was small; errors of coarse steps say nothing."""
+    if len(errors) <= STUCK or not errors[-STUCK - 1] < ASYMPTOTIC:
+        return False
+    return bool(np.all(np.isfinite(errors[-STUCK:])) and min(errors[-STUCK:]) >= errors[-STUCK - 1] / 2)
 
 
 def _coarser(resolutions: Resolutions, rows: Mapping[int, Row], low: int, reached: int) -> int | None:
