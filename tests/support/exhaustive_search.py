@@ -9,7 +9,8 @@ SciPy's DOP853 where it does not take the problem, once the certified reference,
 run is the sum of its exact work counts times what each costs, which is fitted to times of all runs of that method on that problem.
 
 Results are kept, a line each, so that a search goes on where it was ended. ``--report`` says how often the choices of advice are within 1.5
-times the cheapest, with the exact interval of that share, and lists the others.
+times the cheapest, with the exact interval of that share, and lists the others. ``--answers FILE`` puts the answers, without the runs,
+into a file that has those of earlier searches; ``exhaustive_answers.jsonl`` beside this file is that of all problems so far.
 """
 
 import argparse
@@ -62,6 +63,9 @@ STRIDE = 4
 
 TIMED = 8, 0.02
 """A run is timed so many times, and no longer than so long altogether, s; the best of its times counts."""
+
+KEPT = ("problem", "case", "t_end", "accuracy", "known", "best", "choice", "ratio", "kept", "why")
+"""What is kept of an answer."""
 
 WITHIN = 1.5
 """Price over the cheapest up to which a choice is as good."""
@@ -300,6 +304,13 @@ def _share(k: int, n: int) -> str:
     return f"{100 * k / n:.0f} % [{100 * low:.0f}, {100 * high:.0f}]"
 
 
+def keep_answers(answers: list[dict[str, Any]], path: Path) -> None:
+    """Put answers into a file, a line each, in place of what is there about the same questions."""
+    before = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    every = {(*question(one), one["accuracy"]): {key: one[key] for key in KEPT if key in one} for one in [*before, *answers]}
+    path.write_text("".join(json.dumps(every[key]) + "\n" for key in sorted(every)))
+
+
 def question(one: dict[str, Any]) -> tuple[Any, ...]:
     """Return what a kept line is about."""
     return one["problem"], one["case"], one["t_end"]
@@ -314,6 +325,7 @@ def main() -> None:
     parser.add_argument("--again", action="store_true", help="ask advice again where it has answered")
     parser.add_argument("--search", action="store_true", help="search alone, without asking")
     parser.add_argument("--report", action="store_true", help="report alone")
+    parser.add_argument("--answers", type=Path, help="file to put the answers into")
     options = parser.parse_args()
     kept = [json.loads(line) for line in options.results.read_text().splitlines()] if options.results.exists() else []
     answers = {(*question(one), one["accuracy"]): one for one in kept if "accuracy" in one}
@@ -333,6 +345,8 @@ def main() -> None:
                     answers[*question(search), accuracy] = one = answered(search, accuracy)
                     print(json.dumps(one), file=file, flush=True)
                     print(report([one]), flush=True)
+    if options.answers:
+        keep_answers(list(answers.values()), options.answers)
     print(report(list(answers.values())))
 
 
