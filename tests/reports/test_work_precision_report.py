@@ -227,7 +227,9 @@ def words(html):
 def test_the_page_says_what_the_runs_say(page):
     text = words(page)
     assert not re.search(r"\b(nan|inf|None|True|False|Markup|undefined)\b|\{\{", text)
-    assert f"For |Δq| ≤ 10{MINUS}4 to 10{MINUS}12, drifter is the cheapest in time. The next, fourth, takes 2.5{THIN}{TIMES} the time" in text
+    assert (
+        f"For |Δq| ≤ 10{MINUS}4 to 10{MINUS}12, drifter is the cheapest in time. The next, fourth, takes 2.5{THIN}{TIMES} the time" in text
+    )
     assert "by evaluations solver would be the cheapest" in text
     assert "1 run shows no number" in text
     assert "it stopped." in text
