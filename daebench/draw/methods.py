@@ -66,26 +66,22 @@ STROKES_OF = {
 }
 """Colour, dashes and marker by the name of a method, or of its solver; a composition, a projection or a form is drawn like its scheme."""
 
-COMPOSED: dict[str, tuple[Any, str]] = {
-    "kahan_li8": (LONG, "*"),
+MARKS: dict[str, tuple[Any, str]] = {
+    "triple_jump4": (SOLID, "v"),
     "suzuki4": (MIXED, "h"),
+    "yoshida6": (DASHED, "<"),
     "kahan_li6": (DASHED, "X"),
     "suzuki_umeno8": (DOTTED, "d"),
-    "triple_jump4": (SOLID, "v"),
-    "triple_jump6": (DASHED, "P"),
-    "yoshida6": (DASHED, "<"),
+    "kahan_li8": (LONG, "*"),
     "sofroniou_spaletta10": (DOTTED, "p"),
-}
-"""Dashes and marker of a composition, in the colour of its scheme."""
-
-ADDED: dict[str, tuple[Any, str]] = {
+    "proj": (DASHED, "d"),
     "symproj": (MIXED, "D"),
     "local": (LONG, "<"),
+    "stiff": (DOTTED, "P"),
     "baumgarte": (DOTTED, ">"),
-    "stiff": (DOTTED, "p"),
     "darboux": (LONG, "v"),
 }
-"""Dashes and marker of a projection or of a form of the equations, in the colour of its scheme."""
+"""Dashes and marker of a composition, a projection or a form of the equations, in the colour of its scheme."""
 
 OTHER = Stroke(BROWN, MIXED, "h")
 MARKERS = "hvpXdP<>"
@@ -207,14 +203,9 @@ def stroke_of(method: str) -> Stroke:
         return replace(OTHER, marker=MARKERS[crc32(method.encode()) % len(MARKERS)])
     scheme = parts["scheme"]
     stroke = STROKES_OF.get(scheme) or STROKES_OF.get(scheme.partition(":")[0], OTHER)
-    composition, added = parts["composition"], parts["projection"] or parts["form"]
-    if composition:
-        dashes, marker = COMPOSED.get(composition, (MIXED, "h"))
-        return replace(stroke, dashes=dashes, marker=marker)
-    if added:
-        dashes, marker = ADDED.get(added, (DASHED, "d"))
-        return replace(stroke, dashes=dashes, marker=marker)
-    return stroke
+    added = parts["composition"] or parts["projection"] or parts["form"]
+    dashes, marker = MARKS.get(added, (stroke.dashes, stroke.marker))
+    return replace(stroke, dashes=dashes, marker=marker)
 
 
 def curve_of(method: str) -> dict[str, object]:

@@ -117,7 +117,7 @@ def _(mo):
 
     /// details | Answer
     It may reach its end, and its result may still be useless. Look at index 1 at the loosest tolerances: the run reaches the end, and the
-    error is as large as the motion. Index 2 does better there. Nothing but an error estimate tells the two apart.
+    error is as large as the motion. Index 2 does better there. The next question is how to tell.
     ///
 
     **How would you find the error without a reference?**

@@ -10,6 +10,7 @@ import pytest
 from daebench.draw import figures
 from daebench.draw.methods import NAMES, STROKES_OF, name_of, stroke_of
 from daebench.methods.catalogue import schemes
+from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.studies.work_precision.study import CONSTRAINED, POISSON
 
 CSS = (Path(figures.__file__).parents[1] / "pages" / "report" / "page.css").read_text(encoding="utf-8")
@@ -74,6 +75,13 @@ def test_what_is_added_to_a_scheme_keeps_its_colour_and_its_name():
         assert stroke_of(method).color == stroke_of("rattle").color
         assert stroke_of(method) != stroke_of("rattle")
         assert name_of(method).startswith("RATTLE, ")
+
+
+def test_each_composition_projection_and_form_has_a_mark_of_its_own():
+    names = [f"rattle/{name}" for name in COMPOSITIONS] + ["rattle+proj", "rattle+symproj"]
+    names += [f"{form}:rattle" for form in ("local", "stiff", "baumgarte", "darboux")]
+    strokes = [stroke_of(name) for name in ("rattle", *names)]
+    assert len({(str(stroke.dashes), stroke.marker) for stroke in strokes}) == len(strokes)
 
 
 @pytest.mark.parametrize("name", sorted(schemes()))

@@ -99,16 +99,20 @@ def test_dragging_the_bob_begins_another_run(pages, seen):
     assert abs(page.evaluate("start.p.reduce((sum, x, i) => sum + x * start.q[i], 0)")) < 1e-12
 
 
-def test_a_run_that_has_ended_has_the_rod_that_it_ended_with(pages, chromium):
+def test_a_run_that_has_ended_has_the_rod_that_it_ended_with_and_implicit_euler_has_no_energy_left(pages, chromium):
     context = chromium.new_context(reduced_motion="reduce")
     page = context.new_page()
     page.goto(pages("why-symplectic").as_uri())
     ended, rod = page.evaluate(
         "(() => { const one = verdicts.find(({ name }) => name === 'se+proj'); return [one.run.status, one.rod] })()"
     )
+    lost, left = page.evaluate(
+        "[verdicts.find(({ name }) => name === 'implicit_euler').all, H([...DATA.p0, ...DATA.q0]) - H([0, 0, 0, 0, 0, -1])]"
+    )
     context.close()
     assert ended
     assert rod < 1e-12
+    assert lost == pytest.approx(left, rel=1e-3)  # implicit Euler has come to rest
 
 
 def test_a_frame_has_room_for_ten_thousand_steps_of_rattle(pages, seen):

@@ -80,6 +80,17 @@ def test_errors_of_steps_longer_than_the_motion_do_not_end_a_search(order, metho
         assert 1e-3 ** (1 / order) / found.row["value"] <= 1.4
 
 
+def test_a_search_does_not_depend_on_the_unit_of_length(monkeypatch):
+    """A mechanism in millimetres is as large as one in metres: what is small is small beside the motion."""
+    values = []
+    for size in (1.0, 1e-3):
+        monkeypatch.setattr(Question, "size", size)
+        question = Question(**{**QUESTION, "t_end": 1000.0, "accuracy": 1e-3 * size})
+        make = made_up(lambda h, size=size: size * min(2.0, h**4), lambda h: 1e-6 / h, [])
+        values.append(search(question, "rk4", make).row["value"])
+    assert values[0] == values[1]
+
+
 def test_the_method_that_is_mostly_cheap_is_tried_first_at_every_accuracy():
     for accuracy in (1e-2, 1e-6, 1e-12):
         names, _ = candidates(Question(**{**QUESTION, "accuracy": accuracy}), None, ())
@@ -104,7 +115,7 @@ def test_a_method_that_takes_longer_than_those_that_are_named_is_not_followed():
 
 
 def test_numbers_of_resolutions_go_from_coarse_to_fine():
-    steps = StepSizes(10.0, 48, 2**22, 2)
+    steps = StepSizes(10.0, 48, 2**22, 2, 1.0)
     numbers = [steps.first(1e-6)]
     while numbers[-1] < 100:
         numbers.append(steps.finer(numbers[-1], 1.1e-6, 1e-6))
@@ -117,7 +128,7 @@ def test_numbers_of_resolutions_go_from_coarse_to_fine():
 
 
 def test_the_time_that_a_run_takes_before_its_first_step_is_no_price_of_steps():
-    steps = StepSizes(10.0, 48, 2**22, 4)
+    steps = StepSizes(10.0, 48, 2**22, 4, 1.0)
     assert steps.cost(32, 1.3e-5, 1024) == pytest.approx(1.3e-5)
     assert steps.cost(32, 1e-2, 1024) == pytest.approx(32 * 1e-2, rel=0.01)
 

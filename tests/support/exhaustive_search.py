@@ -10,7 +10,8 @@ run is the sum of its exact work counts times what each costs, which is fitted t
 
 Results are kept, a line each, so that a search goes on where it was ended. ``--report`` says how often the choices of advice are within 1.5
 times the cheapest, with the exact interval of that share, and lists the others. ``--answers FILE`` puts the answers, without the runs,
-into a file that has those of earlier searches; ``exhaustive_answers.jsonl`` beside this file is that of all problems so far.
+into a file that has those of earlier searches; ``exhaustive_answers.jsonl`` beside this file has those of all problems that have been
+searched.
 """
 
 import argparse

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from daebench.errors import BadInput, InconsistentStart, positive, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
@@ -99,6 +101,11 @@ class Question:
     def poisson(self) -> bool:
         """Whether it is a Poisson system."""
         return isinstance(self.ivp, PoissonIvp)
+
+    @property
+    def size(self) -> float:
+        """Size of the motion: the largest position, or component of y, at its start."""
+        return float(np.max(np.abs(self.ivp.start[-1])))
 
     @property
     def part(self) -> str:

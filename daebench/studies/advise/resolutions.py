@@ -17,7 +17,7 @@ LEAST_TOLERANCE = 1e-14
 """The smallest tolerance that is tried."""
 
 ASYMPTOTIC = 0.1
-"""Error of a run, in the unit of a position, up to which it is taken as proportional to a power of the step size."""
+"""Error of a run, over the size of the motion, up to which it is taken as proportional to a power of the step size."""
 
 BELOW = 0.85
 """Part of the accuracy that a prediction aims at."""
@@ -69,12 +69,15 @@ class StepSizes:
         Largest number of steps.
     order : int
         Order of the method.
+    size : float
+        Size of the motion, in the unit of its positions.
     """
 
     t_end: float
     outputs: int
     most: int
     order: int
+    size: float
 
     def value(self, number: int) -> float:
         """Return the step size."""
@@ -90,7 +93,7 @@ class StepSizes:
 
     def finer(self, number: int, error: float, accuracy: float) -> int:
         """Return the number at which an error of the method's order is a little below the accuracy; twice as many where it is large."""
-        parts = (error / (BELOW * accuracy)) ** (1 / self.order) if error < ASYMPTOTIC else 2.0
+        parts = (error / (BELOW * accuracy)) ** (1 / self.order) if error < ASYMPTOTIC * self.size else 2.0
         return self._from(max(number + 1, math.ceil(number * min(parts, FARTHEST))))
 
     def between(self, low: int, high: int) -> int | None:

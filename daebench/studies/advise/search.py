@@ -61,7 +61,7 @@ def resolutions_of(question: Question, method: str) -> Resolutions:
     solver = question.solver(method)
     if solver.knob != "h":
         return Tolerances()
-    return StepSizes(question.t_end, question.outputs, MOST_STEPS, claimed_order(solver) or 1)
+    return StepSizes(question.t_end, question.outputs, MOST_STEPS, claimed_order(solver) or 1, question.size)
 
 
 def search(question: Question, method: str, make: Make, longest: float = math.inf) -> Found:
@@ -100,7 +100,7 @@ def _next(
     if reached is not None:
         return _coarser(resolutions, rows, low, reached), ""
     errors = [error_of(rows[k], question.part) for k in sorted(rows)]
-    if _stuck(errors):
+    if _stuck(errors, question.size):
         return None, f"its error stays at {min(errors):.1e} for any step size or tolerance"
     if low >= resolutions.most:
         return None, f"its error is {errors[-1]:.1e} with the finest step size or tolerance that is tried"
@@ -112,9 +112,9 @@ def _next(
     return number, "the largest number of runs did not reach the accuracy"
 
 
-def _stuck(errors: list[float]) -> bool:
-    """Return whether the last refinements of a method have not helped, although its error was small; errors of coarse steps say nothing."""
-    if len(errors) <= STUCK or not errors[-STUCK - 1] < ASYMPTOTIC:
+def _stuck(errors: list[float], size: float) -> bool:
+    """Return whether the last refinements of a method have not helped, although its error was small beside the size of the motion."""
+    if len(errors) <= STUCK or not errors[-STUCK - 1] < ASYMPTOTIC * size:
         return False
     return bool(np.all(np.isfinite(errors[-STUCK:])) and min(errors[-STUCK:]) >= errors[-STUCK - 1] / 2)
 

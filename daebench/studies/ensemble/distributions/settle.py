@@ -75,7 +75,7 @@ class Settled:
         """What was measured, as part of a sentence."""
         return (
             f"drawn by {self.steps} steps of a random walk of length {self.sigma:.3g}, {100 * self.accepted:.0f} % of them accepted; "
-            f"a two-sample test of the states at half of the steps and at all has p = {self.p_value:.2g}"
+            f"the Kolmogorov-Smirnov test of the states at half of the steps and at all has p = {self.p_value:.2g}"
         )
 
 
