@@ -169,5 +169,5 @@ def _references(table: "pd.DataFrame", error: str) -> dict[str, float]:
     bound = error.replace("error_", "bound_")
     if bound == error or "reference" not in table:
         return {}
-    rows = table[table["reference"].fillna("") != ""]
+    rows = table[table["reference"].notna() & (table["reference"] != "")]
     return {str(words): float(group[bound].max()) for words, group in rows.groupby("reference")}
