@@ -59,6 +59,9 @@ STEPS = 2**20
 CALLS = 200_000
 """Most calls of a run by tolerance."""
 
+LIMIT = WorkLimit(10**6, 10**6, 1)
+"""Work of a run that the motion is taken from, at most."""
+
 STRIDE = 4
 """Rungs of a ladder from one run to the next, before those between them are tried."""
 
@@ -107,22 +110,23 @@ def part(ivp: Any, run: Any) -> Any:
 
 def motion(ivp: Any, t_end: float) -> Motion:
     """Return the motion of a problem, computed twice."""
+
+    def computed(name: str, tol: float, points: int) -> Any:
+        run = solver(ivp, name).solve(ivp, Request(value=tol, t_end=t_end, points=points, watch=(), work_limit=LIMIT))
+        return None if run.failure else part(ivp, run)
+
     exact, names = {}, ("heyoka:taylor", "scipy:DOP853")
     for name, tol, points in ((names[0], 2.2e-16, GRID + 1), (names[1], 2.5e-14, 61)):
         try:
-            run = solver(ivp, name).solve(
-                ivp, Request(value=tol, t_end=t_end, points=points, watch=(), work_limit=WorkLimit(10**6, 10**6, 1))
-            )
+            exact[name] = computed(name, tol, points)
         except DaebenchError:
             continue
-        if run.failure is None:
-            exact[name] = part(ivp, run)
-    if names[0] not in exact:
-        run = solver(ivp, names[1]).solve(ivp, Request(value=2.5e-14, t_end=t_end, points=GRID + 1, watch=()))
-        exact = {names[1]: exact.get(names[1]), names[0]: part(ivp, run)} if run.failure is None else {}
-        exact[names[1]] = part(ivp, solver(ivp, names[1]).solve(ivp, Request(value=3e-13, t_end=t_end, points=61, watch=())))
+    if exact.get(names[0]) is None:
+        exact = {names[0]: computed(names[1], 2.5e-14, GRID + 1), names[1]: computed(names[1], 3e-13, 61)}
+    if exact[names[0]] is None:
+        raise DaebenchError("no solver reaches its end")
     bounds = []
-    if names[1] in exact and len(exact[names[1]]) == 61:
+    if exact.get(names[1]) is not None:
         bounds.append(10 * float(np.max(np.abs(exact[names[1]] - exact[names[0]][:: GRID // 60]))))
     reference = certified_for(ivp, t_end)
     if reference is not None:

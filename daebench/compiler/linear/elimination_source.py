@@ -88,16 +88,18 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     """
     N, extra, dual = range(n), range(rows), target.directions > 0
     sides, read = ["x", *(f"y{r}_" for r in extra)], ("value({})" if dual else "{}").format
-    lines = [f"a{i}_{j} = {read(f'A[{i}][{j}]')}" for i in N for j in N] + [f"x{i} = {read(f'b[{i}]')}" for i in N]
-    lines += [f"y{r}_{i} = {read(f'X[{r}][{i}]')}" for r in extra for i in N]
+    given = [[*(read(f"A[{i}][{j}]") for j in N), read(f"b[{i}]"), *(read(f"X[{r}][{i}]") for r in extra)] for i in N]
+    lines = [f"a{i}_{j} = {given[i][j]}" for i in N for j in N] if n > 1 else [f"row0 = {pack(given[0])}"]
     lines += [f"s{i}_{j} = abs(a{i}_{j})" for i in N for j in N] if n > 1 else []
-    lines += [f"scale{i} = " + _largest([f"s{i}_{j}" for j in N]) for i in N] if n > 1 else []
+    for i in N if n > 1 else ():
+        terms, scale = [f"s{i}_{j}" for j in N], f"max({', '.join(f's{i}_{j}' for j in N)})"
+        lines.append(f"row{i} = {pack([*(f'a{i}_{j}' for j in N), *given[i][n:], *terms, scale])}")
     for k in N:
         lines += _elimination(k, n, sides, noted=dual)
     for k in reversed(N):
         for side in sides:
-            lines += [f"{side}{k} = {side}{k} - a{k}_{j} * {side}{j}" for j in range(k + 1, n)]
-            lines.append(f"{side}{k} = {side}{k} / a{k}_{k}")
+            terms = [f" - a{k}_{j} * {side}{j}" for j in range(k + 1, n)]
+            lines.append(f"{side}{k} = ({side}{k}_{''.join(terms)}) / a{k}_{k}")
     if n == 1:
         lines.append("pivot = 1.0 if abs(a0_0) > 0.0 else 0.0")
     elif target.lanes:
@@ -114,26 +116,26 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     return function(f"{name}(A, b, X)", *lines, f"return {solution}, {others}, pivot")
 
 
-def _largest(items: Sequence[str]) -> str:
-    return items[0] if len(items) == 1 else f"max({', '.join(items)})"
-
-
 def _elimination(k: int, n: int, sides: Sequence[str], *, noted: bool) -> list[str]:
-    """Source of step k: the row with the largest pivot is swapped up, then the entries below the pivot are eliminated.
+    """Source of step k: the row with the largest pivot is exchanged with row k, then the entries below the pivot are eliminated.
 
-    Exchanges and factors are stored if the derivatives are computed from them.
+    A row is one tuple: its entries from column k on, its right sides, sums of moduli if there are several rows, and its scale. Only these
+    names are assigned more than once: numba takes a time for each such name that grows with the length of the function. Exchanges and
+    factors have names if the derivatives are computed from them.
     """
+    left, right = range(k + 1, n), n - k + len(sides)
     lines = []
-    names = [f"{matrix}{{0}}_{j}" for matrix in "as" for j in range(k, n)] + [f"{side}{{0}}" for side in (*sides, "scale")]
-    for i in range(k + 1, n):
-        upper, lower = (", ".join(x.format(r) for x in names) for r in (k, i))
-        test = f"abs(a{i}_{k}) * scale{k} > abs(a{k}_{k}) * scale{i}"
+    for i in left:
+        test = f"abs(row{i}[0]) * row{k}[{right + n - k}] > abs(row{k}[0]) * row{i}[{right + n - k}]"
         lines += [f"c{k}_{i} = {test}"] if noted else []
-        lines.append(f"if {f'c{k}_{i}' if noted else test}: {upper}, {lower} = {lower}, {upper}")
-    for i in range(k + 1, n):
-        f = f"f{k}_{i}" if noted else "f"
-        lines.append(f"{f} = a{i}_{k} / a{k}_{k}")
-        lines += [f"a{i}_{j} = a{i}_{j} - {f} * a{k}_{j}" for j in range(k + 1, n)]
-        lines += [f"s{i}_{j} = s{i}_{j} + abs({f}) * s{k}_{j}" for j in range(k + 1, n)]
-        lines += [f"{side}{i} = {side}{i} - {f} * {side}{k}" for side in sides]
+        lines.append(f"if {f'c{k}_{i}' if noted else test}: row{k}, row{i} = row{i}, row{k}")
+    lines += [f"a{k}_{j} = row{k}[{j - k}]" for j in range(k, n)] + [f"{side}{k}_ = row{k}[{n - k + r}]" for r, side in enumerate(sides)]
+    lines += [f"s{k}_{j} = row{k}[{right + j - k}]" for j in range(k, n)] if n > 1 else []
+    for i in left:
+        f = f"f{k}_{i}"
+        lines.append(f"{f} = row{i}[0] / a{k}_{k}")
+        entries = [f"row{i}[{j - k}] - {f} * a{k}_{j}" for j in left]
+        entries += [f"row{i}[{n - k + r}] - {f} * {side}{k}_" for r, side in enumerate(sides)]
+        entries += [f"row{i}[{right + j - k}] + abs({f}) * s{k}_{j}" for j in left]
+        lines.append(f"row{i} = {pack([*entries, f'row{i}[{right + n - k}]'])}")
     return lines
