@@ -108,36 +108,36 @@ def part(ivp: Any, run: Any) -> Any:
     return run.y if isinstance(ivp, PoissonIvp) else run.q
 
 
+def states(ivp: Any, name: str, tol: float, t_end: float, points: int) -> Any:
+    """Return what accuracy is of at equidistant times; None if a solver does not reach the end, or does not take the problem."""
+    try:
+        run = solver(ivp, name).solve(ivp, Request(value=tol, t_end=t_end, points=points, watch=(), work_limit=LIMIT))
+    except DaebenchError:
+        return None
+    return None if run.failure else part(ivp, run)
+
+
 def motion(ivp: Any, t_end: float) -> Motion:
     """Return the motion of a problem, computed twice."""
-
-    def computed(name: str, tol: float, points: int) -> Any:
-        run = solver(ivp, name).solve(ivp, Request(value=tol, t_end=t_end, points=points, watch=(), work_limit=LIMIT))
-        return None if run.failure else part(ivp, run)
-
-    exact, names = {}, ("heyoka:taylor", "scipy:DOP853")
-    for name, tol, points in ((names[0], 2.2e-16, GRID + 1), (names[1], 2.5e-14, 61)):
-        try:
-            exact[name] = computed(name, tol, points)
-        except DaebenchError:
-            continue
-    if exact.get(names[0]) is None:
-        exact = {names[0]: computed(names[1], 2.5e-14, GRID + 1), names[1]: computed(names[1], 3e-13, 61)}
-    if exact[names[0]] is None:
+    taylor, other = "heyoka:taylor", "scipy:DOP853"
+    exact, second = states(ivp, taylor, 2.2e-16, t_end, GRID + 1), states(ivp, other, 2.5e-14, t_end, 61)
+    if exact is None:
+        exact, second = states(ivp, other, 2.5e-14, t_end, GRID + 1), states(ivp, other, 3e-13, t_end, 61)
+    if exact is None:
         raise DaebenchError("no solver reaches its end")
     bounds = []
-    if exact.get(names[1]) is not None:
-        bounds.append(10 * float(np.max(np.abs(exact[names[1]] - exact[names[0]][:: GRID // 60]))))
+    if second is not None:
+        bounds.append(10 * float(np.max(np.abs(second - exact[:: GRID // 60]))))
     reference = certified_for(ivp, t_end)
     if reference is not None:
         t = reference.t[reference.t <= t_end]
         number = t / t_end * GRID
         on_grid = np.abs(number - np.rint(number)) < 1e-6
         stored = reference.values["y" if isinstance(ivp, PoissonIvp) else "q"][: len(t)][on_grid]
-        bounds.append(float(np.max(np.abs(stored - exact[names[0]][np.rint(number[on_grid]).astype(int)]))))
+        bounds.append(float(np.max(np.abs(stored - exact[np.rint(number[on_grid]).astype(int)]))))
     if not bounds:
         raise DaebenchError("its motion is known once only")
-    return Motion(ivp, t_end, exact[names[0]], min(bounds))
+    return Motion(ivp, t_end, exact, min(bounds))
 
 
 def solver(ivp: Any, name: str) -> Any:
