@@ -1,4 +1,4 @@
-"""The picture of the report on engines: error at the end against seconds of stepping, one panel per motion."""
+"""The pictures of the report on engines: errors at equal cost, and errors against seconds of stepping, one panel per motion."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,10 +7,10 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.draw.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, save
+from daebench.draw.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, legend_below, save
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.engines.adapters import ENGINES
-from daebench.reports.engines.motions import BY_KEY
+from daebench.reports.engines.motions import BY_KEY, MOTIONS
 from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
 
 COLUMNS = 3
@@ -29,7 +29,7 @@ STYLES = {
 
 
 def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
-    """Draw errors against seconds into a folder; return the path of the SVG file by stem, none if no engine ran."""
+    """Draw errors at equal cost and against seconds into a folder; return the paths of the SVG files by stem, none if no engine ran."""
     if not numbers.engines:
         return {}
     runs = numbers.runs[numbers.runs["failure"] == ""]
@@ -45,18 +45,49 @@ def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
             axis.axvline(BY_KEY[key].budget, color=QUIET, linewidth=0.8, linestyle=":")
         handles = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=5)
-        path = save(figure, folder, "cost", runs)
-    draw_thumbnail(folder, lambda axis: thumbnail(axis, runs))
-    return {"cost": path}
+        cost = save(figure, folder, "cost", runs)
+        best = most_accurate(numbers.chosen)
+        figure, axes = grid_of_axes(1, 1, 1.1 + 0.42 * best["motion"].nunique(), x="error at $t$ = 10 within the same CPU time")
+        equal_cost(axes[0, 0], best)
+        legend_below(figure, axes[0, 0], 4)
+        answer = save(figure, folder, "answer", best)
+    draw_thumbnail(folder, lambda axis: thumbnail(axis, best))
+    return {"answer": answer, "cost": cost}
 
 
-def thumbnail(axis: Any, runs: pd.DataFrame) -> None:
-    """Draw the first motion as in the large picture, without a legend."""
-    key = str(runs["motion"].iloc[0])
-    panel(axis, runs[runs["motion"] == key])
+def most_accurate(chosen: pd.DataFrame) -> pd.DataFrame:
+    """Return the most accurate run within the budget of each engine on each motion, with constraints and without, and that of RATTLE."""
+    within = chosen[(chosen["failure"] == "") & chosen["within"] & ((chosen["engine"] != OWN) | (chosen["setting"] == RATTLE))]
+    best: pd.DataFrame = within.loc[within.groupby(["motion", "engine", "constrained"], sort=False)["error"].idxmin()]
+    return best[["motion", "engine", "setting", "variant", "constrained", "knob", "value", "error", "seconds"]]
+
+
+def equal_cost(axis: Any, best: pd.DataFrame) -> None:
+    """Draw a row for each motion: RATTLE as a black bar, and a mark for each engine, filled where it has constraints."""
+    motions = [motion.key for motion in MOTIONS if motion.key in set(best["motion"])]
+    rows = {key: k for k, key in enumerate(motions)}
+    own = best[best["engine"] == OWN]
+    axis.scatter(own["error"], own["motion"].map(rows), marker="|", s=260, linewidths=2.4, color=BLACK, label="RATTLE of daebench", zorder=4)
+    for engine, stroke in STYLES.items():
+        marks = best[best["engine"] == engine]
+        for tied, part in marks.groupby("constrained"):
+            face = stroke.color if tied else "none"
+            settings = {"marker": stroke.marker, "facecolors": face, "edgecolors": stroke.color, "s": 30}
+            axis.scatter(part["error"], part["motion"].map(rows), label="_", zorder=3, **settings)
+        if len(marks):
+            axis.scatter([], [], marker=stroke.marker, color=stroke.color, s=30, label=engine)
+    axis.scatter([], [], marker="o", facecolors="none", edgecolors=QUIET, s=30, label="open: no constraints")
+    axis.set_xscale("log")
+    axis.set_yticks(range(len(motions)), [BY_KEY[key].title for key in motions])
+    axis.set_ylim(len(motions) - 0.5, -0.5)
+
+
+def thumbnail(axis: Any, best: pd.DataFrame) -> None:
+    """Draw the errors at equal cost without a legend."""
+    equal_cost(axis, best)
     axis.minorticks_off()
-    axis.set_title(f"error against time: {BY_KEY[key].title}", loc="right", fontsize=7)
-    axis.set_xlabel("seconds of stepping; black: daebench", loc="right")
+    axis.tick_params(axis="y", labelsize=6)
+    axis.set_title("error at equal cost; black: RATTLE of daebench", loc="right", fontsize=7)
 
 
 def panel(axis: Any, runs: pd.DataFrame) -> None:
