@@ -76,11 +76,25 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   fine.advance(400);
   const exact = fine.state(), points = Object.fromEntries(DATA.schemes.map((name) => [name, []]));
   const todo = [4, 6, 8, 11, 16, 32, 64, 128, 256, 512, 1024].flatMap((n) => DATA.schemes.map((name) => [name, n]));
-  const dashes = { shake: [8, 6], lobatto4: [7, 3] }, of = control(element, "of", () => show());
+  const dashes = { shake: [8, 6], lobatto4: [7, 3] }, of = control(element, "of", () => show()), against = control(element, "against", () => show());
+  const axes = { h: { lo: 5e-4, hi: 0.3, label: "step h [s]" }, ms: { lo: 2e-4, hi: 3, label: "steps times the shortest time of a step here [ms]" } };
+  const ROUNDS = 6, TIMED = 20, STEPS = 128, step = Object.fromEntries(DATA.schemes.map((name) => [name, NaN]));
+  const untimed = Array(ROUNDS).fill(DATA.schemes).flat();
+  const begun = (name, n) => new Run(methods[name]).begin([...DATA.p0, ...DATA.q0], 1 / n);
   function tick() {
-    if (!todo.length) { $("[data-play]", element).hidden = true; return; }
-    const [name, n] = todo.shift(), run = new Run(methods[name]).begin([...DATA.p0, ...DATA.q0], 1 / n);
-    if (run.advance(n) === n) points[name].push({ h: 1 / n, error: [0, 3].map((from) => Math.hypot(...[0, 1, 2].map((i) => run.value(from + i) - exact[from + i]))) });
+    if (todo.length) {
+      const [name, n] = todo.shift(), run = begun(name, n);
+      if (run.advance(n) !== n) return;
+      points[name].push({ h: 1 / n, error: [0, 3].map((from) => Math.hypot(...[0, 1, 2].map((i) => run.value(from + i) - exact[from + i]))) });
+    } else if (untimed.length) {
+      const name = untimed.shift(), began = performance.now();
+      for (let k = 0; k < TIMED; k++) begun(name, STEPS).advance(STEPS);
+      const ms = (performance.now() - began) / TIMED / STEPS;
+      step[name] = ms < step[name] || Number.isNaN(step[name]) ? ms : step[name];
+    } else {
+      $("[data-play]", element).hidden = true;
+      return;
+    }
     show();
   }
   /** Slopes by least squares over the four finest points above rounding. */
@@ -92,8 +106,9 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   }
   function show() {
     plot.options.y.label = `error of ${Number(of()) ? "q [m]" : "p [N s]"} after 1 s`;
+    Object.assign(plot.options.x, axes[against()]);
     plot.curves = [...DATA.schemes].sort((a, b) => (a in dashes) - (b in dashes)).flatMap((name) => {
-      const x = points[name].map((point) => point.h), y = points[name].map((point) => point.error[of() / 3]);
+      const x = points[name].map(({ h }) => against() === "h" ? h : step[name] / h), y = points[name].map((point) => point.error[of() / 3]);
       return [{ x, y, colour: colours[name], dash: dashes[name], name: plot.width > 700 ? names[name] : names[name].split(",")[0] }, { x, y, colour: colours[name], dots: true }];
     });
     plot.draw();
@@ -101,7 +116,7 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   }
   Frames.add(element, tick);
   show();
-  if (STILL.matches) while (todo.length) tick();
+  if (STILL.matches) while (todo.length || untimed.length) tick();
   globalThis.orders = { slope, finish: () => { while (todo.length) tick(); return Object.fromEntries(DATA.schemes.map((name) => [name, slope(name)])); } };
 }
 Frames.start();

@@ -89,11 +89,11 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     N, extra, dual = range(n), range(rows), target.directions > 0
     sides, read = ["x", *(f"y{r}_" for r in extra)], ("value({})" if dual else "{}").format
     given = [[*(read(f"A[{i}][{j}]") for j in N), read(f"b[{i}]"), *(read(f"X[{r}][{i}]") for r in extra)] for i in N]
-    lines = [f"a{i}_{j} = {given[i][j]}" for i in N for j in N] if n > 1 else [f"row0 = {pack(given[0])}"]
+    lines = [f"a{i}_{j} = {given[i][j]}" for i in N for j in N] if n > 1 else [f"row0_0 = {pack(given[0])}"]
     lines += [f"s{i}_{j} = abs(a{i}_{j})" for i in N for j in N] if n > 1 else []
     for i in N if n > 1 else ():
         terms, scale = [f"s{i}_{j}" for j in N], f"max({', '.join(f's{i}_{j}' for j in N)})"
-        lines.append(f"row{i} = {pack([*(f'a{i}_{j}' for j in N), *given[i][n:], *terms, scale])}")
+        lines.append(f"row0_{i} = {pack([*(f'a{i}_{j}' for j in N), *given[i][n:], *terms, scale])}")
     for k in N:
         lines += _elimination(k, n, sides, noted=dual)
     for k in reversed(N):
@@ -119,23 +119,24 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
 def _elimination(k: int, n: int, sides: Sequence[str], *, noted: bool) -> list[str]:
     """Source of step k: the row with the largest pivot is exchanged with row k, then the entries below the pivot are eliminated.
 
-    A row is one tuple: its entries from column k on, its right sides, sums of moduli if there are several rows, and its scale. Only these
-    names are assigned more than once: numba takes a time for each such name that grows with the length of the function. Exchanges and
-    factors have names if the derivatives are computed from them.
+    A row is one tuple: its entries from column k on, its right sides, sums of moduli if there are several rows, and its scale. Only rows are
+    assigned more than once: numba takes a time for each such name that grows with the length of the function. Exchanges and factors have
+    names if the derivatives are computed from them.
     """
     left, right = range(k + 1, n), n - k + len(sides)
+    top, last = f"row{k}_{k}", right + n - k
     lines = []
     for i in left:
-        test = f"abs(row{i}[0]) * row{k}[{right + n - k}] > abs(row{k}[0]) * row{i}[{right + n - k}]"
+        row = f"row{k}_{i}"
+        test = f"abs({row}[0]) * {top}[{last}] > abs({top}[0]) * {row}[{last}]"
         lines += [f"c{k}_{i} = {test}"] if noted else []
-        lines.append(f"if {f'c{k}_{i}' if noted else test}: row{k}, row{i} = row{i}, row{k}")
-    lines += [f"a{k}_{j} = row{k}[{j - k}]" for j in range(k, n)] + [f"{side}{k}_ = row{k}[{n - k + r}]" for r, side in enumerate(sides)]
-    lines += [f"s{k}_{j} = row{k}[{right + j - k}]" for j in range(k, n)] if n > 1 else []
+        lines.append(f"if {f'c{k}_{i}' if noted else test}: {top}, {row} = {row}, {top}")
+    lines += [f"a{k}_{j} = {top}[{j - k}]" for j in range(k, n)] + [f"{side}{k}_ = {top}[{n - k + r}]" for r, side in enumerate(sides)]
+    lines += [f"s{k}_{j} = {top}[{right + j - k}]" for j in range(k, n)] if n > 1 else []
     for i in left:
-        f = f"f{k}_{i}"
-        lines.append(f"{f} = row{i}[0] / a{k}_{k}")
-        entries = [f"row{i}[{j - k}] - {f} * a{k}_{j}" for j in left]
-        entries += [f"row{i}[{n - k + r}] - {f} * {side}{k}_" for r, side in enumerate(sides)]
-        entries += [f"row{i}[{right + j - k}] + abs({f}) * s{k}_{j}" for j in left]
-        lines.append(f"row{i} = {pack([*entries, f'row{i}[{right + n - k}]'])}")
+        row, f = f"row{k}_{i}", f"f{k}_{i}"
+        entries = [f"{row}[{j - k}] - {f} * a{k}_{j}" for j in left]
+        entries += [f"{row}[{n - k + r}] - {f} * {side}{k}_" for r, side in enumerate(sides)]
+        entries += [f"{row}[{right + j - k}] + abs({f}) * s{k}_{j}" for j in left]
+        lines += [f"{f} = {row}[0] / a{k}_{k}", f"row{k + 1}_{i} = {pack([*entries, f'{row}[{last}]'])}"]
     return lines
