@@ -11,7 +11,8 @@ from daebench.studies.measurable import claimed_order
 
 CONSTRAINED = (
     *("rattle", "symplectic_euler", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "lobatto3/kahan_li8"),
-    *("strang", "strang/suzuki4", "rk4", "rk4+proj", "local:gauss3", "radau3_ggl", "generalized_alpha", "rattle_conformal"),
+    *("strang", "strang/suzuki4", "rk4", "rk4+proj", "local:rk4", "local:gauss3", "local:gauss4"),
+    *("radau3_ggl", "generalized_alpha", "rattle_conformal"),
     *("heyoka:taylor", "cvode:adams", "ida:index1", "ida:index2", "ida:ggl", "ida:ode", "scipy:DOP853", "solve_dae:Radau"),
 )
 """Methods for constrained problems: one or two of each family."""
