@@ -119,9 +119,9 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
 def _elimination(k: int, n: int, sides: Sequence[str], *, noted: bool) -> list[str]:
     """Source of step k: the row with the largest pivot is exchanged with row k, then the entries below the pivot are eliminated.
 
-    A row is one tuple: its entries from column k on, its right sides, sums of moduli if there are several rows, and its scale. Only rows are
-    assigned more than once: numba takes a time for each such name that grows with the length of the function. Exchanges and factors have
-    names if the derivatives are computed from them.
+    A row is one tuple: its entries from column k on, its right sides, sums of moduli if there are several rows, and its scale. Only rows
+    are assigned more than once: numba takes a time for each such name that grows with the length of the function. Exchanges and factors
+    have names if the derivatives are computed from them.
     """
     left, right = range(k + 1, n), n - k + len(sides)
     top, last = f"row{k}_{k}", right + n - k
