@@ -266,6 +266,8 @@ def answered(search: dict[str, Any], accuracy: float) -> dict[str, Any]:
     ]
     best = min(candidates, default=None, key=lambda one: one[0])
     about |= {"known": known, "best": None if best is None else {"method": best[1], "price": best[0], **best[2]}}
+    if not known:
+        return about | {"choice": None, "why": search.get("why", "the motion is not known well enough, and advice is not asked")}
     try:
         advice = daebench.advise(search["problem"], case=search["case"], accuracy=accuracy, t_end=search["t_end"], starts=4)
     except DaebenchError as error:
