@@ -67,7 +67,8 @@ def equal_cost(axis: Any, best: pd.DataFrame) -> None:
     motions = [motion.key for motion in MOTIONS if motion.key in set(best["motion"])]
     rows = {key: k for k, key in enumerate(motions)}
     own = best[best["engine"] == OWN]
-    axis.scatter(own["error"], own["motion"].map(rows), marker="|", s=260, linewidths=2.4, color=BLACK, label="RATTLE of daebench", zorder=4)
+    bar = {"marker": "|", "s": 260, "linewidths": 2.4, "color": BLACK}
+    axis.scatter(own["error"], own["motion"].map(rows), label="RATTLE of daebench", zorder=4, **bar)
     for engine, stroke in STYLES.items():
         marks = best[best["engine"] == engine]
         for tied, part in marks.groupby("constrained"):

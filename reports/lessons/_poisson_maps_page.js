@@ -113,6 +113,7 @@ function change(run, volume0) {
   let y0 = DATA.y0, wanted;
   const h = control(element, "h", () => again(), (k) => `${shown(k / 10, 2)} s`);
   const H = (run) => { functions.body.H(run.state(), DATA.body, O); return O[0]; };
+  const plot = new Plot($("[data-energies]", element), { x: { lo: 0, hi: 200, label: "t [s]" }, y: { lo: 1e-20, hi: 1e1, log: true, label: "energy error [J]" }, rows: true });
   for (const name of DATA.spun) {
     const globe = new Sphere($(`[data-globe="${name}"]`, element), view, { rod: false, onStart: (y) => { y0 = y; again(); } });
     globe.colour = colours[name]; globe.room = 1.3;
@@ -121,13 +122,22 @@ function change(run, volume0) {
     items[name] = { globe, trail, run: new Run(methods[`free_rigid_body ${name}`]) };
   }
   function again() {
-    wanted = 0;
-    for (const item of Object.values(items)) { item.run.begin(y0, h() / 10); item.trail.clear(); item.H0 = H(item.run); }
+    wanted = 0; plot.options.x.hi = 200;
+    for (const [name, item] of Object.entries(items)) {
+      item.run.begin(y0, h() / 10); item.trail.clear(); item.H0 = H(item.run);
+      item.curve = { x: [], y: [], colour: colours[name], name: names[name] };
+    }
     show();
   }
   function tick(dt) {
     wanted = Math.min(wanted + 40 * dt, 6);
-    for (; wanted >= 1; wanted--) for (const { run, trail } of Object.values(items)) if (run.advance(1)) trail.add(run.value(0), run.value(1), run.value(2));
+    for (; wanted >= 1; wanted--) for (const { run, trail, curve, H0 } of Object.values(items)) {
+      if (!run.advance(1)) continue;
+      trail.add(run.value(0), run.value(1), run.value(2));
+      curve.x.push(run.t); curve.y.push(Math.max(Math.abs(H(run) - H0), 1e-17));
+      if (curve.x.length > 4000) { curve.x.splice(0, 1000); curve.y.splice(0, 1000); }
+      if (run.t > plot.options.x.hi) plot.options.x.hi *= 1.5;
+    }
     show();
   }
   function show() {
@@ -137,6 +147,7 @@ function change(run, volume0) {
       $(`[data-length="${name}"]`, element).textContent = Math.hypot(...y).toFixed(10);
       $(`[data-energy="${name}"]`, element).textContent = `${shown(H(run) - H0, 2)} J`;
     }
+    plot.curves = DATA.spun.map((name) => items[name].curve); plot.draw();
     $("[data-meter]", element).textContent = `t = ${shown(items.rk4.run.t, 4)} s · ${items.rk4.run.steps} steps`;
   }
   again();

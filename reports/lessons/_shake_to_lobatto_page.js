@@ -22,11 +22,11 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   globe.globe = (pen, width, height) => {
     globes(pen, width, height);
     const r = globe.radius(), at = (x) => { const [a, b] = view.seen(...x); return [width / 2 + r * a, height / 2 - r * b]; };
-    for (const name of pair) {
+    for (const [name, width] of [["rattle", 7], ["shake", 2.5]]) { // the wide one first: both are seen where they are one
       const { p, q } = parts(runs[name].run), out = dot(p, q) / dot(q, q);
       const tip = q.map((x, i) => x + 0.25 * (p[i] + (MAGNIFIED - 1) * out * x)), [a, b] = [at(q), at(tip)];
       const angle = Math.atan2(b[1] - a[1], b[0] - a[0]);
-      pen.lineWidth = 3;
+      pen.lineWidth = width;
       line(pen, [a, b], colours[name]);
       line(pen, [[b[0] - 9 * Math.cos(angle - 0.5), b[1] - 9 * Math.sin(angle - 0.5)], b, [b[0] - 9 * Math.cos(angle + 0.5), b[1] - 9 * Math.sin(angle + 0.5)]], colours[name]);
     }

@@ -27,19 +27,8 @@ def _(mo):
     # What tolerance buys
 
     IDA, from SUNDIALS, is the best known solver of differential-algebraic equations. The user gives a tolerance, and IDA chooses steps and
-    orders such that an estimate of each step's error stays below it. The motion is that of a spherical pendulum:
-
-    $$\dot q = v, \qquad M\dot v = -U_q(q) - G(q)^T\lambda, \qquad 0 = g(q) \tag{HLW VII.1.2}$$
-
-    The last equation can be posed in several ways, and each gives a different system for the solver. The *index* is the number of
-    differentiations after which every unknown has a differential equation:
-
-    - **index 3**: the constraint $0 = g(q)$ itself;
-    - **index 2**: its first derivative, $0 = G(q)\,v$;
-    - **index 1**: its second derivative, which gives $\lambda$;
-    - **GGL**: $0 = g(q)$ and $0 = G(q)\,v$ together, with a second multiplier, $\dot q = v - G(q)^T\mu$.
-
-    What does the tolerance say about the error at the end? All errors here are against a certified reference.
+    orders such that an estimate of each step's error stays below it. What does the tolerance say about the error at the end? The motion is
+    that of a spherical pendulum, and all errors are against a certified reference.
     """)
     return
 
@@ -54,10 +43,9 @@ def _(lesson, live):
 @app.cell
 def _(mo):
     mo.md(r"""
-    ## Tolerance and error
-
-    The ring is the chosen run; its error and its constraints are below. The switch decides whether the multipliers are in the error test
-    that controls the steps. By default IDA tests all unknowns, including multipliers.
+    The constraint of the rod can be posed in four ways, [which are below](#four-formulations). On the dashed line the error equals the
+    tolerance. The ring is the chosen run; its error and its constraints are in the other panels. The switch decides whether the multipliers
+    are in the error test that controls the steps. By default IDA tests all unknowns, including multipliers.
     """)
     return
 
@@ -76,6 +64,24 @@ def _(knobs, lesson, live):
 
 
 @app.cell
+def _(mo):
+    mo.md(r"""
+    ## Four formulations
+
+    $$\dot q = v, \qquad M\dot v = -U_q(q) - G(q)^T\lambda, \qquad 0 = g(q) \tag{HLW VII.1.2}$$
+
+    The last equation can be posed in several ways, and each gives a different system for the solver. The *index* is the number of
+    differentiations after which every unknown has a differential equation:
+
+    - **index 3**: the constraint $0 = g(q)$ itself;
+    - **index 2**: its first derivative, $0 = G(q)\,v$;
+    - **index 1**: its second derivative, which gives $\lambda$;
+    - **GGL**: $0 = g(q)$ and $0 = G(q)\,v$ together, with a second multiplier, $\dot q = v - G(q)^T\mu$.
+    """)
+    return
+
+
+@app.cell
 def _(at_most, facts, mo, number):
     mo.md(f"""
     ## What you see
@@ -89,14 +95,26 @@ def _(at_most, facts, mo, number):
     constraint, and its g drifts to {number(facts.cured["index2"].g.max(), 1)}. Index 1 has neither constraint:
     {number(facts.cured["index1"].g.max(), 1)}. With its defaults, IDA reaches the end at {facts.came["index3"]} of {facts.n} tolerances at
     index 3, at {facts.came["index2"]} at index 2, at {facts.came["index1"]} at index 1, and at {facts.came["ggl"]} with GGL.
+    """)
+    return
 
+
+@app.cell
+def _(mo):
+    mo.md(r"""
     ## Why
 
-    The estimate of a multiplier's error is much larger than that of a position: the multiplier is a second derivative of the motion, and is
-    not smoothed by integration. To pass the test, steps would have to be extremely small. At index 2 and GGL a remedy is to make the
-    multiplier the derivative of an unknown; at index 1 and 3, to give it an absolute tolerance so large that it always passes (at
-    index 3, the velocity too). It is then computed from position and velocity when it is needed.
+    IDA accepts a step if the mean square of the estimated errors $e_i$ of all unknowns $y_i$, each over its weight, is at most one:
 
+    $$\frac1N\sum_i\Bigl(\frac{e_i}{\mathrm{rtol}\,|y_i|+\mathrm{atol}_i}\Bigr)^2\le 1$$
+
+    The estimate of a multiplier's error is much larger than that of a position: the multiplier is a second derivative of the motion, and is
+    not smoothed by integration. To pass the test, steps would have to be extremely small. There are two remedies:
+
+    - at index 2 and GGL, multipliers become derivatives of unknowns, $\lambda=\dot\Lambda$, so that
+      $M\dot v=-U_q(q)-G(q)^T\dot\Lambda$. The test is of $\Lambda$, which is as smooth as the velocity;
+    - at index 1 and 3, the multiplier has $\mathrm{atol}_i=10^8$, so that it always passes; at index 3 the velocity has it, too. The
+      multiplier is then computed from position and velocity when it is needed.
     """)
     return
 
