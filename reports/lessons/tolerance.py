@@ -113,7 +113,7 @@ def _(mo):
 
     - at index 2 and GGL, multipliers become derivatives of unknowns, $\lambda=\dot\Lambda$, so that
       $M\dot v=-U_q(q)-G(q)^T\dot\Lambda$. The test is of $\Lambda$, which is as smooth as the velocity;
-    - at index 1 and 3, the multiplier has $\mathrm{atol}_i=10^8$, so that it always passes; at index 3 the velocity has it, too. The
+    - at index 1 and 3, the multiplier has $\mathrm{atol}_i=10^{20}$, so that it always passes; at index 3 the velocity has it, too. The
       multiplier is then computed from position and velocity when it is needed.
     """)
     return
