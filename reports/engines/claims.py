@@ -76,7 +76,7 @@ def against_rattle(chosen: pd.DataFrame, *, constrained: bool) -> SimpleNamespac
     """Return the motions on which an engine is more accurate than RATTLE at equal cost, in reduced coordinates or with constraints."""
     won, motions = [], 0
     for motion, rows in chosen.groupby("motion", sort=False):
-        known = rows[(rows["engine"] == OWN) & (rows["setting"] == RATTLE)]["error"]
+        known = rows[(rows["engine"] == OWN) & (rows["setting"] == RATTLE) & rows["within"]]["error"]
         rivals = rows[(rows["engine"] != OWN) & rows["within"] & (rows["constrained"] == constrained) & (rows["failure"] == "")]
         if len(known) and len(rivals):
             motions += 1

@@ -125,7 +125,7 @@ function change(run, volume0) {
     wanted = 0; plot.options.x.hi = 200;
     for (const [name, item] of Object.entries(items)) {
       item.run.begin(y0, h() / 10); item.trail.clear(); item.H0 = H(item.run);
-      item.curve = { x: [], y: [], colour: colours[name], name: names[name] };
+      item.curve = { x: [], y: [], colour: colours[name] };
     }
     show();
   }
@@ -135,7 +135,7 @@ function change(run, volume0) {
       if (!run.advance(1)) continue;
       trail.add(run.value(0), run.value(1), run.value(2));
       curve.x.push(run.t); curve.y.push(Math.max(Math.abs(H(run) - H0), 1e-17));
-      if (curve.x.length > 4000) { curve.x.splice(0, 1000); curve.y.splice(0, 1000); }
+      if (curve.x.length > 4000) for (const key of ["x", "y"]) curve[key] = curve[key].filter((_, k) => k % 2);
       if (run.t > plot.options.x.hi) plot.options.x.hi *= 1.5;
     }
     show();
@@ -147,7 +147,7 @@ function change(run, volume0) {
       $(`[data-length="${name}"]`, element).textContent = Math.hypot(...y).toFixed(10);
       $(`[data-energy="${name}"]`, element).textContent = `${shown(H(run) - H0, 2)} J`;
     }
-    plot.curves = DATA.spun.map((name) => items[name].curve); plot.draw();
+    plot.curves = DATA.spun.map((name) => ({ ...items[name].curve, name: plot.width > 700 ? names[name] : "" })); plot.draw();
     $("[data-meter]", element).textContent = `t = ${shown(items.rk4.run.t, 4)} s · ${items.rk4.run.steps} steps`;
   }
   again();

@@ -22,11 +22,11 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   globe.globe = (pen, width, height) => {
     globes(pen, width, height);
     const r = globe.radius(), at = (x) => { const [a, b] = view.seen(...x); return [width / 2 + r * a, height / 2 - r * b]; };
-    for (const [name, width] of [["rattle", 7], ["shake", 2.5]]) { // the wide one first: both are seen where they are one
+    for (const [name, wide] of [["rattle", 7], ["shake", 2.5]]) { // the wide one first: both are seen where they are one
       const { p, q } = parts(runs[name].run), out = dot(p, q) / dot(q, q);
       const tip = q.map((x, i) => x + 0.25 * (p[i] + (MAGNIFIED - 1) * out * x)), [a, b] = [at(q), at(tip)];
       const angle = Math.atan2(b[1] - a[1], b[0] - a[0]);
-      pen.lineWidth = width;
+      pen.lineWidth = wide;
       line(pen, [a, b], colours[name]);
       line(pen, [[b[0] - 9 * Math.cos(angle - 0.5), b[1] - 9 * Math.sin(angle - 0.5)], b, [b[0] - 9 * Math.cos(angle + 0.5), b[1] - 9 * Math.sin(angle + 0.5)]], colours[name]);
     }
@@ -71,31 +71,35 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
 
 /* orders */
 {
-  const element = $("#order"), plot = new Plot($("[data-orders]", element), { x: { lo: 5e-4, hi: 0.3, log: true, label: "step h [s]" }, y: { lo: 1e-18, hi: 1e1, log: true, label: "error after 1 s" }, rows: true });
+  const element = $("#order"), plot = new Plot($("[data-orders]", element), { x: { log: true }, y: { lo: 1e-18, hi: 1e1, log: true, label: "error after 1 s" }, rows: true });
   const fine = new Run(methods[DATA.finest]).begin([...DATA.p0, ...DATA.q0], 1 / 400);
   fine.advance(400);
   const exact = fine.state(), points = Object.fromEntries(DATA.schemes.map((name) => [name, []]));
   const todo = [4, 6, 8, 11, 16, 32, 64, 128, 256, 512, 1024].flatMap((n) => DATA.schemes.map((name) => [name, n]));
-  const dashes = { shake: [8, 6], lobatto4: [7, 3] }, of = control(element, "of", () => show()), against = control(element, "against", () => show());
-  const axes = { h: { lo: 5e-4, hi: 0.3, label: "step h [s]" }, ms: { lo: 2e-4, hi: 3, label: "steps times the shortest time of a step here [ms]" } };
-  const ROUNDS = 6, TIMED = 20, STEPS = 128, step = Object.fromEntries(DATA.schemes.map((name) => [name, NaN]));
-  const untimed = Array(ROUNDS).fill(DATA.schemes).flat();
+  const dashes = { shake: [8, 6], lobatto4: [7, 3] }, of = control(element, "of", () => show());
+  const against = control(element, "against", () => { if (STILL.matches) while (untimed.length) tick(); show(); });
+  const labels = { h: "step h [s]", ms: "time of the run in this browser [ms]" }, untimed = [], ROUNDS = 3, LONG = 25;
   const begun = (name, n) => new Run(methods[name]).begin([...DATA.p0, ...DATA.q0], 1 / n);
   function tick() {
     if (todo.length) {
       const [name, n] = todo.shift(), run = begun(name, n);
       if (run.advance(n) !== n) return;
-      points[name].push({ h: 1 / n, error: [0, 3].map((from) => Math.hypot(...[0, 1, 2].map((i) => run.value(from + i) - exact[from + i]))) });
-    } else if (untimed.length) {
-      const name = untimed.shift(), began = performance.now();
-      for (let k = 0; k < TIMED; k++) begun(name, STEPS).advance(STEPS);
-      const ms = (performance.now() - began) / TIMED / STEPS;
-      step[name] = ms < step[name] || Number.isNaN(step[name]) ? ms : step[name];
+      points[name].push({ name, n, h: 1 / n, ms: Infinity, error: [0, 3].map((from) => Math.hypot(...[0, 1, 2].map((i) => run.value(from + i) - exact[from + i]))) });
+      if (!todo.length) for (let k = 0; k < ROUNDS; k++) untimed.push(...Object.values(points).flat());
+    } else if (untimed.length && against() === "ms") {
+      timed(untimed.shift());
     } else {
       $("[data-play]", element).hidden = true;
       return;
     }
     show();
+  }
+  /** Repeat a run for some milliseconds, since clocks of browsers are coarse; of several such means the smallest counts. */
+  function timed(point) {
+    const began = performance.now();
+    let runs = 0, ms = 0;
+    for (; ms < LONG; ms = performance.now() - began, runs++) begun(point.name, point.n).advance(point.n);
+    point.ms = Math.min(point.ms, ms / runs);
   }
   /** Slopes by least squares over the four finest points above rounding. */
   function slope(name) {
@@ -106,17 +110,19 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
   }
   function show() {
     plot.options.y.label = `error of ${Number(of()) ? "q [m]" : "p [N s]"} after 1 s`;
-    Object.assign(plot.options.x, axes[against()]);
+    const x = against(), known = Object.values(points).flat().map((point) => point[x]).filter(Number.isFinite);
+    const [lo, hi] = x === "h" ? [5e-4, 0.3] : known.length ? [Math.min(...known) / 2, 2 * Math.max(...known)] : [1e-3, 1];
+    Object.assign(plot.options.x, { label: labels[x], lo, hi });
     plot.curves = [...DATA.schemes].sort((a, b) => (a in dashes) - (b in dashes)).flatMap((name) => {
-      const x = points[name].map(({ h }) => against() === "h" ? h : step[name] / h), y = points[name].map((point) => point.error[of() / 3]);
-      return [{ x, y, colour: colours[name], dash: dashes[name], name: plot.width > 700 ? names[name] : names[name].split(",")[0] }, { x, y, colour: colours[name], dots: true }];
+      const done = points[name].filter((point) => Number.isFinite(point[x])), curve = { x: done.map((point) => point[x]), y: done.map((point) => point.error[of() / 3]), colour: colours[name] };
+      return [{ ...curve, dash: dashes[name], name: plot.width > 700 ? names[name] : names[name].split(",")[0] }, { ...curve, dots: true }];
     });
     plot.draw();
-    $("[data-meter]", element).textContent = "slopes: " + DATA.schemes.map((name) => `${names[name].split(",")[0]} ${Number.isFinite(slope(name)) ? slope(name).toFixed(2) : "…"}`).join(" · ");
+    $("[data-meter]", element).textContent = x === "ms" ? untimed.length ? `measuring: ${untimed.length} runs are left` : "each time is the smallest mean of several" : "slopes: " + DATA.schemes.map((name) => `${names[name].split(",")[0]} ${Number.isFinite(slope(name)) ? slope(name).toFixed(2) : "…"}`).join(" · ");
   }
   Frames.add(element, tick);
   show();
-  if (STILL.matches) while (todo.length || untimed.length) tick();
-  globalThis.orders = { slope, finish: () => { while (todo.length) tick(); return Object.fromEntries(DATA.schemes.map((name) => [name, slope(name)])); } };
+  if (STILL.matches) while (todo.length) tick();
+  globalThis.orders = { points, slope, finish: () => { while (todo.length) tick(); return Object.fromEntries(DATA.schemes.map((name) => [name, slope(name)])); } };
 }
 Frames.start();

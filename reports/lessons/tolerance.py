@@ -44,8 +44,8 @@ def _(lesson, live):
 def _(mo):
     mo.md(r"""
     The constraint of the rod can be posed in four ways, [which are below](#four-formulations). On the dashed line the error equals the
-    tolerance. The ring is the chosen run; its error and its constraints are in the other panels. The switch decides whether the multipliers
-    are in the error test that controls the steps. By default IDA tests all unknowns, including multipliers.
+    tolerance. The ring is the chosen run; its error and its constraints are in the last two panels. The switch decides whether the
+    multipliers are in the error test that controls the steps. By default IDA tests all unknowns, including multipliers.
     """)
     return
 
@@ -104,7 +104,7 @@ def _(mo):
     mo.md(r"""
     ## Why
 
-    IDA accepts a step if the mean square of the estimated errors $e_i$ of all unknowns $y_i$, each over its weight, is at most one:
+    IDA accepts a step if the mean square of the estimated errors $e_i$ of all unknowns $y_i$, each over its tolerance, is at most one:
 
     $$\frac1N\sum_i\Bigl(\frac{e_i}{\mathrm{rtol}\,|y_i|+\mathrm{atol}_i}\Bigr)^2\le 1$$
 

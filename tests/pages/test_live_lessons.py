@@ -133,6 +133,18 @@ def test_what_the_lesson_on_lobatto_says_holds_in_the_page(pages, seen):
     shown.clean()
 
 
+def test_the_lesson_on_lobatto_has_a_time_for_each_run(pages, seen):
+    shown = seen(pages("shake-to-lobatto").as_uri())
+    shown.page.evaluate("orders.finish()")
+    shown.page.evaluate("document.querySelector('#order').scrollIntoView()")
+    shown.page.select_option("#order select[name=against]", "ms")
+    shown.page.wait_for_function("Object.values(orders.points).flat().every(({ ms }) => Number.isFinite(ms))")
+    times = shown.page.evaluate("Object.values(orders.points).map((points) => points.map(({ ms }) => ms))")
+    assert len(times) == 5
+    assert min(map(min, times)) > 0
+    shown.clean()
+
+
 def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     shown = seen(pages("poisson-maps").as_uri())
     facts = shown.page.evaluate("facts")

@@ -10,6 +10,7 @@ from pages import standalone
 from reported import require_refused
 
 from daebench.diagnostics.energy import FAILED
+from daebench.draw.figures import grid_of_axes
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reference.keep.dense_evaluation import states_at
@@ -21,6 +22,7 @@ from daebench.reports.engines.adapters import ENGINES, Engine
 from daebench.reports.engines.claims import check
 from daebench.reports.engines.contender import Contender, States, mass_matrix, stepped
 from daebench.reports.engines.documentation import CHECKED, HOLDS, NOT, PART, sentences_of
+from daebench.reports.engines.figures import equal_cost, most_accurate
 from daebench.reports.engines.motions import BY_KEY, T_END, Motion
 from daebench.reports.engines.numbers import OWN, at_equal_cost, error_of, measure, solved, swept, tuned
 from daebench.reports.engines.tables import tables
@@ -283,6 +285,27 @@ def test_numbers_of_a_made_up_engine(small, numbers, tmp_path):
     assert html.count("<tr>") == 1 + len(numbers.chosen)
     assert "nan" not in html
     assert len(pd.read_csv(tmp_path / "runs.csv")) == len(numbers.runs)
+
+
+def test_the_picture_has_the_most_accurate_run_of_each_engine_filled_where_it_has_constraints():
+    rows = [
+        *((OWN, "rattle", True, 1e-5, True, ""), (OWN, "ida:ggl", True, 1e-9, True, ""), ("MuJoCo", "connect", True, 1e-3, True, "")),
+        *(
+            ("MuJoCo", "tendons", True, 1e-4, True, ""),
+            ("MuJoCo", "hinges", False, 1e-7, True, ""),
+            ("Mici", "leapfrog", True, 1e-9, False, ""),
+        ),
+        ("OpenMM", "RATTLE", True, np.nan, True, "it broke"),
+    ]
+    chosen = pd.DataFrame(rows, columns=["engine", "setting", "constrained", "error", "within", "failure"])
+    chosen = chosen.assign(motion="slider", variant="", knob="h", value=0.1, seconds=0.01)
+    best = most_accurate(pd.concat([chosen, chosen.assign(motion="pendulum")], ignore_index=True))
+    assert best.groupby("motion")["setting"].apply(set).tolist() == [{"rattle", "tendons", "hinges"}] * 2
+    (axis,) = grid_of_axes(1, 1, 2.0)[1].flat
+    equal_cost(axis, best)
+    assert [label.get_text() for label in axis.get_yticklabels()] == [BY_KEY["pendulum"].title, BY_KEY["slider"].title]
+    drawn = [(marks.get_offsets().tolist(), len(marks.get_facecolor())) for marks in axis.collections if len(marks.get_offsets()) == 2]
+    assert [(places[0][0], filled > 0) for places, filled in drawn] == [(1e-5, True), (1e-7, False), (1e-4, True)]
 
 
 def worse(numbers, **cells):

@@ -5,8 +5,9 @@
 Every method that takes a problem is run with step sizes or tolerances of a fine ladder: every fourth rung first, and all of those between
 two rungs where an accuracy is reached from one to the next. Nothing is predicted, and no ladder is cut short before a run costs twice as
 much as the cheapest one of the highest accuracy that the motion is known to. Errors are against heyoka's Taylor series at 2.2e-16, or
-SciPy's DOP853 where it does not take the problem, once the certified reference, or a second run by DOP853, agrees with it. The price of a
-run is the sum of its exact work counts times what each costs, which is fitted to times of all runs of that method on that problem.
+SciPy's DOP853 where it does not take the problem or does not reach its end, once the certified reference, or a second run by DOP853, agrees
+with it. The price of a run is the sum of its exact work counts times what each costs, which is fitted to times of all runs of that method
+on that problem.
 
 Results are kept, a line each, so that a search goes on where it was ended. ``--report`` says how often the choices of advice are within 1.5
 times the cheapest, with the exact interval of that share, and lists the others. ``--answers FILE`` puts the answers, without the runs,
@@ -60,7 +61,7 @@ CALLS = 200_000
 """Most calls of a run by tolerance."""
 
 LIMIT = WorkLimit(10**6, 10**6, 1)
-"""Work of a run that the motion is taken from, at most."""
+"""Most work of a run from which the motion is taken."""
 
 STRIDE = 4
 """Rungs of a ladder from one run to the next, before those between them are tried."""
@@ -96,10 +97,10 @@ class Motion:
 
     def error(self, run: Any, count: int) -> float:
         """Return the largest error of a run that has stored ``count`` equidistant states and its start."""
-        states = run.y if isinstance(self.ivp, PoissonIvp) else run.q
-        if run.failure is not None or len(states) != count + 1:
+        reached = part(self.ivp, run)
+        if run.failure is not None or len(reached) != count + 1:
             return math.inf
-        off = np.abs(states - self.states[:: GRID // count])
+        off = np.abs(reached - self.states[:: GRID // count])
         return float(np.max(off)) if np.all(np.isfinite(off)) else math.inf
 
 
@@ -120,11 +121,12 @@ def states(ivp: Any, name: str, tol: float, t_end: float, points: int) -> Any:
 def motion(ivp: Any, t_end: float) -> Motion:
     """Return the motion of a problem, computed twice."""
     taylor, other = "heyoka:taylor", "scipy:DOP853"
-    exact, second = states(ivp, taylor, 2.2e-16, t_end, GRID + 1), states(ivp, other, 2.5e-14, t_end, 61)
+    exact, tol = states(ivp, taylor, 2.2e-16, t_end, GRID + 1), 2.5e-14
     if exact is None:
-        exact, second = states(ivp, other, 2.5e-14, t_end, GRID + 1), states(ivp, other, 3e-13, t_end, 61)
+        exact, tol = states(ivp, other, 2.5e-14, t_end, GRID + 1), 3e-13
     if exact is None:
-        raise DaebenchError("no solver reaches its end")
+        raise DaebenchError("no solver that takes it reaches its end within a million calls")
+    second = states(ivp, other, tol, t_end, 61)
     bounds = []
     if second is not None:
         bounds.append(10 * float(np.max(np.abs(second - exact[:: GRID // 60]))))
@@ -255,7 +257,7 @@ def climbed(where: Motion, name: str, cheapest: float) -> dict[str, Any]:
 
 
 def answered(search: dict[str, Any], accuracy: float) -> dict[str, Any]:
-    """Return what advice says to a question, and its price over the cheapest of the search."""
+    """Return what advice says to a question, and its price over the cheapest; it is not asked where the motion is not known well enough."""
     about = {key: search[key] for key in ("problem", "case", "t_end")} | {"accuracy": accuracy}
     known = search["bound"] is not None and known_to(search["bound"], accuracy)
     candidates = [

@@ -8,7 +8,7 @@ from daebench.compiler.linear.dual_solvers import derivatives_written_out, elimi
 from daebench.compiler.linear.kernels import array_solver
 
 UNROLLED = 10
-"""Number of unknowns up to which elimination of stages is unrolled; beyond, its compilation takes longer than it saves."""
+"""Number of unknowns up to which elimination of stages is unrolled; with ten, loops take twice as long, and compile four times as fast."""
 
 UNROLLED_ENTRIES = 40
 """Number of entries of matrix and right sides up to which elimination with several right sides is unrolled; with 42, loops are as fast."""
@@ -87,13 +87,7 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     with one entry nothing can cancel: its relative pivot is 1, or 0 if it is 0.
     """
     N, extra, dual = range(n), range(rows), target.directions > 0
-    sides, read = ["x", *(f"y{r}_" for r in extra)], ("value({})" if dual else "{}").format
-    given = [[*(read(f"A[{i}][{j}]") for j in N), read(f"b[{i}]"), *(read(f"X[{r}][{i}]") for r in extra)] for i in N]
-    lines = [f"a{i}_{j} = {given[i][j]}" for i in N for j in N] if n > 1 else [f"row0_0 = {pack(given[0])}"]
-    lines += [f"s{i}_{j} = abs(a{i}_{j})" for i in N for j in N] if n > 1 else []
-    for i in N if n > 1 else ():
-        terms, scale = [f"s{i}_{j}" for j in N], f"max({', '.join(f's{i}_{j}' for j in N)})"
-        lines.append(f"row0_{i} = {pack([*(f'a{i}_{j}' for j in N), *given[i][n:], *terms, scale])}")
+    sides, lines = ["x", *(f"y{r}_" for r in extra)], _first_rows(n, rows, "value({})" if dual else "{}")
     for k in N:
         lines += _elimination(k, n, sides, noted=dual)
     for k in reversed(N):
@@ -116,12 +110,25 @@ def solver(name: str, n: int, target: Target, rows: int = 0) -> str:
     return function(f"{name}(A, b, X)", *lines, f"return {solution}, {others}, pivot")
 
 
+def _first_rows(n: int, rows: int, read: str) -> list[str]:
+    """Source of the rows of step 0, see :func:`_elimination`; ``read`` is the format of an entry that is read."""
+    N, lines = range(n), []
+    for i in N:
+        entries, moduli = [f"e{i}_{j}" for j in N], [f"m{i}_{j}" for j in N]
+        lines += [f"{entry} = {read.format(f'A[{i}][{j}]')}" for j, entry in enumerate(entries)]
+        lines += [f"{modulus} = abs({entry})" for modulus, entry in zip(moduli, entries, strict=True) if n > 1]
+        sides = [read.format(f"b[{i}]"), *(read.format(f"X[{r}][{i}]") for r in range(rows))]
+        scaling = [*moduli, f"max({', '.join(moduli)})"] if n > 1 else []
+        lines.append(f"row0_{i} = {pack([*entries, *sides, *scaling])}")
+    return lines
+
+
 def _elimination(k: int, n: int, sides: Sequence[str], *, noted: bool) -> list[str]:
     """Source of step k: the row with the largest pivot is exchanged with row k, then the entries below the pivot are eliminated.
 
-    A row is one tuple: its entries from column k on, its right sides, sums of moduli if there are several rows, and its scale. Only rows
-    are assigned more than once: numba takes a time for each such name that grows with the length of the function. Exchanges and factors
-    have names if the derivatives are computed from them.
+    A row is one tuple: its entries from column k on, its right sides, and, if there are several rows, its sums of moduli and its scale.
+    Rows are the only names that are assigned under a test. For each name that is assigned more than once numba takes a time that grows with
+    the length of the function. Exchanges have names if derivatives are computed from them, as they are from the factors.
     """
     left, right = range(k + 1, n), n - k + len(sides)
     top, last = f"row{k}_{k}", right + n - k

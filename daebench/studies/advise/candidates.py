@@ -15,7 +15,7 @@ CONSTRAINED = (
     *("radau3_ggl", "generalized_alpha", "rattle_conformal"),
     *("heyoka:taylor", "cvode:adams", "ida:index1", "ida:index2", "ida:ggl", "ida:ode", "scipy:DOP853", "solve_dae:Radau"),
 )
-"""Methods for constrained problems: one or two of each family."""
+"""Methods for constrained problems: one to three of each family."""
 
 POISSON = (
     *("symplectic_euler", "strang", "strang/suzuki4", "strang/kahan_li8", "midpoint", "midpoint/suzuki4", "midpoint/kahan_li8", "rk4"),
