@@ -55,6 +55,14 @@ def test_each_lane_computes_what_a_double_does_to_the_bit():
         assert np.array_equal(np.signbit(together(numbers)[3:5]), np.signbit(expected[3:5]))
 
 
+def test_a_number_that_all_runs_share_is_written_for_each_of_them():
+    names = {name: getattr(nested, name) for name in nested.__all__} | {"W": W}
+    exec("def call(output, column):\n    put((output, column), 0, 1, 2.5, W)", names)
+    output = np.zeros((1, 2, W + 2))
+    njit(error_model="numpy")(names["call"])(output, 1)
+    assert output[0].tolist() == [[0.0] * (W + 2), [0.0, *[2.5] * W, 0.0]]
+
+
 def exchanged(x, y, z):
     if abs(x) < abs(y):
         x, y = y, x

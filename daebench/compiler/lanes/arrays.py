@@ -143,10 +143,10 @@ def entry_of(typingctx: Any, array: Any, row: Any, place: Any, width: Any) -> An
     return lanes(array, row, place, width), lowered
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _put(typingctx: Any, array: Any, row: Any, place: Any, column: Any, x: Any) -> Any:
-    """Write lanes into an array at [row, place, column] and the entries after it; if row or place are lanes, from column 0 on."""
-    lanes = Lanes(array.dtype, width_of([x, row, place]))
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def _put(typingctx: Any, array: Any, row: Any, place: Any, column: Any, x: Any, width: Any) -> Any:
+    """Write lanes, or a number for each, into an array at [row, place, column] and after it; from column 0 on if a place is lanes."""
+    lanes = Lanes(array.dtype, width.literal_value)
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         value = context.cast(builder, args[4], x, lanes)
@@ -158,24 +158,19 @@ def _put(typingctx: Any, array: Any, row: Any, place: Any, column: Any, x: Any) 
         builder.store(value, _address(context, builder, array, args[0], indices, lanes)).align = 8
         return context.get_dummy_value()
 
-    return types.none(array, row, place, column, x), lowered
+    return types.none(array, row, place, column, x, width), lowered
 
 
-def put(array: Any, row: Any, place: Any, x: Any) -> None:
-    """Write lanes into an array whose last axis is the lanes, or into columns of (array, column)."""
+def put(array: Any, row: Any, place: Any, x: Any, width: Any) -> None:
+    """Write lanes, or a number for each, into an array whose last axis is the lanes, or into columns of (array, column)."""
 
 
-@overload(put, strict=False)  # type: ignore[untyped-decorator]
-def _putting(array: Any, row: Any, place: Any, x: Any) -> Any:
+@overload(put, strict=False, prefer_literal=True)  # type: ignore[untyped-decorator]
+def _putting(array: Any, row: Any, place: Any, x: Any, width: Any) -> Any:
+    lanes = width.literal_value
     if isinstance(array, types.BaseTuple):
-        return lambda array, row, place, x: _put(array[0], row, place, array[1], x)
-    if isinstance(x, Lanes):
-        return lambda array, row, place, x: _put(array, row, place, 0, x)
-
-    def same(array: Any, row: Any, place: Any, x: Any) -> None:
-        array[row, place, :] = x
-
-    return same
+        return lambda array, row, place, x, width: _put(array[0], row, place, array[1], x, lanes)
+    return lambda array, row, place, x, width: _put(array, row, place, 0, x, lanes)
 
 
 def largest(array: Any, row: Any, width: Any) -> Any:

@@ -324,7 +324,7 @@ class _Straight(ast.NodeTransformer):
             value = value if mask is None else _call("select", _name(mask), value, _call("entry_of", target.value, *places, _name("LANES")))
         elif mask or not isinstance(target.slice, ast.Tuple):
             raise InvalidProblem(f"{self.node.name} writes {ast.unparse(target)}; several runs at once do not support this.")
-        return ast.Expr(_call("put", target.value, *places, value))
+        return ast.Expr(_call("put", target.value, *places, value, _name("LANES")))
 
     def _places(self, node: ast.Subscript) -> list[ast.expr]:
         """Return row and column of an entry of an array."""

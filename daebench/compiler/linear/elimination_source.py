@@ -8,7 +8,7 @@ from daebench.compiler.linear.dual_solvers import derivatives_written_out, elimi
 from daebench.compiler.linear.kernels import array_solver
 
 UNROLLED = 10
-"""Number of unknowns up to which elimination of stages is unrolled; with ten, loops take twice as long, and compile four times as fast."""
+"""Number of unknowns up to which elimination is unrolled; with ten, loops take twice as long, and compile four times as fast."""
 
 UNROLLED_ENTRIES = 40
 """Number of entries of matrix and right sides up to which elimination with several right sides is unrolled; with 42, loops are as fast."""
@@ -43,7 +43,8 @@ class Target(NamedTuple):
 
 def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
     """Source of elimination with this many extra right sides, unrolled or not according to its size."""
-    return solver(name, n, target, rows) if n * (n + rows) <= UNROLLED_ENTRIES else large_solver(name, n, target, rows)
+    unrolled = n * (n + rows) <= UNROLLED_ENTRIES if rows else n <= UNROLLED
+    return (solver if unrolled else large_solver)(name, n, target, rows)
 
 
 def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:

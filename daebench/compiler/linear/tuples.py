@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from daebench.compiler.codegen import function, pack
 from daebench.compiler.linear.dual_solvers import least_squares_dual
-from daebench.compiler.linear.elimination_source import UNROLLED, Target, blocked, eliminating, large_solver, solver
+from daebench.compiler.linear.elimination_source import Target, blocked, eliminating
 from daebench.compiler.linear.kernels import array_solver
 
 
@@ -155,7 +155,7 @@ class Values:
     def _solvers(self) -> dict[str, Callable[[], str]]:
         """Solutions of linear systems."""
         return {
-            "solve": lambda: self._of_constraints("solve", self.m) or solver("solve", self.m, self.target),
+            "solve": lambda: self._of_constraints("solve", self.m) or eliminating("solve", self.m, self.target),
             "solve_d": lambda: eliminating("solve_d", self.d, self.target),
             "solve_dm": lambda: eliminating("solve_dm", self.d, self.target, self.m),
             "solve_dd": lambda: eliminating("solve_dd", self.d, self.target, self.d),
@@ -186,12 +186,11 @@ class Values:
         parts = pack(pack(f"z[{i * size + k}]" for k in range(size)) for i in range(blocks))
         main = function(f"{name}(B, b)", f"z, pivot = _{name}({whole}, {right})", f"return {parts}, pivot")
         inner = self._of_constraints(f"_{name}", n) if size == self.m else ""
-        inner = inner or (solver(f"_{name}", n, self.target) if n <= UNROLLED else large_solver(f"_{name}", n, self.target))
-        return inner + main
+        return (inner or eliminating(f"_{name}", n, self.target)) + main
 
     def _solve_2d(self) -> str:
         """Source of solve_2d(A, b): A (x, y) = b for two halves, each of half the size of a state."""
-        return solver("_solve_2d", 2 * self.d, self.target) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
+        return eliminating("_solve_2d", 2 * self.d, self.target) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
 
     def _solve_2m(self) -> str:
         """Source of solve_2m(A, B, C, D, b, c): the block system [[A, B], [C, D]] (x, y) = (b, c)."""
@@ -200,4 +199,4 @@ class Values:
         whole = pack(pack(f"{blocks[i // m, j // m]}[{i % m}][{j % m}]" for j in range(2 * m)) for i in range(2 * m))
         right = pack([f"b[{i}]" for i in range(m)] + [f"c[{i}]" for i in range(m)])
         main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", _halves(m))
-        return (self._of_constraints("_solve_2m", 2 * m) or solver("_solve_2m", 2 * m, self.target)) + main
+        return (self._of_constraints("_solve_2m", 2 * m) or eliminating("_solve_2m", 2 * m, self.target)) + main
