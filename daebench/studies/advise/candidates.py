@@ -26,8 +26,8 @@ POISSON = (
 SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
 
-FIRST = "heyoka:taylor"
-"""The method that is tried before all others: it is among the cheapest on most problems, and so shows how far others need be followed."""
+FIRST = ("heyoka:taylor", "local:rk4")
+"""Methods that are tried before all others: one of them is among the cheapest on most problems, and shows how far others need be followed."""
 
 OF_SOLVERS = {"cvode:adams": 7, "scipy:DOP853": 6}
 """Where solvers that choose their steps stand among orders; others stand with order 3."""
@@ -64,10 +64,10 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     return sorted(accepted, key=lambda name: _rank(question, name)), left_out
 
 
-def _rank(question: Question, name: str) -> float:
-    """Return where a method stands: by its order, high orders first where accuracy is high."""
-    if name == FIRST:
-        return -math.inf
+def _rank(question: Question, name: str) -> tuple[float, int]:
+    """Return where a method stands: the first two, and then by its order, high orders first where accuracy is high."""
+    if name in FIRST:
+        return -math.inf, FIRST.index(name)
     solver = question.solver(name)
     order = (claimed_order(solver) or 2) if solver.knob == "h" else OF_SOLVERS.get(name, 3)
-    return float(-order if question.accuracy < SHARP else order)
+    return float(-order if question.accuracy < SHARP else order), 0
