@@ -27,7 +27,7 @@ SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
 
 FIRST = ("heyoka:taylor", "local:rk4")
-"""Methods that are tried before all others: one of them is near the cheapest on most problems, and shows how far others need be followed."""
+"""Methods that are tried before all others: one of them is near the cheapest on most problems, and bounds the time that others need."""
 
 OF_SOLVERS = {"cvode:adams": 7, "scipy:DOP853": 6}
 """Where solvers that choose their steps stand among orders; others stand with order 3."""
