@@ -18,6 +18,7 @@ searched.
 import argparse
 import json
 import math
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -65,6 +66,9 @@ LIMIT = WorkLimit(10**6, 10**6, 1)
 
 STRIDE = 4
 """Rungs of a ladder from one run to the next, before those between them are tried."""
+
+LOST = 5.0
+"""A method whose runs fail is followed up to a run of so long, s; the first is compiled, and may take longer."""
 
 TIMED = 8, 0.02
 """A run is timed so many times, and no longer than so long altogether, s; the best of its times counts."""
@@ -183,7 +187,10 @@ def ladder(where: Motion, name: str, cheapest: float) -> list[dict[str, Any]]:
         rungs = [(float(f"{10 ** (-k / 5):.3g}"), {"t_end": where.t_end, "points": 61}, 60) for k in range(5, 70)]
     least, before = math.inf, 0
     for k in range(0, len(rungs), STRIDE):
+        began = time.process_time()
         if (row := rung(where, method, *rungs[k])) is None:
+            if k and time.process_time() - began > LOST:
+                break
             continue
         rows[k] = row
         if any(row["error"] <= accuracy < least for accuracy in ACCURACIES):
@@ -239,6 +246,7 @@ def searched(ivp: Any, t_end: float, known: dict[str, Any], keep: Callable[[dict
     cheapest = math.inf
     for name in METHODS:
         if name not in known:
+            print(f"{ivp.problem} to {t_end:g} s: {name}", file=sys.stderr, flush=True)
             known[name] = climbed(where, name, cheapest)
             keep(about | {"method": name, **known[name]})
         rows = known[name]["rows"]
