@@ -36,6 +36,7 @@ from daebench.methods.names import method_of
 from daebench.reference.motion import certified_for
 from daebench.runs.ivp import PoissonIvp
 from daebench.runs.request import Request, WorkLimit
+from daebench.studies.advise.candidates import LARGE_CHART, operations_of_chart
 
 METHODS = (
     *("rattle/kahan_li8", "heyoka:taylor", "rattle/suzuki4", "rattle", "strang/kahan_li8", "strang/suzuki4", "strang", "symplectic_euler"),
@@ -151,6 +152,8 @@ def solver(ivp: Any, name: str) -> Any:
     method = method_of(ivp, name, anyway=True) if isinstance(ivp, PoissonIvp) else method_of(ivp, name)
     if why := method.refusal(ivp):
         raise DaebenchError(why)
+    if name.startswith("local:") and operations_of_chart(ivp) > LARGE_CHART:
+        raise DaebenchError(f"the chart of {ivp.problem} takes too long to derive")
     return method
 
 

@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from daebench.errors import BadInput
+from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.studies.advise.question import Question
 from daebench.studies.grid.claimed import claimed
 from daebench.studies.grid.feasibility import feasible
@@ -22,6 +24,9 @@ POISSON = (
     *("heyoka:taylor", "cvode:adams", "ida:ode", "scipy:DOP853"),
 )
 """Methods for Poisson systems."""
+
+LARGE_CHART = 20_000
+"""Operations of a chart, counted as often as they are written, from which on no method in its coordinates is tried."""
 
 SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
@@ -55,6 +60,10 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     for name in (*(methods or ()), *also):
         question.solver(name)
     accepted, left_out = feasible(question.ivp, names)
+    if operations_of_chart(question.ivp) > LARGE_CHART:
+        for name in [name for name in accepted if name.startswith("local:")]:
+            accepted.remove(name)
+            left_out[name] = f"{name} was not tried: the chart of {question.problem} is so long that its equations take minutes to derive"
     for name in list(accepted):
         if lacking := set(question.keep) - claimed(question.ivp, question.solver(name)):
             accepted.remove(name)
@@ -62,6 +71,18 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     if not accepted:
         raise BadInput(f"no method is left for {question.problem}: {'; '.join(why.rstrip('.') for why in left_out.values())}.")
     return sorted(accepted, key=lambda name: _rank(question, name)), left_out
+
+
+def operations_of_chart(ivp: ConstrainedIvp | PoissonIvp) -> int:
+    """Return how many operations there are in the chart of a problem if each is counted as often as it is written; 0 without a chart."""
+    chart, known = getattr(ivp.source.derivation.problem, "chart", None), dict[Any, int]()
+
+    def size(expression: Any) -> int:
+        if expression not in known:
+            known[expression] = 1 + sum(map(size, expression.args))
+        return known[expression]
+
+    return sum(size(value) for value in (*chart.p, *chart.q) if hasattr(value, "args")) if chart else 0
 
 
 def _rank(question: Question, name: str) -> tuple[float, int]:
