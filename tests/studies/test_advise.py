@@ -104,6 +104,7 @@ def test_a_chart_that_takes_minutes_to_derive_is_left_out_and_it_is_said():
     assert "rattle" in names
     assert not [name for name in names if name.startswith("local:")]
     assert "so long that its equations take minutes to derive" in left_out["local:rk4"]
+    assert candidates(Question(**{**QUESTION, "problem": "watt_six_bar", "case": "turning"}), ["local:rk4"], ())[0] == ["local:rk4"]
 
 
 def test_a_method_at_its_round_off_is_given_up_and_says_so():

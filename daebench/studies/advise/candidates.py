@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from daebench.errors import BadInput
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
@@ -26,13 +25,13 @@ POISSON = (
 """Methods for Poisson systems."""
 
 LARGE_CHART = 20_000
-"""Operations of a chart, counted as often as they are written, from which on no method in its coordinates is tried."""
+"""Operations of a chart, counted as often as they are written, from which on a method in its coordinates is tried only if it is named."""
 
 SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
 
 FIRST = ("heyoka:taylor", "local:rk4")
-"""Methods that are tried before all others: one of them is near the cheapest on most problems, and bounds the time that others need."""
+"""Methods that are tried before all others. They are often the cheapest, and what they take bounds how far others are followed."""
 
 OF_SOLVERS = {"cvode:adams": 7, "scipy:DOP853": 6}
 """Where solvers that choose their steps stand among orders; others stand with order 3."""
@@ -60,8 +59,9 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     for name in (*(methods or ()), *also):
         question.solver(name)
     accepted, left_out = feasible(question.ivp, names)
-    if operations_of_chart(question.ivp) > LARGE_CHART:
-        for name in [name for name in accepted if name.startswith("local:")]:
+    unasked = [name for name in accepted if name.startswith("local:") and name not in (*(methods or ()), *also)]
+    if unasked and operations_of_chart(question.ivp) > LARGE_CHART:
+        for name in unasked:
             accepted.remove(name)
             left_out[name] = f"{name} was not tried: the chart of {question.problem} is so long that its equations take minutes to derive"
     for name in list(accepted):
@@ -75,14 +75,10 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
 
 def operations_of_chart(ivp: ConstrainedIvp | PoissonIvp) -> int:
     """Return how many operations there are in the chart of a problem if each is counted as often as it is written; 0 without a chart."""
-    chart, known = getattr(ivp.source.derivation.problem, "chart", None), dict[Any, int]()
+    import sympy as sp
 
-    def size(expression: Any) -> int:
-        if expression not in known:
-            known[expression] = 1 + sum(map(size, expression.args))
-        return known[expression]
-
-    return sum(size(value) for value in (*chart.p, *chart.q) if hasattr(value, "args")) if chart else 0
+    chart = getattr(ivp.source.derivation.problem, "chart", None)
+    return int(sp.count_ops([*chart.p, *chart.q])) if chart else 0
 
 
 def _rank(question: Question, name: str) -> tuple[float, int]:
