@@ -118,7 +118,8 @@ const parts = (run) => { const x = run.state(); return { x, p: [...x.slice(0, 3)
       return [{ ...curve, dash: dashes[name], name: plot.width > 700 ? names[name] : names[name].split(",")[0] }, { ...curve, dots: true }];
     });
     plot.draw();
-    $("[data-meter]", element).textContent = x === "ms" ? untimed.length ? `measuring: ${untimed.length} runs are left` : "each time is the smallest mean of several" : "slopes: " + DATA.schemes.map((name) => `${names[name].split(",")[0]} ${Number.isFinite(slope(name)) ? slope(name).toFixed(2) : "…"}`).join(" · ");
+    const left = untimed.length, times = left ? `measuring: ${left} runs are left` : "each time is the smallest mean of several";
+    $("[data-meter]", element).textContent = x === "ms" ? times : "slopes: " + DATA.schemes.map((name) => `${names[name].split(",")[0]} ${Number.isFinite(slope(name)) ? slope(name).toFixed(2) : "…"}`).join(" · ");
   }
   Frames.add(element, tick);
   show();
