@@ -8,7 +8,9 @@ from sympy.codegen.cfunctions import expm1, log1p
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 
+from daebench.compiler.parts import parts, rebuilt
 from daebench.errors import InvalidProblem
+from daebench.systems.definition_parts import extent
 
 ARCTAN2 = "from daebench.runs.local_flow import arctan2\n\n\n"
 """Inserted before the map into coordinates if it may contain an angle, because NumPy's own function does not take complex numbers."""
@@ -50,20 +52,17 @@ ROUNDED = sp.Rational(1, 2**53)
 """Tolerance of the test for 1: numbers closer to 1 than this are 1 in double precision."""
 
 
-def _near_one(expression: sp.Expr) -> sp.Expr:
-    """Return an expression with log(1 + x) and exp(x) - 1 as separate functions, which are accurate for small x."""
-
-    def near(part: sp.Expr) -> sp.Expr:
-        if part.func is sp.log:
-            return log1p(part.args[0] - 1)
-        powers = [term for term in part.args if term.func is sp.exp]
+def _near_one(part: sp.Expr) -> sp.Expr:
+    """Return log(1 + x) and exp(x) - 1 as functions of their own, which are accurate for small x; any other part as it is."""
+    if part.func is sp.log and part.args[0].is_Add and abs(part.args[0].as_coeff_Add()[0] - 1) < ROUNDED:
+        return log1p(part.args[0] - 1)
+    if part.is_Add and sp.S.NegativeOne in part.args and (powers := [term for term in part.args if term.func is sp.exp]):
         return part - powers[0] + 1 + expm1(powers[0].args[0])
+    return part
 
-    def from_one(part: sp.Expr) -> bool:
-        return bool(part.func is sp.log and part.args[0].is_Add and abs(part.args[0].as_coeff_Add()[0] - 1) < ROUNDED)
 
-    logarithms = expression.replace(from_one, near)
-    return logarithms.replace(lambda part: part.is_Add and sp.S.NegativeOne in part.args and any(t.func is sp.exp for t in part.args), near)
+LONG = 10**6
+"""Operations, written out, from which on terms keep the order that they have: SymPy takes minutes to put them into its own."""
 
 
 UNPRINTED: tuple[type[Exception], ...] = (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError, KeyError)
@@ -112,8 +111,9 @@ def _straight_line(
     name: str, values: Sequence[sp.Expr], private: Mapping[sp.Symbol, sp.Symbol], sources: Mapping[sp.Symbol, str]
 ) -> tuple[list[str], list[str]]:
     """Return lines for the common subexpressions of values, given each symbol's private name and source; and the sources of the values."""
-    whole = [_near_one(sp.sympify(value).xreplace(private)) for value in values]
-    shared, reduced = sp.cse(whole, symbols=sp.numbered_symbols("t_"), list=True)
+    whole = rebuilt(rebuilt([sp.sympify(value) for value in values], lambda part: private.get(part, part)), _near_one)
+    order = "canonical" if sum(extent(value)[0] for value in whole) < LONG else "none"
+    shared, reduced = sp.cse(whole, symbols=sp.numbered_symbols("t_"), list=True, order=order)
     used = set().union(*(value.free_symbols for value in [*reduced, *(value for _, value in shared)]))
     printer = _Printer()
     load = [f"{private[symbol]} = {source}" for symbol, source in sources.items() if private[symbol] in used]
@@ -141,11 +141,12 @@ def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mappin
 
 def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
     """Check that the expressions are finite, real and without cases; raise InvalidProblem otherwise."""
-    if any(value.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for value in values):
+    every = list(parts(values))
+    if any(part in (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I) for part in every):
         raise InvalidProblem(
             f"{name} is not a finite real number anywhere: it has infinity, NaN or the imaginary unit in it; write it otherwise."
         )
-    if any(value.has(sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling) for value in values):
+    if any(isinstance(part, (sp.Piecewise, sp.Min, sp.Max, sp.floor, sp.ceiling)) for part in every):
         raise InvalidProblem(f"{name} contains cases, a minimum, a maximum or a floor; H and g must be twice differentiable.")
 
 

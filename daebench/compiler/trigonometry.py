@@ -2,8 +2,13 @@
 
 import sympy as sp
 
+from daebench.systems.definition_parts import extent
+
 LONG, SHORT = 1000, 60
 """Number of operations above which nothing is shortened, and number up to which SymPy's own simplification is tried last."""
+
+VERY_LONG = 10 * LONG
+"""Number of nodes, written out, above which operations are not even counted."""
 
 
 def shortened(expression: sp.Expr) -> sp.Expr:
@@ -17,7 +22,7 @@ def shortened(expression: sp.Expr) -> sp.Expr:
     expression : Expr
         Any expression; one so long that simplification would take minutes is returned unchanged.
     """
-    if expression.count_ops() > LONG:
+    if extent(expression)[0] > VERY_LONG or expression.count_ops() > LONG:
         return expression
     if expression.is_rational_function():
         return min((expression, sp.factor(expression)), key=sp.count_ops)

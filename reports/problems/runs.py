@@ -39,16 +39,12 @@ FAMILY = {name: family for family, members in FAMILIES.items() for name in membe
 BUTANE = "the derivation and compilation of the derivatives of the torsion force that they need takes too long"
 SQUEEZER = "the derivation and compilation of the derivatives of M(q) of seven bodies on three loops that they need takes too long"
 BODY = "the derivation and compilation of the derivatives that they need for nine positions under six constraints takes too long"
-WATER = "the derivation and compilation of the derivatives that it needs for the attitude of a molecule takes too long"
-DYADS = "the derivation of the equations in its chart, whose two dyads are nested square roots, takes too long"
 REDUNDANT = "the derivation and compilation for so many positions under redundant constraints takes too long"
 SOLVERS = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams", "scipy:DOP853")
 LEFT_OUT: Mapping[tuple[str, str], str] = MappingProxyType(
-    {("butane", name): BUTANE for name in ("local:midpoint", "ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
-    | {("andrews_squeezer", name): SQUEEZER for name in ("local:midpoint", "ida:index1", "ida:ggl", "cvode:adams")}
-    | {("rigid_water", "local:midpoint"): WATER}
-    | {("watt_six_bar", "local:midpoint"): DYADS}
-    | {(problem, name): REDUNDANT for problem in ("bricard", "cyclohexane_ring") for name in ("local:midpoint", "radau2_ggl", *SOLVERS)}
+    {("butane", name): BUTANE for name in ("ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
+    | {("andrews_squeezer", name): SQUEEZER for name in ("ida:index1", "ida:ggl", "cvode:adams")}
+    | {(problem, name): REDUNDANT for problem in ("bricard", "cyclohexane_ring") for name in ("radau2_ggl", *SOLVERS)}
     | {("rigid_body_rotation", name): BODY for name in ("ida:index2", "ida:index1", "ida:ggl", "cvode:adams")}
 )
 """Pairs of a problem and a method that are not run, with the reason."""

@@ -10,7 +10,7 @@ import pytest
 
 import daebench
 from daebench.errors import BadInput
-from daebench.studies.advise.candidates import LARGE_CHART, candidates, operations_of_chart
+from daebench.studies.advise.candidates import candidates
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import error_of, search
@@ -94,17 +94,7 @@ def test_a_search_does_not_depend_on_the_unit_of_length(monkeypatch):
 def test_the_methods_that_are_mostly_cheap_are_tried_first_at_every_accuracy():
     for accuracy in (1e-2, 1e-6, 1e-12):
         names, _ = candidates(Question(**{**QUESTION, "accuracy": accuracy}), None, ())
-        assert names[:2] == ["heyoka:taylor", "local:rk4"]
-
-
-def test_a_chart_that_takes_minutes_to_derive_is_left_out_and_it_is_said():
-    few, many = (operations_of_chart(daebench.initial_value_problem(name)) for name in ("planar_pendulum", "watt_six_bar"))
-    assert few < 100 < LARGE_CHART < many
-    names, left_out = candidates(Question(**{**QUESTION, "problem": "watt_six_bar", "case": "turning"}), None, ())
-    assert "rattle" in names
-    assert not [name for name in names if name.startswith("local:")]
-    assert "so long that its equations take minutes to derive" in left_out["local:rk4"]
-    assert candidates(Question(**{**QUESTION, "problem": "watt_six_bar", "case": "turning"}), ["local:rk4"], ())[0] == ["local:rk4"]
+        assert names[:3] == ["heyoka:taylor", "rk4", "local:rk4"]
 
 
 def test_a_method_at_its_round_off_is_given_up_and_says_so():

@@ -9,6 +9,8 @@ SciPy's DOP853 where it does not take the problem or does not reach its end, onc
 with it. The price of a run is the sum of its exact work counts times what each costs, which is fitted to times of all runs of that method
 on that problem.
 
+Each method has a process of its own and five minutes: large mechanisms by methods of many stages take longer than that to compile.
+
 Results are kept, a line each, so that a search goes on where it was ended. ``--report`` says how often the choices of advice are within 1.5
 times the cheapest, with the exact interval of that share, and lists the others. ``--answers FILE`` puts the answers, without the runs,
 into a file that has those of earlier searches; ``exhaustive_answers.jsonl`` beside this file has those of all problems that have been
@@ -23,6 +25,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +39,6 @@ from daebench.methods.names import method_of
 from daebench.reference.motion import certified_for
 from daebench.runs.ivp import PoissonIvp
 from daebench.runs.request import Request, WorkLimit
-from daebench.studies.advise.candidates import LARGE_CHART, operations_of_chart
 
 METHODS = (
     *("rattle/kahan_li8", "heyoka:taylor", "rattle/suzuki4", "rattle", "strang/kahan_li8", "strang/suzuki4", "strang", "symplectic_euler"),
@@ -73,6 +75,14 @@ LOST = 5.0
 
 TIMED = 8, 0.02
 """A run is timed so many times, and no longer than so long altogether, s; the best of its times counts."""
+
+PATIENCE = 300.0
+"""Longest time that the runs of a method on a problem may take with their compilation, s; twice as long as a whole answer of advice."""
+
+FORK = get_context("fork")
+
+EMPTY: dict[str, Any] = {"rows": [], "costs": {}}
+"""The ladder of a method that does not take a problem."""
 
 KEPT = ("problem", "case", "t_end", "accuracy", "known", "best", "choice", "ratio", "kept", "why")
 """What is kept of an answer."""
@@ -152,8 +162,6 @@ def solver(ivp: Any, name: str) -> Any:
     method = method_of(ivp, name, anyway=True) if isinstance(ivp, PoissonIvp) else method_of(ivp, name)
     if why := method.refusal(ivp):
         raise DaebenchError(why)
-    if name.startswith("local:") and operations_of_chart(ivp) > LARGE_CHART:
-        raise DaebenchError(f"the chart of {ivp.problem} takes too long to derive")
     return method
 
 
@@ -250,12 +258,27 @@ def searched(ivp: Any, t_end: float, known: dict[str, Any], keep: Callable[[dict
     for name in METHODS:
         if name not in known:
             print(f"{ivp.problem} to {t_end:g} s: {name}", file=sys.stderr, flush=True)
-            known[name] = climbed(where, name, cheapest)
+            known[name] = bounded(where, name, cheapest)
             keep(about | {"method": name, **known[name]})
         rows = known[name]["rows"]
         if rows and rows[-1]["error"] <= where.sought:
             cheapest = min(cheapest, rows[-1]["seconds"])
     return about | known.pop("") | {"ladders": known}
+
+
+def bounded(where: Motion, name: str, cheapest: float) -> dict[str, Any]:
+    """Return the ladder of a method, made in a process of its own; empty, with the reason, after :data:`PATIENCE`."""
+    receiver, sender = FORK.Pipe(duplex=False)
+    process = FORK.Process(target=lambda: sender.send(climbed(where, name, cheapest)))
+    process.start()
+    sender.close()
+    try:
+        return dict(receiver.recv()) if receiver.poll(PATIENCE) else EMPTY | {"why": f"it takes longer than {PATIENCE:g} s"}
+    except EOFError:
+        return EMPTY | {"why": "its process was lost"}
+    finally:
+        process.kill()
+        process.join()
 
 
 def climbed(where: Motion, name: str, cheapest: float) -> dict[str, Any]:
@@ -264,7 +287,7 @@ def climbed(where: Motion, name: str, cheapest: float) -> dict[str, Any]:
         rows = ladder(where, name, cheapest)
     except DaebenchError:
         rows = []
-    return {"rows": rows, "costs": prices(rows) if rows else {}}
+    return {"rows": rows, "costs": prices(rows)} if rows else EMPTY
 
 
 def answered(search: dict[str, Any], accuracy: float) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.derivatives import nested_jacobian
 from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored
@@ -59,12 +60,12 @@ class LocalDerivation(Derivation):
     def K_y(self) -> sp.Matrix:
         """Gradient of K(y) = H(chi(y)), shape(2 n,)."""
         chi = dict(zip([*self.problem.p, *self.problem.q], [*self.chart.p, *self.chart.q], strict=True))
-        return sp.Matrix([self.H.subs(chi, simultaneous=True)]).jacobian(self.y).T
+        return nested_jacobian([self.H.subs(chi, simultaneous=True)], self.y).T
 
     @cached_property
     def two_form(self) -> sp.Matrix:
         """X^T J X with X = chi'(y), the inverse of B(y) of (2.21)."""
-        p_y, q_y = (sp.Matrix(list(part)).jacobian(self.y) for part in (self.chart.p, self.chart.q))
+        p_y, q_y = (nested_jacobian(part, self.y) for part in (self.chart.p, self.chart.q))
         half = p_y.T * q_y
         upper = sp.Matrix(*half.shape, lambda i, j: shortened(half[i, j] - half[j, i]) if i < j else 0)
         return upper - upper.T

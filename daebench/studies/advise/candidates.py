@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 from daebench.errors import BadInput
-from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.studies.advise.question import Question
 from daebench.studies.grid.claimed import claimed
 from daebench.studies.grid.feasibility import feasible
@@ -24,13 +23,10 @@ POISSON = (
 )
 """Methods for Poisson systems."""
 
-LARGE_CHART = 20_000
-"""Operations of a chart, counted as often as they are written, from which on a method in its coordinates is tried only if it is named."""
-
 SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
 
-FIRST = ("heyoka:taylor", "local:rk4")
+FIRST = ("heyoka:taylor", "rk4", "local:rk4")
 """Methods that are tried before all others. They are often the cheapest, and what they take bounds how far others are followed."""
 
 OF_SOLVERS = {"cvode:adams": 7, "scipy:DOP853": 6}
@@ -59,11 +55,6 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     for name in (*(methods or ()), *also):
         question.solver(name)
     accepted, left_out = feasible(question.ivp, names)
-    unasked = [name for name in accepted if name.startswith("local:") and name not in (*(methods or ()), *also)]
-    if unasked and operations_of_chart(question.ivp) > LARGE_CHART:
-        for name in unasked:
-            accepted.remove(name)
-            left_out[name] = f"{name} was not tried: the chart of {question.problem} is so long that its equations take minutes to derive"
     for name in list(accepted):
         if lacking := set(question.keep) - claimed(question.ivp, question.solver(name)):
             accepted.remove(name)
@@ -73,16 +64,8 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     return sorted(accepted, key=lambda name: _rank(question, name)), left_out
 
 
-def operations_of_chart(ivp: ConstrainedIvp | PoissonIvp) -> int:
-    """Return how many operations there are in the chart of a problem if each is counted as often as it is written; 0 without a chart."""
-    import sympy as sp
-
-    chart = getattr(ivp.source.derivation.problem, "chart", None)
-    return int(sp.count_ops([*chart.p, *chart.q])) if chart else 0
-
-
 def _rank(question: Question, name: str) -> tuple[float, int]:
-    """Return where a method stands: the first two, and then by its order, high orders first where accuracy is high."""
+    """Return where a method stands: the first three, and then by its order, high orders first where accuracy is high."""
     if name in FIRST:
         return -math.inf, FIRST.index(name)
     solver = question.solver(name)

@@ -1,0 +1,29 @@
+"""Each different part of expressions once: nested square roots have few of them, but written out they are a hundred thousand operations."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+import sympy as sp
+
+
+def parts(expressions: Iterable[sp.Basic]) -> Iterator[sp.Basic]:
+    """Yield each different part of expressions once, the expressions among them."""
+    met, waiting = set[sp.Basic](), list(expressions)
+    while waiting:
+        part = waiting.pop()
+        if part not in met:
+            met.add(part)
+            waiting += part.args
+            yield part
+
+
+def rebuilt(expressions: Sequence[sp.Expr], change: Callable[[sp.Basic], sp.Basic]) -> list[sp.Expr]:
+    """Return expressions with each part replaced by what ``change`` makes of it, after the parts of that part."""
+    known: dict[sp.Basic, sp.Basic] = {}
+
+    def made(part: sp.Basic) -> sp.Basic:
+        if part not in known:
+            arguments = [made(argument) for argument in part.args]
+            known[part] = change(part if arguments == list(part.args) else part.func(*arguments))
+        return known[part]
+
+    return [made(expression) for expression in expressions]
