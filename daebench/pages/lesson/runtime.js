@@ -143,8 +143,8 @@ class Plot extends Picture {
     this.curves = []; // named ones stand in a legend: above the axes, or with rows: true in them, at the bottom
     this.marks = [];
   }
-  place(width, height) {
-    const { x, y } = this.options, left = 62, right = 14, top = 26, bottom = 42;
+  place(width, height, above) {
+    const { x, y } = this.options, left = 62, right = 14, top = 26 + above, bottom = 42;
     const scale = ({ lo, hi, log }, from, to) => {
       const a = log ? Math.log10(lo) : lo, b = log ? Math.log10(hi) : hi;
       return (v) => from + (clamp(((log ? Math.log10(Math.max(v, 1e-300)) : v) - a) / (b - a), -0.02, 1.02)) * (to - from);
@@ -152,7 +152,8 @@ class Plot extends Picture {
     return { left, top, right: width - right, bottom: height - bottom, X: scale(x, left, width - right), Y: scale(y, height - bottom, top) };
   }
   axes(pen, width, height) {
-    const { x, y } = this.options, box = this.place(width, height), ink = colour("--ink"), hair = colour("--hair");
+    const rows = this.named(pen, width), above = this.options.rows ? 0 : 17 * (rows.length - 1);
+    const { x, y } = this.options, box = this.place(width, height, above), ink = colour("--ink"), hair = colour("--hair");
     pen.lineWidth = 1; pen.fillStyle = ink; pen.textAlign = "center"; pen.textBaseline = "top";
     for (const [value, text] of ticks(x.lo, x.hi, x.log, Math.max(2, Math.floor((box.right - box.left) / 70)))) {
       line(pen, [[box.X(value), box.top], [box.X(value), box.bottom]], hair);
@@ -167,14 +168,16 @@ class Plot extends Picture {
     pen.textAlign = "left"; pen.textBaseline = "bottom"; pen.fillText(y.label, 4, box.top - 7);
     pen.textAlign = "right"; pen.fillText(x.label, box.right, height - 4);
     pen.textAlign = "right"; pen.textBaseline = "bottom";
-    let end = box.right;
-    for (const { name, colour: trace } of [...this.curves].reverse()) {
-      if (!name) continue;
-      pen.fillStyle = ink; pen.fillText(name, end, this.options.rows ? box.bottom - 8 : box.top - 7);
-      end -= pen.measureText(name).width + 9;
-      pen.fillStyle = trace; pen.fillRect(end - 10, (this.options.rows ? box.bottom - 8 : box.top - 7) - 9, 14, 4);
-      end -= 26;
-    }
+    rows.forEach((row, k) => {
+      const level = (this.options.rows ? box.bottom - 8 : box.top - 7) - 17 * k;
+      let end = box.right;
+      for (const { name, colour: trace } of row) {
+        pen.fillStyle = ink; pen.fillText(name, end, level);
+        end -= pen.measureText(name).width + 9;
+        pen.fillStyle = trace; pen.fillRect(end - 10, level - 9, 14, 4);
+        end -= 26;
+      }
+    });
     pen.save();
     pen.beginPath(); pen.rect(box.left, box.top - 2, box.right - box.left + 2, box.bottom - box.top + 4); pen.clip();
     for (const curve of this.curves) this.curve(pen, box, curve);
@@ -185,6 +188,24 @@ class Plot extends Picture {
       line(pen, [[at, box.top], [at, box.bottom]], mark.colour, [2, 3]);
       pen.fillText(mark.text, at + (flip ? -6 : 6), box.top + 3 + 16 * (mark.row || 0));
     }
+  }
+  /** The named curves, from the last, in rows upwards; the first row has none of them where there is no room beside the label. */
+  named(pen, width) {
+    const right = width - 14;
+    const fit = (room) => {
+      const rows = [[]];
+      let used = 0;
+      for (const curve of this.curves.filter(({ name }) => name).reverse()) {
+        const size = pen.measureText(curve.name).width + 35;
+        if (used && used + size > room) { rows.push([]); used = 0; }
+        rows.at(-1).push(curve);
+        used += size;
+      }
+      return rows;
+    };
+    if (this.options.rows) return fit(right - 62);
+    const beside = fit(right - pen.measureText(this.options.y.label).width);
+    return beside.length > 1 ? [[], ...fit(right)] : beside;
   }
   curve(pen, box, { x, y, colour: ink, dash = [], dots = false, width = 2 }) {
     pen.strokeStyle = pen.fillStyle = ink; pen.lineWidth = width; pen.setLineDash(dash); pen.lineJoin = "round";
