@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.errors import RunFailed
-from daebench.methods.formulations.constrained import Dae, Posed, pose
+from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.formulations.poisson import pose_poisson
+from daebench.methods.solvers.least_squares import reduced
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.scales import constrained_scales, poisson_scales
 
@@ -53,7 +54,7 @@ def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float 
 
     A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Otherwise the
     index-reduced ODE, HLW (1.18), or a Poisson system itself, is integrated by SciPy's DOP853 at 2.5e-14 from time to time, without
-    interpolation. The bound is then 10 times the difference from a run at 1e-13, or that rounding if it is larger.
+    interpolation; multipliers of redundant constraints are those of least norm where the case says so. The bound is then 10 times the difference from a run at 1e-13, or that rounding if it is larger.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def _ode(ivp: Any) -> Posed:
         raise RunFailed(
             f"the index-reduced equation of {ivp.problem} is not available for so many nodes; take fewer nodes, or finer runs of a method."
         )
-    return pose(ivp, "ode") if isinstance(ivp, ConstrainedIvp) else pose_poisson(ivp, "ode")
+    return reduced(ivp) if isinstance(ivp, ConstrainedIvp) else pose_poisson(ivp, "ode")
 
 
 def bound_of(tight: Array, loose: Array) -> float:

@@ -9,7 +9,7 @@ SciPy's DOP853 where it does not take the problem or does not reach its end, onc
 with it. The price of a run is the sum of its exact work counts times what each costs, which is fitted to times of all runs of that method
 on that problem.
 
-Each method has a process of its own and five minutes: large mechanisms by methods of many stages take longer than that to compile.
+Each method has a process of its own and the two minutes of an answer: methods of many stages on large mechanisms take longer to compile.
 
 Results are kept, a line each, so that a search goes on where it was ended. ``--report`` says how often the choices of advice are within 1.5
 times the cheapest, with the exact interval of that share, and lists the others. ``--answers FILE`` puts the answers, without the runs,
@@ -76,8 +76,8 @@ LOST = 5.0
 TIMED = 8, 0.02
 """A run is timed so many times, and no longer than so long altogether, s; the best of its times counts."""
 
-PATIENCE = 300.0
-"""Longest time that the runs of a method on a problem may take with their compilation, s; twice as long as a whole answer of advice."""
+PATIENCE = 120.0
+"""Longest time that the runs of a method on a problem may take with their compilation, s: a whole answer of advice may not take longer."""
 
 FORK = get_context("fork")
 

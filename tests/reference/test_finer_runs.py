@@ -1,0 +1,17 @@
+"""Finer runs that errors are taken against where no certified reference fits: as near to certified motions as their bounds say."""
+
+import numpy as np
+import pytest
+
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.reference.motion import certified_for, own_run
+
+
+@pytest.mark.parametrize(("problem", "t_end"), [("bricard", 5.0), ("cyclohexane_ring", 8.0)])
+def test_with_redundant_constraints_they_are_the_certified_motion_with_multipliers_of_least_norm(problem, t_end):
+    where = initial_value_problem(problem)
+    certified = certified_for(where, t_end)
+    found = own_run(where, certified.t)
+    for name in ("q", "p", "lam"):
+        difference = np.linalg.norm(found.states[name] - certified.values[name], axis=1)
+        assert 0 < np.max(difference) <= np.max(found.bound[name]) < 1e-6
