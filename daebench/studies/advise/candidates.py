@@ -26,7 +26,7 @@ POISSON = (
 SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
 
-FIRST = ("heyoka:taylor", "rk4", "local:rk4")
+FIRST = ("heyoka:taylor", "local:rk4", "rk4")
 """Methods that are tried before all others. They are often the cheapest, and what they take bounds how far others are followed."""
 
 OF_SOLVERS = {"cvode:adams": 7, "scipy:DOP853": 6}
