@@ -23,8 +23,12 @@ def run(problem, case, t_end, tol=1e-14, **more):
 @needs_heyoka
 @pytest.mark.parametrize(
     ("name", "t_end"),
-    [("spherical_pendulum-fig1.2", 10.0), ("double_pendulum-horizontal", 2.0), ("lotka_volterra-4,2", 10.0)],
-    ids=["in-momenta", "in-velocities", "poisson"],
+    [
+        pytest.param("spherical_pendulum-fig1.2", 10.0, id="in-momenta"),
+        pytest.param("double_pendulum-horizontal", 2.0, id="in-velocities"),
+        pytest.param("lotka_volterra-4,2", 10.0, id="poisson"),
+        pytest.param("cyclohexane_ring-boat", 1.0, id="millions-of-operations-written-out", marks=pytest.mark.slow),
+    ],
 )
 def test_it_gives_the_certified_motion(name, t_end):
     problem, case = name.split("-", 1)

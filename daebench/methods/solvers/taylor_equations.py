@@ -5,6 +5,7 @@ from typing import Any, Protocol
 
 import sympy as sp
 
+from daebench.compiler.parts import rebuilt
 from daebench.methods.solvers.quadruple import Expression, Translation, dotted, library, solved
 
 Equations = list[tuple[Expression, Expression]]
@@ -33,10 +34,10 @@ def own_coordinates(definition: Exact) -> Equations:
     hy, derivation = library(), definition.derivation
     q, p = ([hy.make_vars(str(x)) for x in part] for part in (derivation.problem.q, derivation.problem.p))
     say = Translation(dict(zip([*derivation.problem.q, *derivation.problem.p], [*q, *p], strict=True)))
+    numbers = {**definition.parameters, **dict.fromkeys(derivation.lam, sp.S.Zero)}
 
     def spelled(matrix: sp.Matrix) -> list[list[Expression]]:
-        settled = matrix.subs(definition.parameters)
-        return [[say(settled[i, j]) for j in range(settled.shape[1])] for i in range(settled.shape[0])]
+        return [list(map(say, settled(matrix.row(i), numbers))) for i in range(matrix.rows)]
 
     def column(matrix: sp.Matrix) -> list[Expression]:
         return [row[0] for row in spelled(matrix)]
@@ -46,7 +47,7 @@ def own_coordinates(definition: Exact) -> Equations:
         v, force = column(derivation.H_p), [-x for x in column(derivation.H_q)]
         H_pp = spelled(derivation.H_pp)
         W = [[dotted(entries, row) for entries in H_pp] for row in G]
-        rest = column(derivation.a.subs(dict.fromkeys(derivation.lam, 0)))
+        rest = column(derivation.a)
     else:
         massive = sorted(i for indices in derivation.coupled for i in indices)
         M = spelled(derivation.M[massive, massive])
@@ -65,7 +66,11 @@ def hamiltonian(definition: Exact, z: Sequence[sp.Symbol], B: sp.Matrix, K: sp.E
     """Return z' = B(z) grad K(z) with the parameters' values; gradient and product are taken here, and nothing is simplified."""
     variables = [library().make_vars(f"z{i + 1}") for i in range(len(z))]
     say = Translation(dict(zip(z, variables, strict=True)))
-    K_z = [say(sp.diff(K, x).subs(definition.parameters)) for x in z]
-    settled = B.subs(definition.parameters)
-    rates = [dotted([say(settled[i, j]) for j in range(len(z))], K_z) for i in range(len(z))]
+    K_z = list(map(say, settled([sp.diff(K, x) for x in z], definition.parameters)))
+    rates = [dotted(list(map(say, settled(B.row(i), definition.parameters))), K_z) for i in range(len(z))]
     return list(zip(variables, rates, strict=True))
+
+
+def settled(values: Sequence[sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
+    """Return expressions with numbers in the place of symbols."""
+    return rebuilt([*values], lambda part: numbers.get(part, part))
