@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import daebench
-from daebench.errors import BadInput
+from daebench.errors import BadInput, RunFailed
 from daebench.studies.advise.candidates import candidates
+from daebench.studies.advise.keeps import keeps
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
-from daebench.studies.advise.search import error_of, search
+from daebench.studies.advise.search import Found, error_of, search
+from daebench.studies.advise.work import NOT_KEPT, why_nothing
 from daebench.studies.grid.measure import row_of
 
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}
@@ -226,3 +228,23 @@ def test_errors_count_as_infinite_where_a_run_failed_and_never_below_the_bound()
     assert error_of(row, "q") == 1e-7
     assert error_of(row | {"failure": "it stopped"}, "q") == math.inf
     assert error_of(row | {"error_q": math.nan}, "q") == math.inf
+
+
+def test_a_map_without_a_derivative_is_not_said_to_conserve_the_two_form(monkeypatch):
+    def stopped(*_):
+        raise RunFailed("rattle stopped at t = 0: the iteration matrix is singular.")
+
+    question = Question(**QUESTION)
+    measured = keeps(question, "rattle", 0.01, row_of)["two_form"]
+    monkeypatch.setattr("daebench.studies.advise.keeps.defect_of", stopped)
+    unknown = keeps(question, "rattle", 0.01, row_of)["two_form"]
+    assert (measured.kept, unknown.kept) == (True, False)
+    assert unknown.words == "not measured: rattle stopped at t = 0: the iteration matrix is singular"
+
+
+def test_why_there_is_no_choice_says_which_methods_did_not_keep_what_was_asked_for():
+    question = Question(**QUESTION)
+    row = {"method": "rk4", "value": 0.01, "failure": "", "error_q": 1e-9, "bound_q": 1e-15, "seconds": 1e-4}
+    lost = {"rk4": f"rk4 {NOT_KEPT} energy", "midpoint": "midpoint does not take it"}
+    why = why_nothing(question, [Found("rk4", "h", row, (row,))], lost)
+    assert why == "no method tried conserves what is requested: rk4 was not found to keep energy"

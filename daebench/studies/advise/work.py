@@ -33,6 +33,9 @@ GOOD = 1 / 3
 FINER = 4
 """Values of a method that are looked at closely, at most."""
 
+NOT_KEPT = "was not found to keep"
+"""What is said of a method that loses a quantity that is asked for in a run, or of which that cannot be measured."""
+
 AGAIN, SPENT = (3, 40), 0.05
 """Fewest and most runs that are timed of those methods that come into question, of which the best counts, and the time they take, s."""
 
@@ -131,7 +134,7 @@ def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> l
             work.tell(0.78, f"what {choice.method} keeps")
             kept = keeps(work.question, choice.method, choice.value, work.make)
         if lost := [name for name in work.question.keep if name not in kept or not kept[name].kept]:
-            left_out[choice.method] = f"{choice.method} lost {', '.join(lost).replace('_', '-')} in a run"
+            left_out[choice.method] = f"{choice.method} {NOT_KEPT} {', '.join(lost).replace('_', '-')}"
         elif choice.seconds > work.question.budget:
             left_out[choice.method] = f"{choice.method} takes {choice.seconds:.2g} s"
         else:
@@ -165,7 +168,7 @@ def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[st
         quickest = f"the quickest that does, {reaching[0][1]}, takes {reaching[0][0]:.2g} s" if reaching else ""
         return f"no method tried reaches {asked}; {quickest or 'none reaches its end'}"
     if not question.budget < math.inf and any(some.row for some in found):
-        lost = "; ".join(why for name, why in left_out.items() if "lose" in why)
+        lost = "; ".join(why for name, why in left_out.items() if NOT_KEPT in why)
         return f"no method tried conserves what is requested: {lost}"
     price = f"{float(best['seconds']):.2g} s"
     found_best = f"{best['method']} with {float(best['value']):.3g}: error {error_of(best, question.part):.2g}, {price}"
