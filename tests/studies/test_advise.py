@@ -10,6 +10,7 @@ import pytest
 
 import daebench
 from daebench.errors import BadInput, RunFailed
+from daebench.studies.advise.breaking import changes
 from daebench.studies.advise.candidates import candidates
 from daebench.studies.advise.keeps import keeps
 from daebench.studies.advise.question import Question
@@ -248,3 +249,16 @@ def test_why_there_is_no_choice_says_which_methods_did_not_keep_what_was_asked_f
     lost = {"rk4": f"rk4 {NOT_KEPT} energy", "midpoint": "midpoint does not take it"}
     why = why_nothing(question, [Found("rk4", "h", row, (row,))], lost)
     assert why == "no method tried conserves what is requested: rk4 was not found to keep energy"
+
+
+def test_a_change_after_which_a_ring_does_not_close_has_an_unknown_effect_and_says_why():
+    def made(runs):
+        return {"error_q": [1e-4] * runs.members, "bound_q": [1e-9] * runs.members, "failure": ""}
+
+    question = Question(problem="cyclohexane_ring", case="boat", accuracy=1e-3, t_end=10.0)
+    effects = {change.what: change for change in changes(question, "rattle", "h", 0.01, made)}
+    wider = effects.pop("angle +20 %")
+    assert math.isnan(wider.factor(1e-3))
+    assert "must be finite numbers" in wider.found.failure
+    assert len(effects) == 9
+    assert all(change.factor(1e-3) == 0.1 for change in effects.values())

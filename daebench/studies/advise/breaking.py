@@ -1,8 +1,9 @@
 """Sensitivity of the choice: a step twice as large, ten times the horizon, and parameters changed by 20 %."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -93,22 +94,31 @@ def _error(row: Row, part: str, i: int) -> float:
 
 def changes(question: Question, method: str, knob: str, value: float, make: Make) -> list[Change]:
     """Return the effect of each change on a choice, the worst first; changes with unknown effect come last."""
-    found = [Change(what, over_starts(runs, question.part, make)) for what, runs in _changed(question, method, knob, value)]
+    found = [Change(what, _effect(question, asked, make)) for what, asked in _changed(question, method, knob, value)]
     return sorted(found, key=lambda change: -_known(change.factor(question.accuracy)))
+
+
+def _effect(question: Question, asked: Callable[[], StartRuns], make: Make) -> OverStarts:
+    """Return the errors after a change; none where the problem has no start after it, as a ring that does not close."""
+    try:
+        runs = asked()
+    except DaebenchError as error:
+        return OverStarts((), math.nan, str(error))
+    return over_starts(runs, question.part, make)
 
 
 def _known(factor: float) -> float:
     return -1.0 if math.isnan(factor) else factor
 
 
-def _changed(question: Question, method: str, knob: str, value: float) -> Iterator[tuple[str, StartRuns]]:
+def _changed(question: Question, method: str, knob: str, value: float) -> Iterator[tuple[str, Callable[[], StartRuns]]]:
     coarser, words = (2 * value, "step doubled") if knob == "h" else (10 * value, "tolerance times 10")
-    yield words, question.from_starts(method, coarser, starts=STARTS)
-    yield f"horizon times {LONGER:g}", question.from_starts(method, value, starts=STARTS, times=LONGER)
+    yield words, partial(question.from_starts, method, coarser, starts=STARTS)
+    yield f"horizon times {LONGER:g}", partial(question.from_starts, method, value, starts=STARTS, times=LONGER)
     for name, at in _moved(question.ivp.parameters):
         for sign, moved in (("+", 1 + MOVED), ("-", 1 - MOVED)):
-            runs = question.from_starts(method, value, starts=STARTS, parameters={name: at * moved})
-            yield f"{name} {sign}{100 * MOVED:.0f} %", runs
+            asked = partial(question.from_starts, method, value, starts=STARTS, parameters={name: at * moved})
+            yield f"{name} {sign}{100 * MOVED:.0f} %", asked
 
 
 def _moved(parameters: Mapping[str, Any]) -> Sequence[tuple[str, float]]:
