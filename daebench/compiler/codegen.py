@@ -8,7 +8,7 @@ from sympy.codegen.cfunctions import expm1, log1p
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 
-from daebench.compiler.parts import parts, rebuilt
+from daebench.compiler.parts import parts, rebuilt, replaced
 from daebench.errors import InvalidProblem
 from daebench.systems.definition_parts import extent
 
@@ -62,7 +62,7 @@ def _near_one(part: sp.Expr) -> sp.Expr:
 
 
 LONG = 10**6
-"""Operations, written out, from which on terms keep the order that they have: SymPy takes minutes to put them into its own."""
+"""Nodes, written out, from which on terms keep the order that they have: SymPy takes minutes to put them into its own."""
 
 
 UNPRINTED: tuple[type[Exception], ...] = (NotImplementedError, PrintMethodNotImplementedError, TypeError, ValueError, KeyError)
@@ -111,7 +111,7 @@ def _straight_line(
     name: str, values: Sequence[sp.Expr], private: Mapping[sp.Symbol, sp.Symbol], sources: Mapping[sp.Symbol, str]
 ) -> tuple[list[str], list[str]]:
     """Return lines for the common subexpressions of values, given each symbol's private name and source; and the sources of the values."""
-    whole = rebuilt(rebuilt([sp.sympify(value) for value in values], lambda part: private.get(part, part)), _near_one)
+    whole = rebuilt(replaced([sp.sympify(value) for value in values], private), _near_one)
     order = "canonical" if sum(extent(value)[0] for value in whole) < LONG else "none"
     shared, reduced = sp.cse(whole, symbols=sp.numbered_symbols("t_"), list=True, order=order)
     used = set().union(*(value.free_symbols for value in [*reduced, *(value for _, value in shared)]))

@@ -1,6 +1,6 @@
 """Each different part of expressions once: nested square roots have few of them, but written out they are a hundred thousand operations."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import sympy as sp
 
@@ -27,3 +27,8 @@ def rebuilt(expressions: Sequence[sp.Expr], change: Callable[[sp.Basic], sp.Basi
         return known[part]
 
     return [made(expression) for expression in expressions]
+
+
+def replaced(expressions: Sequence[sp.Expr], values: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
+    """Return expressions with values in the place of symbols."""
+    return rebuilt(expressions, lambda part: values.get(part, part))

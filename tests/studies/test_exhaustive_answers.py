@@ -28,6 +28,18 @@ def test_the_documentation_says_what_the_kept_answers_say():
     assert {one["accuracy"] for one in ANSWERS} == set(ACCURACIES)
 
 
+def test_the_documentation_names_the_problems_whose_motion_is_not_known_and_counts_the_others():
+    text = (ROOT / "docs" / "how-to" / "choose-a-method.md").read_text(encoding="utf-8")
+    unknown = {end: set() for end in (10.0, 100.0)}
+    for problem, end in {(one["problem"], one["t_end"]) for one in ANSWERS}:
+        if not any(one["known"] for one in ANSWERS if (one["problem"], one["t_end"]) == (problem, end)):
+            unknown[end].add(problem)
+    names = ", ".join(f"`{name}`" for name in sorted(unknown[10.0]))
+    said = re.sub(r", (`\w+`)$", r" and \1", names) + " no motion over 10 s is known that well, and of five others none over 100 s"
+    assert said in " ".join(text.split())
+    assert len(unknown[100.0] - unknown[10.0]) == 5
+
+
 def test_most_questions_are_answered_and_most_answers_are_near_the_cheapest():
     answered = [one for one in known() if one["choice"]]
     assert len(answered) >= 0.8 * len(known())

@@ -80,6 +80,7 @@ PATIENCE = 120.0
 """Longest time that the runs of a method on a problem may take with their compilation, s: a whole answer of advice may not take longer."""
 
 FORK = get_context("fork")
+"""How a process is made that has the motion already."""
 
 EMPTY: dict[str, Any] = {"rows": [], "costs": {}}
 """The ladder of a method that does not take a problem."""

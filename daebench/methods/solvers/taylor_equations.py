@@ -5,7 +5,7 @@ from typing import Any, Protocol
 
 import sympy as sp
 
-from daebench.compiler.parts import rebuilt
+from daebench.compiler.parts import replaced
 from daebench.methods.solvers.quadruple import Expression, Translation, dotted, library, solved
 
 Equations = list[tuple[Expression, Expression]]
@@ -37,7 +37,8 @@ def own_coordinates(definition: Exact) -> Equations:
     numbers = {**definition.parameters, **dict.fromkeys(derivation.lam, sp.S.Zero)}
 
     def spelled(matrix: sp.Matrix) -> list[list[Expression]]:
-        return [list(map(say, settled(matrix.row(i), numbers))) for i in range(matrix.rows)]
+        said = list(map(say, replaced(list(matrix), numbers)))
+        return [said[i : i + matrix.cols] for i in range(0, len(said), matrix.cols)]
 
     def column(matrix: sp.Matrix) -> list[Expression]:
         return [row[0] for row in spelled(matrix)]
@@ -66,11 +67,6 @@ def hamiltonian(definition: Exact, z: Sequence[sp.Symbol], B: sp.Matrix, K: sp.E
     """Return z' = B(z) grad K(z) with the parameters' values; gradient and product are taken here, and nothing is simplified."""
     variables = [library().make_vars(f"z{i + 1}") for i in range(len(z))]
     say = Translation(dict(zip(z, variables, strict=True)))
-    K_z = list(map(say, settled([sp.diff(K, x) for x in z], definition.parameters)))
-    rates = [dotted(list(map(say, settled(B.row(i), definition.parameters))), K_z) for i in range(len(z))]
+    K_z = list(map(say, replaced([sp.diff(K, x) for x in z], definition.parameters)))
+    rates = [dotted(list(map(say, replaced(list(B.row(i)), definition.parameters))), K_z) for i in range(len(z))]
     return list(zip(variables, rates, strict=True))
-
-
-def settled(values: Sequence[sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
-    """Return expressions with numbers in the place of symbols."""
-    return rebuilt([*values], lambda part: numbers.get(part, part))

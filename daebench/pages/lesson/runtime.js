@@ -135,6 +135,8 @@ function ticks(lo, hi, log, most = 6) {
   return values.map((x) => [x, String(Number(x.toPrecision(6))).replace("-", "−")]);
 }
 
+const LEFT = 62, RIGHT = 14; // room beside the axes of a plot, px
+
 /** Axes with labels, units and curves; a curve is { x, y, colour, dash, dots, name, width }. */
 class Plot extends Picture {
   constructor(canvas, options) {
@@ -144,12 +146,12 @@ class Plot extends Picture {
     this.marks = [];
   }
   place(width, height, above) {
-    const { x, y } = this.options, left = 62, right = 14, top = 26 + above, bottom = 42;
+    const { x, y } = this.options, left = LEFT, right = width - RIGHT, top = 26 + above, bottom = 42;
     const scale = ({ lo, hi, log }, from, to) => {
       const a = log ? Math.log10(lo) : lo, b = log ? Math.log10(hi) : hi;
       return (v) => from + (clamp(((log ? Math.log10(Math.max(v, 1e-300)) : v) - a) / (b - a), -0.02, 1.02)) * (to - from);
     };
-    return { left, top, right: width - right, bottom: height - bottom, X: scale(x, left, width - right), Y: scale(y, height - bottom, top) };
+    return { left, top, right, bottom: height - bottom, X: scale(x, left, right), Y: scale(y, height - bottom, top) };
   }
   axes(pen, width, height) {
     const rows = this.named(pen, width), above = this.options.rows ? 0 : 17 * (rows.length - 1);
@@ -191,7 +193,7 @@ class Plot extends Picture {
   }
   /** The named curves, from the last, in rows upwards; the first row has none of them where there is no room beside the label. */
   named(pen, width) {
-    const right = width - 14;
+    const right = width - RIGHT;
     const fit = (room) => {
       const rows = [[]];
       let used = 0;
@@ -203,7 +205,7 @@ class Plot extends Picture {
       }
       return rows;
     };
-    if (this.options.rows) return fit(right - 62);
+    if (this.options.rows) return fit(right - LEFT);
     const beside = fit(right - pen.measureText(this.options.y.label).width);
     return beside.length > 1 ? [[], ...fit(right)] : beside;
   }

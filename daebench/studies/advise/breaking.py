@@ -74,9 +74,10 @@ class Change:
         return self.found.quantile(0.5) / accuracy
 
 
-def over_starts(specification: StartRuns, part: str, make: Make) -> OverStarts:
-    """Return the errors of runs from many starts; none where they cannot be made."""
+def over_starts(asked: Callable[[], StartRuns], part: str, make: Make) -> OverStarts:
+    """Return the errors of runs from many starts; none where they cannot be made, or the problem has no start, as a ring that is open."""
     try:
+        specification = asked()
         row = make(specification)
     except DaebenchError as error:
         return OverStarts((), math.nan, str(error))
@@ -94,17 +95,8 @@ def _error(row: Row, part: str, i: int) -> float:
 
 def changes(question: Question, method: str, knob: str, value: float, make: Make) -> list[Change]:
     """Return the effect of each change on a choice, the worst first; changes with unknown effect come last."""
-    found = [Change(what, _effect(question, asked, make)) for what, asked in _changed(question, method, knob, value)]
+    found = [Change(what, over_starts(asked, question.part, make)) for what, asked in _changed(question, method, knob, value)]
     return sorted(found, key=lambda change: -_known(change.factor(question.accuracy)))
-
-
-def _effect(question: Question, asked: Callable[[], StartRuns], make: Make) -> OverStarts:
-    """Return the errors after a change; none where the problem has no start after it, as a ring that does not close."""
-    try:
-        runs = asked()
-    except DaebenchError as error:
-        return OverStarts((), math.nan, str(error))
-    return over_starts(runs, question.part, make)
 
 
 def _known(factor: float) -> float:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -107,7 +108,8 @@ def advise(
             return Advice(**common, **nothing, why=why_nothing(question, found, left_out))
         (choice, kept), *others = chosen
         work.tell(0.8, f"{choice.method} from other starts")
-        from_starts = over_starts(question.from_starts(choice.method, choice.value, starts=question.starts), question.part, work.make)
+        asked = partial(question.from_starts, choice.method, choice.value, starts=question.starts)
+        from_starts = over_starts(asked, question.part, work.make)
         work.tell(0.9, "what breaks first")
         broken = changes(question, choice.method, choice.knob, choice.value, work.make)
         return Advice(
