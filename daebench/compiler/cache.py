@@ -1,6 +1,5 @@
 """Generated modules: written once into the user's cache directory, under the hash of everything that determines them, then imported."""
 
-import ast
 import hashlib
 import os
 import re
@@ -80,11 +79,10 @@ def _name(stem: str, text: str) -> str:
 
 
 def _with_names_used(source: str) -> str:
-    """Return a source that imports from NumPy only the names that it uses, because numba processes all others too slowly."""
+    """Return a source that imports from NumPy only the names in its text, because numba processes all others too slowly."""
     import numpy
 
-    names = {node.id for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name)}
-    used = sorted(names & set(numpy.__all__))
+    used = sorted(set(re.findall(r"(?<![\w.])[A-Za-z_]\w*", source)) & set(numpy.__all__))
     return source.replace("from numpy import *", f"from numpy import {', '.join(used)}" if used else "", 1)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from numba import carray
 
 from daebench.compiler.foreign import real_pointer
-from daebench.compiler.linear.elimination import SINGULAR
+from daebench.compiler.linear.health import SINGULAR
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
 """Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""

@@ -167,7 +167,7 @@ class Linker:
         self.emitted |= {name: self._given_all(name) for name in emitted if self.scheme or name in self.reading}
         stand_ins, names = self.number.entries(emitted)
         body, single = "\n\n".join(self.emitted.values()), self.number.dtype == "float32"
-        columns = self.number.kind == "columns" and self.algebra.elementwise and "solve_rows(" not in body
+        columns = self.number.kind == "columns" and self.algebra.elementwise and "linear.compiled_solvers" not in body
         body = "\n\n".join([straightened(body) if self.number.lanes or columns else body, *stand_ins])
         if single:
             body = ast.unparse(TypedLiterals().visit(ast.parse(body)))

@@ -10,7 +10,7 @@ from measures import differences, jacobian_defect, multiplier_defect, residual, 
 from oracles import solution
 
 from daebench.compiler.definition import source_of
-from daebench.compiler.linear.elimination import SINGULAR
+from daebench.compiler.linear.health import SINGULAR
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations import residuals

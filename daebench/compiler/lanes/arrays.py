@@ -12,7 +12,6 @@ from numba.core.imputils import impl_ret_borrowed
 from numba.extending import intrinsic, overload
 
 from daebench.compiler.lanes.number import INT32, Lanes, vector, width_of
-from daebench.compiler.lanes.selection import select
 
 
 def leaves(of: Any) -> int:
@@ -171,21 +170,3 @@ def _putting(array: Any, row: Any, place: Any, x: Any, width: Any) -> Any:
     if isinstance(array, types.BaseTuple):
         return lambda array, row, place, x, width: _put(array[0], row, place, array[1], x, lanes)
     return lambda array, row, place, x, width: _put(array, row, place, 0, x, lanes)
-
-
-def largest(array: Any, row: Any, width: Any) -> Any:
-    """Return the largest number of a row in each lane; NaN if any is NaN."""
-
-
-@overload(largest, strict=False, prefer_literal=True)  # type: ignore[untyped-decorator]
-def _largest(array: Any, row: Any, width: Any) -> Any:
-    lanes = width.literal_value
-
-    def along(array: Any, row: Any, width: Any) -> Any:
-        most = entry_of(array, row, 0, lanes)
-        for j in range(1, array.shape[1]):
-            x = entry_of(array, row, j, lanes)
-            most = select((most == most) & ((x != x) | (x > most)), x, most)
-        return most
-
-    return along

@@ -280,12 +280,10 @@ class _Straight(ast.NodeTransformer):
     def _array(self, name: str, value: ast.expr) -> ast.expr | None:
         """Return an expression that makes an array of lanes, with the lanes as last axis, where a function makes an array of numbers."""
         function = ast.unparse(value.func) if isinstance(value, ast.Call) else ""
-        if function not in ("numpy.empty", "empty", "absolute"):
+        if function not in ("numpy.empty", "empty"):
             return None
         assert isinstance(value, ast.Call)
         self.arrays.add(name)
-        if function == "absolute":
-            return value
         shape = value.args[0].elts if isinstance(value.args[0], ast.Tuple) else [value.args[0], ast.Constant(1)]
         return _call("empty", ast.Tuple([*shape, _name("LANES")], ast.Load()))
 
@@ -378,9 +376,5 @@ class _Straight(ast.NodeTransformer):
         """Leave calls on truth values unchanged."""
         if isinstance(node.func, ast.Name) and node.func.id == "bool":
             return self.visit(node.args[0])  # type: ignore[no-any-return]
-        if isinstance(node.func, ast.Attribute) and node.func.attr == "max":
-            row = node.func.value
-            assert isinstance(row, ast.Subscript)
-            return _call("largest", row.value, row.slice, _name("LANES"))
         node.args = [self.visit(argument) for argument in node.args]
         return node

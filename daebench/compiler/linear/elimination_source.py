@@ -48,12 +48,10 @@ def eliminating(name: str, n: int, target: Target, rows: int = 0) -> str:
 
 
 def large_solver(name: str, n: int, target: Target, rows: int = 0) -> str:
-    """Source of elimination for many unknowns: in loops that compile quickly, or by rows if they are not compiled at all."""
+    """Source of elimination for many unknowns, in loops that compile quickly."""
     if target.directions:
         return eliminating_dual(name, n, target.directions, rows)
-    if target.compiled:
-        return array_solver("elimination", name, n, target.dtype, rows)
-    return f"from daebench.compiler.linear.elimination import solve_rows\n\n\n{array_solver('', name, n, target.dtype, rows)}"
+    return array_solver("elimination", name, n, target.dtype, rows, compiled=target.compiled)
 
 
 def blocked(name: str, n: int, blocks: Sequence[Sequence[int]], target: Target, rows: int = 0) -> str:

@@ -176,7 +176,7 @@ class Values:
             return ""
         if self.target.directions:
             return least_squares_dual(name, n, self.target.directions)
-        return array_solver("least_squares", name, n, self.target.dtype)
+        return array_solver("least_squares", name, n, self.target.dtype, compiled=self.target.compiled)
 
     def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
         """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for this many blocks of equal size."""

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 import sympy as sp
 
 from daebench.compiler import callbacks, codegen
-from daebench.compiler.linear import elimination
+from daebench.compiler.linear import health
 from daebench.compiler.syntax import decorated
 from daebench.methods.formulations import residuals
 from daebench.methods.formulations.chain_equations import PLACES, NodeEquations, variants
@@ -100,8 +100,8 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
         ahead += [columns[symbol][1] - index for index, row in F for symbol in row.free_symbols & columns.keys()]
     diagonals = [f"{_diagonal(-offset)} = above + {-offset}" for offset in sorted(set(ahead))]
     compiled = [
-        inspect.getsource(elimination.finite),
-        inspect.getsource(elimination.finite_matrix),
+        inspect.getsource(health.finite),
+        inspect.getsource(health.finite_matrix),
         codegen.function("rows(y, yp, res, par)", *rows),
         codegen.function("rows_y(y, yp, cj, above, JJ, par)", *diagonals, *rows_y),
         CALLED,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
-from daebench.compiler.linear.elimination import SINGULAR, eliminate
+from daebench.compiler.linear.health import SINGULAR
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.formulations.table import FORMULATIONS, OPTIONS
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
@@ -205,7 +205,7 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)
-    require_determined(ivp, eliminate(A, b))
+    require_determined(ivp, solved(A, b))
     module.slope(state, b[:, 0], rates, par)
     lam = b[-ivp.m :, 0]
     mu: Any = np.zeros(ivp.m * (len(_multiplier_names(formulation)) - 1))
@@ -218,9 +218,16 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
 def _velocity(ivp: ConstrainedIvp) -> Array:
     """Return v0 with M(q0) v0 = p0."""
     M, v = ivp.value("M", ivp.q0).astype(float), ivp.p0[:, None].copy()
-    if not eliminate(M, v) > SINGULAR:
+    if not solved(M, v) > SINGULAR:
         raise DaebenchError(f"the mass matrix of {ivp.problem}, case {ivp.case}, is singular at the start; give other masses.")
     return v[:, 0]
+
+
+def solved(A: Array, B: Array) -> float:
+    """Replace B, shape(n, k), by X with A X = B, for A, shape(n, n); return the smallest relative pivot, NaN if a value is not finite."""
+    from daebench.compiler.linear.compiled_solvers import eliminate  # numba, which a list of methods does without
+
+    return float(eliminate(A, B))
 
 
 def read_only(y: Any) -> Array:

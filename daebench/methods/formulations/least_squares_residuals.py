@@ -52,7 +52,7 @@ def written(precision: str, d: int, parameters: int, *, compiled: bool) -> Wrapp
     texts = [_right_side(d, parameters), functions]
     if compiled:
         texts.append(called_back(2 * d, parameters, *called))
-    finite = f"from daebench.compiler.linear.elimination{'_compiled' * compiled} import finite, finite_matrix"
+    finite = f"from daebench.compiler.linear.{'compiled_solvers' if compiled else 'health'} import finite, finite_matrix"
     return Wrapper("\n\n".join([finite, *texts]), roots, called_back=compiled)
 
 

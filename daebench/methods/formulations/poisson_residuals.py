@@ -8,7 +8,7 @@ from daebench.compiler import codegen
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, SIGNATURES, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.lattice.derivation import LatticeDerivation
-from daebench.compiler.linear import elimination
+from daebench.compiler.linear import health
 from daebench.compiler.poisson.derivation import PoissonDerivation
 from daebench.compiler.syntax import decorated
 from daebench.methods.formulations.residuals import HEADER, IMPLICIT, ROOTS, implicit, writer
@@ -39,7 +39,7 @@ def source(
     Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a formulation of
     ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     """
-    texts = [inspect.getsource(elimination.finite), inspect.getsource(elimination.finite_matrix)]
+    texts = [inspect.getsource(health.finite), inspect.getsource(health.finite_matrix)]
     if isinstance(derivation, LatticeDerivation):
         texts += (
             LatticeRates(derivation.lattice).written()

@@ -209,7 +209,7 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT, callbacks.EXPLICIT_DENSE] * (formulation == "ode")]
     compiled.append(callbacks.called_back(n * (1 + directions), len(parameters) * (1 + directions), *kinds))
     facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
-    header = HEADER.format(title=title) + "from daebench.compiler.linear.elimination_compiled import eliminate, finite, finite_matrix\n"
+    header = HEADER.format(title=title) + "from daebench.compiler.linear.compiled_solvers import eliminate, finite, finite_matrix\n"
     constants = {"K": str(len(z)), **(tables or {})}
     read = "".join(["import numpy\n\n"] * bool(tables) + [f"{name} = {source}\n" for name, source in (tables or {}).items()])
     written = decorated("\n\n".join(compiled), ROOTS, cached, constants, callbacks.SIGNATURES)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from numpy import absolute, empty
+from numpy import empty
 
 from daebench.schemes.kernels.language import INF
 from daebench.schemes.kernels.sizes import COLUMNS, UNKNOWNS
@@ -15,10 +15,9 @@ def solve(a: Any) -> Any:
     from: it is the fraction that remains after cancellation. A scaling of rows or columns of A, for example by masses between 1e-8 and 1e8,
     does not change it. It is 0 or NaN where A is exactly singular.
     """
-    s = absolute(a[:, :UNKNOWNS])
-    scale = empty(UNKNOWNS, dtype=s.dtype)
-    for i in range(UNKNOWNS):
-        scale[i] = s[i].max()
+    s = empty((UNKNOWNS, UNKNOWNS), a.real.dtype)
+    scale = empty(UNKNOWNS, a.real.dtype)
+    measure(a, s, scale)
     pivot = INF
     for k in range(UNKNOWNS):
         exchange(a, s, scale, k)
@@ -28,6 +27,15 @@ def solve(a: Any) -> Any:
         reduce(a, s, k)
     substitute(a)
     return pivot
+
+
+def measure(a: Any, s: Any, scale: Any) -> None:
+    """Put the moduli of A in s, and the largest of each row in ``scale``."""
+    for i in range(UNKNOWNS):
+        scale[i] = abs(a[i, 0])
+        for j in range(UNKNOWNS):
+            s[i, j] = abs(a[i, j])
+            scale[i] = max(scale[i], s[i, j])
 
 
 def exchange(a: Any, s: Any, scale: Any, k: int) -> None:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from numpy import absolute, arange, sqrt, zeros
+from numpy import arange, sqrt, zeros
 
 from daebench.schemes.kernels.sizes import COLUMNS, DEPENDENT, UNKNOWNS
 
@@ -16,7 +16,7 @@ def solve(a: Any) -> Any:
     columns is below DEPENDENT. Products are taken without conjugation, so that the imaginary part is a derivative.
     """
     r, x, null = zeros((UNKNOWNS, COLUMNS), a.dtype), zeros(UNKNOWNS, a.dtype), zeros((UNKNOWNS, UNKNOWNS), a.dtype)
-    size, order = absolute(a[0, :UNKNOWNS]), arange(UNKNOWNS)
+    size, order = zeros(UNKNOWNS, a.real.dtype), arange(UNKNOWNS)
     total = scale_rows(a, size)
     scale_columns(a, size)
     rank, pivot = factorised(a, r, order, total)
