@@ -56,7 +56,8 @@ SIGNATURES = {
 IMPORTS = """from numba import carray, farray
 from daebench.compiler.callbacks import *
 from daebench.compiler.foreign import numbers_of_matrix, numbers_of_vector, real_pointer, word_pointer
-from daebench.compiler.machine_code import alone, callback, inlined
+from daebench.compiler.linked_only import linked_only
+from daebench.compiler.machine_code import callback, inlined
 """
 
 IMPLICIT = """

@@ -44,11 +44,6 @@ def inlined(function: Any) -> Any:
     return numba.njit(error_model="numpy", inline="always")(function)
 
 
-def alone(function: Any) -> Any:
-    """Return a function that is compiled for other functions of its module; nothing else can call it."""
-    return numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
-
-
 class Callback:
     """A function of a generated module as a C function, compiled when its address is first asked for.
 

@@ -25,7 +25,7 @@ def shared(text: str, *, inlined: bool = False) -> Callable[[Callable[..., Any]]
     inlined : bool
         Whether it is inlined into its callers regardless of its length: for dual numbers a call costs more than the computation.
     """
-    from numba import njit
+    from daebench.compiler.linked_only import linked_only
 
     def made(function: Any) -> Any:
         key = f"{text}_inlined" if inlined else text
@@ -34,7 +34,7 @@ def shared(text: str, *, inlined: bool = False) -> Callable[[Callable[..., Any]]
             clone = FunctionType(function.__code__, {**function.__globals__, "__name__": __name__}, name)
             clone.__module__, clone.__qualname__ = __name__, name
             options = {"forceinline": True} if inlined else {}
-            _MADE[key] = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(clone)
+            _MADE[key] = linked_only(clone, **options)
         return _MADE[key]
 
     return made

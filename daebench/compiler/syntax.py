@@ -154,7 +154,7 @@ def _within(functions: Mapping[str, ast.FunctionDef], callbacks: Mapping[str, st
         for name in [called.id for called in calls if isinstance(called, ast.Name) and called.id in functions]:
             waiting += [] if name in needed else [name]
             needed[name] = needed.get(name, 0) + 1
-    return {name: "inlined" if places == 1 else "alone" for name, places in needed.items()}
+    return {name: "inlined" if places == 1 else "linked_only" for name, places in needed.items()}
 
 
 INLINED = 2000

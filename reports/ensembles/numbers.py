@@ -12,9 +12,11 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.pages.report import Progress
+from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MOTIONS, SEED, STARTS, Motion
 from daebench.runs.ivp import Ivp
 from daebench.runs.members import Members
+from daebench.runs.members import members as members_of
 from daebench.runs.request import Request
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.ensemble.energies import ended_members, member_energies
@@ -27,6 +29,13 @@ REPEAT, TIMED = 3, 200
 
 FEW, LONGER = 16, 5000
 """Starts that are timed one by one, and steps of each: enough that the overhead of a run is negligible."""
+
+
+MANY = 64
+"""Starts for which the kernels are those of all starts."""
+
+COMPILED = 0.4
+"""Part of the work that is done when everything is compiled."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +65,13 @@ class Numbers:
 
 
 def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = STARTS) -> Numbers:
-    """Return the numbers."""
+    """Return the numbers. What is timed is compiled before, in two processes, and timed alone."""
     runs, prices, alone, about = [], [], [], {}
+    kernels: list[Job] = [(compile_kernels, (motion, method)) for motion in motions for method in METHODS]
+    for _ in computed(kernels, lambda done, doing: tell(COMPILED * done, "kernels"), "compiled"):
+        pass
     for k, motion in enumerate(motions):
-        tell(k / len(motions), motion.title)
+        tell(COMPILED + (1 - COMPILED) * k / len(motions), motion.title)
         some, about[motion.key] = drawn(motion, starts)
         ratios = priced(motion, some)
         prices.append(ratios)
@@ -67,6 +79,26 @@ def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = S
         for method, ratio in zip(ratios["method"], ratios["ratio"], strict=True):
             runs += [measured(motion, some, method, fraction, ratio) for fraction in FRACTIONS]
     return Numbers(motions, pd.concat(runs, ignore_index=True), pd.concat(prices, ignore_index=True), pd.DataFrame(alone), about)
+
+
+def compile_kernels(motion: Motion, method: str) -> None:
+    """Have the kernels of a method compiled, by runs of no consequence that are like those that are timed and those that are measured."""
+    ivp = initial_value_problem(motion.problem, motion.case)
+    some, solver = members_of(ivp, tuple(np.repeat([x], MANY, axis=0) for x in ivp.start), motion.h, {}), method_of(ivp, method)
+    for asked in (timed_request(motion.h, 1), energy_request(motion.h, 1, 1)):
+        run_members(solver, some, asked, threads=1)
+    if method == METHODS[0]:
+        run_members(solver, some, timed_request(motion.h, 1), lanes=1)
+
+
+def timed_request(h: float, steps: int) -> Request:
+    """Return the request of runs that keep and monitor nothing."""
+    return Request(value=h, steps=steps, every=0, watch=(), count=False)
+
+
+def energy_request(h: float, steps: int, every: int) -> Request:
+    """Return the request of runs whose energy is monitored."""
+    return Request(value=h, steps=steps, every=every, watch=("energy",), count=False)
 
 
 def drawn(motion: Motion, starts: int) -> tuple[Members, str]:
@@ -86,8 +118,7 @@ def priced(motion: Motion, some: Members) -> pd.DataFrame:
 
 def nanoseconds(some: Members, method: str, steps: int, **settings: Any) -> float:
     """Return the CPU time of a step and start, ns."""
-    h = float(some.h)
-    asked = Request(value=h, steps=steps, every=0, watch=(), count=False)
+    asked = timed_request(float(some.h), steps)
     runs = [run_members(method_of(cast("Ivp", some.ivp), method), some, asked, threads=1, **settings) for _ in range(REPEAT)]
     return 1e9 * min(float(run.seconds / run.steps.sum()) for run in runs)
 
@@ -102,7 +133,7 @@ def measured(motion: Motion, some: Members, method: str, fraction: int, ratio: i
     """Return the rows of the runs of a method from all starts."""
     h = ratio * motion.h / fraction
     steps = int(motion.t_end / h + 1e-9)
-    asked = Request(value=h, steps=steps, every=max(1, steps // OUTPUTS), count=False)
+    asked = energy_request(h, steps, max(1, steps // OUTPUTS))
     run = run_members(method_of(cast("Ivp", some.ivp), method), replace(some, h=h), asked)
     sizes, verdicts, ended = np.full(len(some), np.inf), np.full(len(some), FAILED, dtype="U12"), ended_members(run)
     if len(ended):
