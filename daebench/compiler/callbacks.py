@@ -5,13 +5,13 @@ Counts, limits and the data of the monitor of steps follow. The numbers of the p
 the run cannot go on; ``WHY`` then holds the reason.
 """
 
-import inspect
 from typing import Any
 
 from numba import carray
 
 from daebench.compiler.foreign import real_pointer
 from daebench.compiler.linear.health import SINGULAR
+from daebench.compiler.linked_only import linked_only
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
 """Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""
@@ -97,9 +97,10 @@ def called_back(n: int, parameters: int, *texts: str) -> str:
     """Return the source of the C functions of a formulation with n unknowns and this many parameters, from some of the texts above."""
     par = f"carray(real_pointer(user), HEAD + {parameters})[HEAD:]"
     parts = {"n": n, "par": par, "vector": "carray(numbers_of_vector"}
-    return "\n\n".join([inspect.getsource(noted), *(text.format(**parts) for text in texts)])
+    return "\n\n".join(text.format(**parts) for text in texts)
 
 
+@linked_only
 def noted(user: Any, which: int, t: float, health: float) -> int:
     """Count one evaluation at time t; return 0, or -1 if its health is bad or a limit of work is reached."""
     own = carray(real_pointer(user), HEAD)

@@ -21,7 +21,7 @@ TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 STARTS = 16
 """Starts of each system."""
 
-STEPS = 20_000
+STEPS = 4000
 """Number of steps of the first timing of a fixed-step method."""
 
 REPEATS = 3

@@ -31,7 +31,7 @@ IVPS = {
 FORMULATIONS = ("index3", "index2", "index1", "ggl")
 TOLERANCES = tuple(float(f"1e-{k}") for k in range(3, 15))
 T_END = 10.0
-STARTS = 64
+STARTS = 32
 """Starts of each system: the start of the case, and neighbours of it."""
 
 NEAR = 0.01
