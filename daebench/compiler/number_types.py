@@ -5,6 +5,7 @@ entry points: since Python itself has no such numbers, ``integrate_dual`` replac
 """
 
 import ast
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -137,6 +138,7 @@ def _spacing(dtype: str) -> float:
 
 def _plain(function: ast.FunctionDef) -> str:
     """Return the source of a function without annotations."""
+    function = copy.deepcopy(function)
     for node in ast.walk(function):
         if isinstance(node, ast.FunctionDef):
             node.returns = None

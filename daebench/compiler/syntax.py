@@ -21,6 +21,12 @@ RUN_TIME = {"DATA": f"{DATA}[0]", "FORM_DATA": f"{DATA}[1]", "LENGTH": "par[{0}]
 """Places of the run-time data; length and rate come after the problem's parameters, whose number is inserted."""
 
 
+@cache
+def _statements(text: str) -> Sequence[ast.stmt]:
+    """Return the statements of a source text, which nobody may change: all linkers share them."""
+    return ast.parse(text).body
+
+
 class SourceFile:
     """One source file as syntax, with its constant ``if`` statements settled.
 
@@ -36,7 +42,7 @@ class SourceFile:
         self.homes: dict[str, tuple[str, str]] = {}
         self.aliases: dict[str, ast.expr] = {}
         self.annotations: dict[str, ast.expr] = {}
-        self._read(ast.parse(text).body, constants)
+        self._read(_statements(text), constants)
 
     def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool | int | float]) -> None:
         for node in body:

@@ -217,9 +217,11 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
 
 def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Path]:
     """Write ``stem.svg`` and ``stem.png`` into an existing folder, each whole or not at all; return their paths."""
-    paths = directory / f"{stem}.svg", directory / f"{stem}.png"
-    for path in paths:
-        save_picture(figure, path)
+    paths, layout = (directory / f"{stem}.svg", directory / f"{stem}.png"), figure.get_layout_engine()
+    save_picture(figure, paths[0])
+    figure.set_layout_engine("none")  # both have the places that were found for the first
+    save_picture(figure, paths[1])
+    figure.set_layout_engine(layout)
     return paths
 
 

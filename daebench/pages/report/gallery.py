@@ -12,20 +12,20 @@ from daebench.pages.report.page import Progress
 from daebench.pages.report.reports import Report, find
 
 SECONDS = {
-    "index-reduction": 30,
-    "methods": 100,
-    "tolerances": 110,
-    "poisson": 40,
-    "problems": 100,
-    "work-precision": 300,
-    "ensembles": 180,
-    "molecules": 250,
-    "extremes": 100,
-    "lesson-why-symplectic": 20,
-    "lesson-shake-to-lobatto": 20,
-    "lesson-tolerance": 20,
-    "lesson-poisson-maps": 20,
-    "lesson-extremes": 20,
+    "index-reduction": 40,
+    "methods": 150,
+    "tolerances": 160,
+    "poisson": 35,
+    "problems": 250,
+    "work-precision": 190,
+    "ensembles": 100,
+    "molecules": 110,
+    "extremes": 110,
+    "lesson-why-symplectic": 5,
+    "lesson-shake-to-lobatto": 5,
+    "lesson-tolerance": 5,
+    "lesson-poisson-maps": 5,
+    "lesson-extremes": 5,
 }
 """Pages in the order in which they are best read, others follow; and how long each takes, about, on two cores with nothing compiled."""
 
