@@ -11,7 +11,7 @@ from numba import carray
 
 from daebench.compiler.foreign import real_pointer
 from daebench.compiler.linear.health import SINGULAR
-from daebench.compiler.linked_only import linked_only
+from daebench.compiler.linked_only import linked_only as _linked_only
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
 """Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""
@@ -100,7 +100,7 @@ def called_back(n: int, parameters: int, *texts: str) -> str:
     return "\n\n".join(text.format(**parts) for text in texts)
 
 
-@linked_only
+@_linked_only
 def noted(user: Any, which: int, t: float, health: float) -> int:
     """Count one evaluation at time t; return 0, or -1 if its health is bad or a limit of work is reached."""
     own = carray(real_pointer(user), HEAD)

@@ -1,6 +1,10 @@
 """Simplification of expressions in sines and cosines by sin^2 + cos^2 = 1, which suffices for most charts."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import sympy as sp
+from sympy.core.random import rng
 
 from daebench.systems.definition_parts import extent
 
@@ -24,6 +28,23 @@ def shortened(expression: sp.Expr) -> sp.Expr:
     """
     if extent(expression)[0] > VERY_LONG or expression.count_ops() > LONG:
         return expression
+    with _repeatable():
+        return _shortened(expression)
+
+
+@contextmanager
+def _repeatable() -> Iterator[None]:
+    """Let SymPy draw the same random numbers each time: it chooses where to evaluate polynomials, and a bad choice takes hours."""
+    state = rng.getstate()
+    rng.seed(0)
+    try:
+        yield
+    finally:
+        rng.setstate(state)
+
+
+def _shortened(expression: sp.Expr) -> sp.Expr:
+    """Return the shorter one of an expression and what it is simplified to."""
     if expression.is_rational_function():
         return min((expression, sp.factor(expression)), key=sp.count_ops)
     expanded = sp.expand(expression)

@@ -76,11 +76,11 @@ def test_functions_that_python_calls_are_kept_though_c_calls_others_that_need_th
     def noted(kind):
         return lambda function: how.setdefault(function.__name__, kind) and function
 
-    kinds = {"alone": noted("alone"), "inlined": noted("inlined"), "callback": lambda *_, **__: noted("callback")}
+    kinds = {"linked_only": noted("linked_only"), "inlined": noted("inlined"), "callback": lambda *_, **__: noted("callback")}
     made = kinds | {"njit": lambda *, cache, **_: noted("kept" if cache else "not kept"), "shared": lambda _: noted("shared")}
     exec(decorated(CALLED_BACK, roots, True, callbacks=callbacks), made)
     assert {name: how[name] for name in roots} == dict.fromkeys(roots, "kept")
-    assert how["rates"] == "alone"
+    assert how["rates"] == "linked_only"
     copies = set(how) - {"rates", *roots, *callbacks}
     assert {how[name] for name in copies} == {"inlined"}
     for name in [*copies, *callbacks]:

@@ -15,8 +15,8 @@ def run(text, name):
     """Return a module of generated source with what hands functions to numba standing for nothing."""
     found = types.ModuleType(name)
     given = dict.fromkeys(("njit", "shared", "callback"), lambda *_, **__: lambda function: function)
-    found.__dict__.update(given | dict.fromkeys(("alone", "inlined"), lambda function: function))
-    exec(re.sub(r"from daebench\.compiler\.(machine_code|sharing) import .*", "", text), found.__dict__)
+    found.__dict__.update(given | dict.fromkeys(("linked_only", "inlined"), lambda function: function))
+    exec(re.sub(r"from daebench\.compiler\.(machine_code|sharing|linked_only) import .*", "", text), found.__dict__)
     return found
 
 
