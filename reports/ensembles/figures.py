@@ -13,7 +13,7 @@ from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE
 
 COLOR = {method: stroke_of(method).color for method in METHODS}
 NAMES = [name_of(method) for method in METHODS]
-ERROR = "largest energy error over mean kinetic energy"
+ERROR = "largest energy error\nover mean kinetic energy"
 VERDICTS = {"flat": ("no drift", GREEN), "undetermined": ("undetermined", "#d9d9d9"), "drifts": ("drifts", VERMILION)}
 VERDICTS["failed"] = ("stopped", "#000000")
 HATCHES = {"suzuki4": "////", "kahan_li8": "...."}
