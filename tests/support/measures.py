@@ -53,7 +53,4 @@ def jacobian_defect(dae, cj=1.7):
     JJ = np.full((dae.n, dae.n), np.nan)
     dae.jacobian(0.0, y, yp, np.empty(dae.n), cj, JJ, dae.par)
 
-    def along(x):
-        return residual(dae, y + (x - y), yp + cj * (x - y))
-
-    return derivative_defect(along, y, JJ)
+    return derivative_defect(lambda x: residual(dae, x, yp + cj * (x - y)), y, JJ)
