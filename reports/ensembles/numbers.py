@@ -67,7 +67,7 @@ class Numbers:
 def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = STARTS) -> Numbers:
     """Return the numbers. What is timed is compiled before, in two processes, and timed alone."""
     runs, prices, alone, about = [], [], [], {}
-    kernels: list[Job] = [(compile_kernels, (motion, method)) for motion in motions for method in METHODS]
+    kernels: list[Job] = [(compile_kernels, (motion,)) for motion in motions]
     for _ in computed(kernels, lambda done, doing: tell(COMPILED * done, "kernels"), "compiled"):
         pass
     for k, motion in enumerate(motions):
@@ -81,14 +81,14 @@ def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = S
     return Numbers(motions, pd.concat(runs, ignore_index=True), pd.concat(prices, ignore_index=True), pd.DataFrame(alone), about)
 
 
-def compile_kernels(motion: Motion, method: str) -> None:
-    """Have the kernels of a method compiled, by runs of no consequence that are like those that are timed and those that are measured."""
+def compile_kernels(motion: Motion) -> None:
+    """Have the kernels of a motion compiled, by runs of no consequence that are like those that are timed and those that are measured."""
     ivp = initial_value_problem(motion.problem, motion.case)
-    some, solver = members_of(ivp, tuple(np.repeat([x], MANY, axis=0) for x in ivp.start), motion.h, {}), method_of(ivp, method)
-    for asked in (timed_request(motion.h, 1), energy_request(motion.h, 1, 1)):
-        run_members(solver, some, asked, threads=1)
-    if method == METHODS[0]:
-        run_members(solver, some, timed_request(motion.h, 1), lanes=1)
+    some, timed = members_of(ivp, tuple(np.repeat([x], MANY, axis=0) for x in ivp.start), motion.h, {}), timed_request(motion.h, 1)
+    for method in METHODS:
+        for asked in (timed, energy_request(motion.h, 1, 1)):
+            run_members(method_of(ivp, method), some, asked, threads=1)
+    run_members(method_of(ivp, METHODS[0]), some, timed, lanes=1)
 
 
 def timed_request(h: float, steps: int) -> Request:
