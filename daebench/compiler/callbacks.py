@@ -11,7 +11,7 @@ from numba import carray
 
 from daebench.compiler.foreign import real_pointer
 from daebench.compiler.linear.health import SINGULAR
-from daebench.compiler.linked_only import linked_only as _linked_only
+from daebench.compiler.linked_only import linked_only as _linked_only  # generated code, which imports all names here, has its own
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
 """Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""

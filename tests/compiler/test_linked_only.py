@@ -37,8 +37,11 @@ def test_its_caller_can_be_stored_and_read_by_another_process(tmp_path):
         "print(run.q.tobytes().hex())\n"
     )
     environment = os.environ | {"DAEBENCH_CACHE": str(tmp_path)}
-    outputs = [
-        subprocess.run([sys.executable, "-c", text], env=environment, capture_output=True, text=True, check=True).stdout for _ in "ab"
-    ]
+    command, outputs, stored = [sys.executable, "-c", text], [], []
+    for _ in range(2):
+        outputs.append(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
+        stored.append({path: path.stat().st_mtime_ns for path in tmp_path.glob("*.code")})
     assert outputs[0] == outputs[1]
+    assert stored[0]
+    assert stored[0] == stored[1]
     assert np.frombuffer(bytes.fromhex(outputs[0].strip())).size > 100

@@ -22,6 +22,7 @@ from numpy import arange, empty, inf, sqrt, zeros
 def _in_place(signature: str, kernel: str) -> str:
     """Return the source of a function of A, shape(n, n), and B, shape(n, k), which replaces B by the solution of a kernel.
 
+    Least squares are for one right side, k = 1.
     Entries are copied one by one: the checks of the shapes of slices would double the compilation time.
     """
     *body, pivot = lines(kernel, {"UNKNOWNS": "n", "COLUMNS": "(n + sides)", "INF": "inf", "DEPENDENT": "dependent"})
