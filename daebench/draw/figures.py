@@ -96,13 +96,16 @@ def legend_below(figure: "Figure", axis: Any, columns: int, **settings: Any) -> 
     axis : Axes
         Axes whose labelled curves are named.
     columns : int
-        Entries side by side.
+        Entries side by side, at most: as many as have room.
     **settings
         For Matplotlib's ``legend``, for example ``columnspacing=1.3``.
     """
     handles, labels = axis.get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns, **settings)
+    for wide in range(columns, 0, -1) if handles else ():
+        legend = figure.legend(handles, labels, loc="outside lower center", ncols=wide, **settings)
+        if wide == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
 
 
 _STYLE: Any = {
