@@ -9,7 +9,7 @@ remaining names.
 import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained import loops
@@ -94,6 +94,12 @@ class Options:
     sweeps: int = 0
     roundings: float = ROUNDINGS
     loops: bool = False
+
+
+@lru_cache(256)
+def _read(module: str, text: str, constants: tuple[tuple[str, bool | int | float], ...]) -> SourceFile:
+    """Return a source file as syntax, which all linkers with these constants share, and its functions with operators replaced."""
+    return SourceFile(module, text, dict(constants))
 
 
 @cache
@@ -188,7 +194,8 @@ class Linker:
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
             shared = within or bool(self.tracer and not self.scheme)
             public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time or self._inlined
-            body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded)
+            tuples = not (self.options.loops or self.tracer)
+            body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded, tuples=tuples)
             if shared and not within:
                 body += "".join(self._called_from_python(name, cached) for name in names)
         lines[1:1] = self.number.imports
@@ -228,7 +235,7 @@ class Linker:
     def file(self, module: str) -> SourceFile:
         """Return a source file as syntax."""
         if module not in self.files:
-            self.files[module] = SourceFile(module, text_of(module), self.constants)
+            self.files[module] = _read(module, text_of(module), tuple(sorted(self.constants.items())))
         return self.files[module]
 
     def lowered(self, module: str, name: str) -> ast.FunctionDef:
@@ -237,11 +244,12 @@ class Linker:
         if name not in file.lowered:
             path = f"{module.replace('.', '/')}.py"
             lowering = Lowering(path, Declarations(file, lambda other: _declared(other) if other in LANGUAGES else self.file(other)))
-            file.lowered[name] = lowering.function(file.functions[name])
+            lowered = lowering.function(file.functions[name])
             for operation in sorted(lowering.used):
                 if operation in file.functions or file.imports.get(operation, (LANGUAGE, operation)) != (LANGUAGE, operation):
                     raise InvalidProblem(f"{path}: {operation} is the name of an operation of the algebra; give the function another name.")
                 file.imports[operation] = (LANGUAGE, operation)
+            file.lowered[name] = lowered
         return file.lowered[name]
 
     @staticmethod

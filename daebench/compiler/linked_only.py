@@ -10,6 +10,8 @@ from typing import Any
 import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.typed_passes import NopythonRewrites
+from numba.core.untyped_passes import InlineClosureLikes
 
 
 class _NoEnvironments:
@@ -42,11 +44,19 @@ class _Linked(JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
 
+UNNEEDED = (InlineClosureLikes, NopythonRewrites)
+"""Passes of numba's own compiler for what these functions have not: functions inside functions, and sums of whole arrays."""
+
+
 class _Compiler(Compiler):  # type: ignore[misc]
     def define_pipelines(self) -> Any:
-        """Return the passes of numba's own compiler, which put the code into a library that is only linked."""
+        """Return the passes of numba's own compiler but some, which put the code into a library that is only linked."""
         self.state.library = _Linked(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        return super().define_pipelines()
+        pipelines = super().define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [(which, about) for which, about in pipeline.passes if which not in UNNEEDED]
+            pipeline.finalize()
+        return pipelines
 
 
 def linked_only(function: Any, **options: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 _MADE: dict[str, Any] = {}
 
 
-def shared(text: str, *, inlined: bool = False) -> Callable[[Callable[..., Any]], Any]:
+def shared(text: str, *, inlined: bool = False, numeric: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Return the decorator of a function that only other functions of generated modules call.
 
     Modules of one problem, or of one scheme, have most of their functions in common. Functions of equal text are one function here, which
@@ -24,17 +24,18 @@ def shared(text: str, *, inlined: bool = False) -> Callable[[Callable[..., Any]]
         Hash of its text, of the texts of all functions that it calls, and of the constants that it reads.
     inlined : bool
         Whether it is inlined into its callers regardless of its length: for dual numbers a call costs more than the computation.
+    numeric : bool
+        Whether it makes no arrays, and none of its values is one: numba then leaves out to count references to them.
     """
     from daebench.compiler.linked_only import linked_only
 
     def made(function: Any) -> Any:
-        key = f"{text}_inlined" if inlined else text
+        key = text + "_inlined" * inlined + "_numeric" * numeric
         if key not in _MADE:
             name = f"{function.__name__}_{key}"
             clone = FunctionType(function.__code__, {**function.__globals__, "__name__": __name__}, name)
             clone.__module__, clone.__qualname__ = __name__, name
-            options = {"forceinline": True} if inlined else {}
-            _MADE[key] = linked_only(clone, **options)
+            _MADE[key] = linked_only(clone, forceinline=inlined, _nrt=not numeric)
         return _MADE[key]
 
     return made

@@ -101,6 +101,7 @@ def decorated(
     *,
     inlined: bool = False,
     threaded: bool = False,
+    tuples: bool = False,
     direct: Sequence[str] = (),
 ) -> str:
     """Decorate each function for numba; only the roots, with everything else inside them, are stored on disk and can be called from Python.
@@ -110,17 +111,18 @@ def decorated(
     The wrapper of a function for Python takes as long to compile as a small function itself. Functions other than roots are named by their
     text, and are shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of
     constants that they read. With ``inlined``, functions of at most :data:`INLINED` operations, with all that they call, are inlined into
-    their callers; LLVM would call some. With ``threaded`` the roots release the interpreter lock.
+    their callers; LLVM would call some. With ``threaded`` the roots release the interpreter lock. With ``tuples`` vectors are tuples, and
+    functions that make no array are compiled without the counts of references to arrays, which takes less time.
     """
     tree = _apart(ast.parse(body), set(roots) - set(direct), callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     options = f"error_model='numpy'{', cache=True' * cached}{', nogil=True' * threaded}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
     size = cache(lambda name: _operations(functions[name], lambda called: size(called) if called in functions else 0))
+    numeric = cache(lambda name: all(f in _of_numbers() or (f in functions and numeric(f)) for f in _callees(functions[name])))
     short = {name for name in functions if inlined and size(name) <= INLINED}
-    decorators = {
-        name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{', inlined=True' * (name in short)})" for name in functions
-    }
+    how = {name: ", inlined=True" * (name in short) + ", numeric=True" * (tuples and numeric(name)) for name in functions}
+    decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{how[name]})" for name in functions}
     decorators |= {name: how for name, how in _within(functions, callbacks).items() if name not in direct}
     decorators |= {name: f"callback({signature!r}, {options})" for name, signature in callbacks.items() if name in functions}
     for name, node in functions.items():
@@ -161,6 +163,20 @@ def _within(functions: Mapping[str, ast.FunctionDef], callbacks: Mapping[str, st
             waiting += [] if name in needed else [name]
             needed[name] = needed.get(name, 0) + 1
     return {name: "inlined" if places == 1 else "linked_only" for name, places in needed.items()}
+
+
+@cache
+def _of_numbers() -> frozenset[str]:
+    """Return the names of functions whose values are numbers where those of their arguments are."""
+    import numpy
+
+    ufuncs = {name for name in numpy.__all__ if isinstance(getattr(numpy, name), numpy.ufunc)}
+    return frozenset(ufuncs | {"abs", "bool", "float", "int", "len", "max", "min", "range"})
+
+
+def _callees(node: ast.FunctionDef) -> list[str]:
+    """Return what a function calls, as source."""
+    return [ast.unparse(n.func) for n in ast.walk(node) if isinstance(n, ast.Call)]
 
 
 INLINED = 2000

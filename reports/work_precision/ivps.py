@@ -12,7 +12,7 @@ from daebench.studies.work_precision.study import REPEAT, TOLERANCES, standard
 EVERY_OTHER = TOLERANCES[1::2]
 """Tolerances of long runs: 1e-4, 1e-6, ... 1e-12."""
 
-COARSE = MappingProxyType({"scipy:Radau": EVERY_OTHER[:4], "solve_dae:Radau": EVERY_OTHER})
+COARSE = MappingProxyType(dict.fromkeys(("scipy:Radau", "solve_dae:Radau"), EVERY_OTHER[:4]))
 """Tolerances of methods that would take as long as all others together at the tightest tolerances."""
 
 WANTED = (1e-3, 1e-6, 1e-9)

@@ -115,7 +115,7 @@ def kernel(source: str, layout: Layout) -> str:
         if "initialise" in follower.functions and "EACH_INITIALISE" in follower.constants:
             memory, report = follower.call("initialise", (x, Real("h"), par))
             status = report[0]
-        conserved = follower.call("first", (x, par))
+        conserved = follower.call("first", (x, par)) if "first" in follower.functions else ()
         zero = (0.0,) * layout.monitored
         errors = put(follower, "S", reader.index, memory)
         forms.update(memory=memory, conserved=conserved, errors=errors, size=put(follower, "S", errors, (zero, layout.pivots, conserved)))

@@ -153,7 +153,8 @@ class LaneRun:
                     self.numbers = np.concatenate([self.numbers, np.zeros((more, self.columns))])
                     start = (*start[:3], self.numbers, *start[4:])
                     self.kernel.initialise_lanes(*start, self.columns)
-            self.kernel.first_lanes(*start, self.columns)
+            if hasattr(self.kernel, "first_lanes"):
+                self.kernel.first_lanes(*start, self.columns)
             self._call(0, 0, 0, 0)
 
     def _call(self, steps: int, done: int, begin: int, end: int) -> None:

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 Ivp = TypeVar("Ivp", bound=InitialValueProblem)
 Result = TypeVar("Result")
 
-LOOP = [("daebench.schemes.kernels.loop", "integrate"), ("daebench.schemes.kernels.loop", "first")]
-"""What is called of a generated module."""
+INTEGRATE, FIRST = (("daebench.schemes.kernels.loop", name) for name in ("integrate", "first"))
+"""What is called of a generated module: the loop, and, where it monitors what is conserved, the values at the start."""
 
 INITIALISE = ("daebench.schemes.kernels.constrained", "initialise")
 """What is called too where a scheme remembers something from step to step."""
@@ -154,7 +154,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
         linker = Linker(self._derivation(ivp), Options(**options), self.scheme_module)
         remembers = linker.constants["MULTISTEP"] or self.compensated
-        return linker, [*LOOP, INITIALISE] if remembers else LOOP
+        return linker, [INTEGRATE, *[FIRST] * bool(linker.monitored.conserved), *[INITIALISE] * bool(remembers)]
 
     def iterated(self, ivp: Ivp) -> frozenset[str]:
         """Return the kinds of work, as in ``Trajectory.work``, that are done in the iterations of a step."""

@@ -181,7 +181,7 @@ class Run:
 
     def _prepare(self) -> None:
         """Make the first memory and the conserved quantities, and have the loop compiled."""
-        self.conserved = self.typed(self.kernel.first(self.x, self.par))
+        self.conserved = self.typed(self.kernel.first(self.x, self.par)) if hasattr(self.kernel, "first") else ()
         self.maxima: Any = tuple(self.zero for _ in self.names)
         self.pivots: Any = self._no_pivots()
         self.memory: Any = ()

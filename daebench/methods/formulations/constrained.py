@@ -201,7 +201,7 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
     state = np.concatenate([ivp.q0, _velocity(ivp) if module.MECHANICAL else ivp.p0])
     rates = np.empty_like(state)
     if formulation == "ode":
-        require_determined(ivp, module.rhs(0.0, read_only(state), rates, par))
+        require_determined(ivp, module.rhs(0.0, state, rates, par))
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)

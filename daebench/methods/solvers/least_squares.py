@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import DaebenchError
-from daebench.methods.formulations.constrained import Dae, pose, read_only
+from daebench.methods.formulations.constrained import Dae, pose
 from daebench.runs.ivp import ConstrainedIvp
 
 COMPILED = True
@@ -33,7 +33,7 @@ def by_least_squares(ivp: ConstrainedIvp) -> Dae:
     y0 = np.concatenate([ivp.q0, ivp.p0])
     module = _module(ivp)
     rates = np.empty_like(y0)
-    if not module.rhs(0.0, read_only(y0), rates, par) > 0.0:
+    if not module.rhs(0.0, y0, rates, par) > 0.0:
         where = f"{ivp.problem}, case {ivp.case}"
         raise DaebenchError(f"{where}, has no finite rates at the start; check parameters and initial values.")
     return Dae("ode", "plain", ivp, par, y0, rates, module, ivp.d, ivp.m)

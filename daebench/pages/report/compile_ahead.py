@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import wait
 from contextlib import contextmanager
 
+from daebench.pages.report.two_processes import NEEDED
 from daebench.runs.machine import cores
 from daebench.studies.grid.schedulers import local_processes
 
@@ -17,7 +18,7 @@ def compiling_ahead(problem: str, case: str, schemes: Sequence[str]) -> Iterator
     if cores() < 2:
         yield lambda: None
         return
-    with local_processes(1) as pool:
+    with local_processes(1, NEEDED) as pool:
         made = [pool.submit(compile_tangent, problem, case, name) for name in schemes]
         yield lambda: wait(made)
 

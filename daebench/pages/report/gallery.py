@@ -9,6 +9,7 @@ from daebench.errors import DaebenchError, Interrupted
 from daebench.pages.report import build_stamp
 from daebench.pages.report.index import write_index
 from daebench.pages.report.page import Progress
+from daebench.pages.report.put_off import Work, putting_off
 from daebench.pages.report.reports import Report, find
 
 SECONDS = {
@@ -81,18 +82,17 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
 def put(report: Report, out: Path, progress: Progress | None = None) -> Path:
     """Write a page into a folder of its name, and the index of all that is beside it; return the path of the page."""
     out = Path(out)
-    page = make(report, out, build_stamp.digest(report.files()), progress or (lambda fraction, label: None))
+    began = time.perf_counter()
+    digest = build_stamp.digest(report.files())
+    page = report.make(out / report.name, progress or (lambda fraction, label: None))
+    _stamp(report, out, digest, time.perf_counter() - began)
     write_index(out, order(out), {})
     return page
 
 
-def make(report: Report, out: Path, digest: str, progress: Progress) -> Path:
-    """Make a page and its build stamp; return the page."""
-    began = time.perf_counter()
-    page = report.make(out / report.name, progress)
+def _stamp(report: Report, out: Path, digest: str, seconds: float) -> None:
     about = {"title": report.name, "kind": report.kind, "about": report.summary, "command": report.command}
-    build_stamp.write(out / report.name, **about, digest=digest, seconds=time.perf_counter() - began)
-    return page
+    build_stamp.write(out / report.name, **about, digest=digest, seconds=seconds)
 
 
 def order(out: Path) -> list[str]:
@@ -135,14 +135,21 @@ def build_all(
     """
     digests = {page.name: build_stamp.digest(page.files()) for page in reports}
     stale = {page.name: expected(page, out) for page in reports if anew or not build_stamp.is_fresh(out / page.name, digests[page.name])}
-    whole, over, made = sum(stale.values()) or 1.0, 0.0, []
-    for report in reports:
-        share = stale.get(report.name, 0.0) / whole
-        fresh = Made(report.name, out / report.name / "index.html", 0.0)
-        made.append(_attempt(report, out, digests[report.name], _part(progress, report.name, over, share)) if share else fresh)
-        over += share
-        callback(made[-1])
+    whole, over, made = sum(stale.values()) or 1.0, 0.0, list[Made]()
+
+    def told(outcome: Made) -> None:
+        made.append(outcome)
+        callback(outcome)
         write_index(out, order(out), {outcome.name: outcome.failure for outcome in made if outcome.failure})
+
+    with putting_off() as waiting:
+        for report in reports:
+            share = stale.get(report.name, 0.0) / whole
+            if share:
+                _make(report, out, digests[report.name], _part(progress, report.name, over, share), waiting, told)
+            else:
+                told(Made(report.name, out / report.name / "index.html", 0.0))
+            over += share
     progress(1.0, "done")
     if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in made if outcome.failure]:
         raise PagesFailed(f"{len(failures)} of {len(made)} pages failed, the others are written: {'; '.join(failures)}.")
@@ -159,13 +166,35 @@ def _part(progress: Progress, name: str, over: float, share: float) -> Progress:
     return lambda fraction, doing: progress(over + share * fraction, f"{name}: {doing}")
 
 
-def _attempt(report: Report, out: Path, digest: str, progress: Progress) -> Made:
-    began = time.perf_counter()
+def _make(report: Report, out: Path, digest: str, progress: Progress, waiting: list[Work], told: Callable[[Made], None]) -> None:
+    """Measure a page, draw, write and stamp it, and tell what became of it; where it puts something off, all that follows is put off."""
+    began, before = time.perf_counter(), list(waiting)
     try:
-        page: Path | None = make(report, out, digest, progress)
-        failure = ""
+        page = report.make(out / report.name, progress)
     except Interrupted:
         raise
     except DaebenchError as error:
-        page, failure = None, str(error)
-    return Made(report.name, page, time.perf_counter() - began, failure)
+        told(Made(report.name, None, time.perf_counter() - began, str(error)))
+        return
+    own = [work for work in waiting if work not in before]
+    waiting[:] = [work for work in waiting if work in before]
+    measured = time.perf_counter() - began
+
+    def finish() -> None:
+        again = time.perf_counter()
+        try:
+            for work in own:
+                work()
+        except Interrupted:
+            raise
+        except DaebenchError as error:
+            told(Made(report.name, None, measured, str(error)))
+            return
+        seconds = measured + time.perf_counter() - again
+        _stamp(report, out, digest, seconds)
+        told(Made(report.name, page, seconds))
+
+    if own:
+        waiting.append(finish)
+    else:
+        finish()

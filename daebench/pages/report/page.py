@@ -14,6 +14,7 @@ from markupsafe import Markup
 from daebench.pages.report.citation import AUTHORS, commit, licence
 from daebench.pages.report.formulas import set_parentheses
 from daebench.pages.report.pictures import picture
+from daebench.pages.report.put_off import later
 from daebench.pages.report.versions import versions
 from daebench.pages.report.words import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
 from daebench.runs.files import atomic
@@ -87,7 +88,7 @@ def make_page(
     check: Callable[[Numbers], SimpleNamespace],
     content: Callable[[Numbers, SimpleNamespace], Mapping[str, Any]],
 ) -> Path:
-    """Compute, check, draw and write a page; return its path.
+    """Compute and check a page, and draw and write it, when a gallery is made a little later; return its path.
 
     Parameters
     ----------
@@ -117,7 +118,13 @@ def make_page(
     numbers = measure(lambda fraction, doing: progress(MEASURED * fraction, doing))
     findings = check(numbers)
     progress(MEASURED, "figures")
-    rest = {"picture": picture} | dict(content(numbers, findings))
-    page = write_page(template, out / "index.html", command, **vars(findings), **rest, took=time.perf_counter() - began)
+    measured, page = time.perf_counter() - began, out / "index.html"
+
+    def write() -> None:
+        again = time.perf_counter()
+        rest = {"picture": picture} | dict(content(numbers, findings))
+        write_page(template, page, command, **vars(findings), **rest, took=measured + time.perf_counter() - again)
+
+    later(write)
     progress(1.0, "done")
     return page

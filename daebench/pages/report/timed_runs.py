@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from daebench.errors import DaebenchError
 from daebench.pages.report.page import Progress
+from daebench.pages.report.put_off import meanwhile
 from daebench.pages.report.two_processes import two_processes
 from daebench.studies.grid.measure import timed_request, with_time
 from daebench.studies.grid.run_specification import GridRun, code_version
@@ -45,7 +46,9 @@ def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, p
             dearest_first, store, executor=pool, tell=lambda done, of, specification: tell(LOOKED * done / of, doing(specification))
         )
         tell(LOOKED, "kernels")
-        for _ in pool.map(warm, first_of_each(timed.values())):
+        kernels = pool.map(warm, first_of_each(timed.values()))
+        meanwhile()
+        for _ in kernels:
             pass
     warmed = set(map(_kind, first_of_each(timed.values())))
     for k, (key, specification) in enumerate(timed.items()):

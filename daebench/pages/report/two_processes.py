@@ -7,13 +7,17 @@ from functools import partial
 from typing import Any
 
 from daebench.pages.report.page import Progress
+from daebench.pages.report.put_off import meanwhile
 from daebench.runs.machine import cores
-from daebench.studies.grid.schedulers import local_processes
+from daebench.studies.grid.schedulers import LOADED, local_processes
 
 Job = tuple[Callable[..., Any], tuple[Any, ...]]
 """A function of a module, and its arguments."""
 
-two_processes = partial(local_processes, 2)
+NEEDED = (*LOADED, "pandas", "scipy.integrate", "sympy", "daebench.pages.report.begun")
+"""What the processes of a report need, in all of which kernels are compiled."""
+
+two_processes = partial(local_processes, 2, NEEDED)
 
 
 def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Job, Any]]:
@@ -46,6 +50,7 @@ def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Jo
 def _from_two(jobs: Sequence[Job]) -> Iterator[tuple[Job, Any]]:
     with two_processes() as pool:
         futures: dict[Future[Any], Job] = {pool.submit(work, *arguments): (work, arguments) for work, arguments in jobs}
+        meanwhile()
         for future in as_completed(futures):
             yield futures[future], future.result()
 

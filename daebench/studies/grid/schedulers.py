@@ -22,7 +22,7 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import closing, contextmanager
 from importlib.machinery import ModuleSpec
@@ -50,13 +50,15 @@ LAST_SECONDS = 30.0
 
 
 @contextmanager
-def local_processes(workers: int | None = None) -> Iterator[Executor]:
+def local_processes(workers: int | None = None, loaded: Sequence[str] = LOADED) -> Iterator[Executor]:
     """Open a pool of processes on this machine, one thread each; they end with the block, whatever ends it, and with this process.
 
     Parameters
     ----------
     workers : int, optional
         Number of processes; by default the cores that this process may use.
+    loaded : sequence of str
+        Modules that the server loads which all processes are forked from; those of the first pool of this process are in force for all.
 
     Yields
     ------
@@ -67,7 +69,7 @@ def local_processes(workers: int | None = None) -> Iterator[Executor]:
     old = {name: os.environ.get(name) for name in THREADS}
     os.environ |= dict.fromkeys(THREADS, "1")
     before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=_context(), initializer=_begin_process)
+    pool = ProcessPoolExecutor(workers, mp_context=_context(loaded), initializer=_begin_process)
     try:
         yield pool
     finally:
@@ -85,14 +87,14 @@ def local_processes(workers: int | None = None) -> Iterator[Executor]:
                 os.environ[name] = value
 
 
-def _context() -> BaseContext:
+def _context(loaded: Sequence[str]) -> BaseContext:
     """Return how processes are begun: forked from a server that begins to load now what all of them need, where there is one."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     from multiprocessing.forkserver import ensure_running
 
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(LOADED))
+    context.set_forkserver_preload(list(loaded))
     ensure_running()
     return context
 
