@@ -26,6 +26,16 @@ def putting_off() -> Iterator[list[Work]]:
             _WAITING.reset(token)
 
 
+@contextmanager
+def at_once() -> Iterator[None]:
+    """Put nothing off in this block."""
+    token = _WAITING.set(None)
+    try:
+        yield
+    finally:
+        _WAITING.reset(token)
+
+
 def later(work: Work) -> None:
     """Do some work when this process would wait for others, or at once where nothing is put off."""
     waiting = _WAITING.get()
