@@ -18,6 +18,7 @@ from daebench.compiler.declared import Declarations
 from daebench.compiler.lanes.branches import straightened
 from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.loops import Loops
+from daebench.compiler.linear.tuples import Values
 from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
 from daebench.compiler.single_forces import FORCES, in_single
@@ -194,7 +195,7 @@ class Linker:
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
             shared = within or bool(self.tracer and not self.scheme)
             public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time or self._inlined
-            tuples = not (self.options.loops or self.tracer)
+            tuples = isinstance(self.algebra, Values)
             body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded, tuples=tuples)
             if shared and not within:
                 body += "".join(self._called_from_python(name, cached) for name in names)

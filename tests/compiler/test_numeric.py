@@ -7,6 +7,8 @@ import pytest
 
 from daebench.compiler.syntax import decorated
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.poisson import PoissonStep
+from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.request import Request
 
 SOURCE = """
@@ -52,3 +54,11 @@ def test_conserved_quantities_are_compiled_only_where_they_are_monitored(get_ivp
     assert list(monitored.maxima) == list(uncompiled.maxima)
     for name, largest in monitored.maxima.items():
         np.testing.assert_allclose(largest, uncompiled.maxima[name], rtol=0, atol=1e-13)
+
+
+def test_a_step_on_arrays_of_many_sites_is_the_step_that_is_not_compiled():
+    ivp = initial_value_problem("ablowitz_ladik", parameters={"sites": 32})
+    request = Request(value=1e-4, steps=20, watch=())
+    ends = [PoissonStep("midpoint", compiled=compiled).solve(ivp, request).complete().y[-1] for compiled in (True, False)]
+    assert ivp.arrays
+    np.testing.assert_allclose(*ends, rtol=0, atol=1e-13)
