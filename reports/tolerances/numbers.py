@@ -52,13 +52,14 @@ def measure(tell: Progress) -> Numbers:
     exact_of(FAST, T_LONG)  # a missing reference is found before anything is computed
     results = dict(computed([*kernels, *members, *long], lambda part, what: tell(LONG_PART * part, what), "measured"))
     in_order = sorted(members, key=lambda job: list(IVPS).index(job[1][0]))
-    runs = pd.DataFrame([row for job in in_order for row in results[job]])
+    runs = pd.DataFrame([row for job in in_order for row in results[job][0]])
     drift = [results[job] for job in long]
     fitted = [row for run in drift for row in laws(run, exact_of(FAST, T_LONG).floor)]
     timed = []
     for k, name in enumerate(IVPS):
         tell(LONG_PART + (1 - LONG_PART) * k / len(IVPS), f"CVODE with projected steps, {IVPS[name]}")
-        timed += [row for start in range(projection.STARTS) for row in projection.compared(name, start)]
+        references = [results[member, (name, start)][1] for start in range(projection.STARTS)]
+        timed += [row for start, reference in enumerate(references) for row in projection.compared(name, start, reference)]
     tell(1.0, "CVODE with projected steps, the example of SUNDIALS")
     frames = runs, pd.concat(drift, ignore_index=True), pd.DataFrame(fitted), pd.DataFrame(timed), pd.DataFrame(projection.example())
     return Numbers(*frames)

@@ -81,20 +81,26 @@ def exact_of(name: str, t_end: float) -> Exact:
 @lru_cache(maxsize=2)
 def motion(name: str, start: int) -> tuple[ConstrainedIvp, Exact]:
     """Return an initial value problem and its motion to ``T_END``: start 0 is the start of the case, and has a certified reference."""
-    ivp, certified = ivp_of(name), exact_of(name, T_END)
-    if start == 0:
-        return ivp, certified
-    beside = constrained(neighbour(ivp, NEAR, start))
-    return beside, refined(beside, certified.t)
+    ivp, certified = beside(name, start), exact_of(name, T_END)
+    return ivp, certified if start == 0 else refined(ivp, certified.t)
 
 
-def member(name: str, start: int) -> list[Row]:
-    """Return the runs from one start: with all treatments from the start of the case, with the default treatments from other starts."""
-    return [
+def beside(name: str, start: int) -> ConstrainedIvp:
+    """Return an initial value problem from one of its starts."""
+    return constrained(neighbour(ivp_of(name), NEAR, start)) if start else ivp_of(name)
+
+
+def member(name: str, start: int) -> tuple[list[Row], Exact]:
+    """Return the runs from one start, and its motion.
+
+    They are with all treatments from the start of the case, and with the default treatments from other starts.
+    """
+    rows = [
         row
         for formulation in FORMULATIONS
         for row in series(name, start, formulation, TOLERANCES, (DEFAULT_TREATMENTS[formulation],) if start else TREATMENTS)
     ]
+    return rows, motion(name, start)[1]
 
 
 def series(name: str, start: int, formulation: str, tolerances: Sequence[float], treatments: Sequence[str]) -> list[Row]:

@@ -186,7 +186,7 @@ def test_starts_are_neighbours_on_the_manifold_and_have_a_motion_of_their_own():
 
 def test_methods_are_compared_for_the_same_time(monkeypatch):
     monkeypatch.setattr(_tolerances_projection, "TOLERANCES", (1e-4,))
-    rows = pd.DataFrame(compared(FAST, 0)).set_index("method")
+    rows = pd.DataFrame(compared(FAST, 0, motion(FAST, 0)[1])).set_index("method")
     assert list(rows.index) == [PLAIN, PROJECTED, *FIXED]
     assert rows["error"][FIXED[1]] < 1e-6 < rows["error"][PROJECTED] < 2
     assert rows["steps"][FIXED[0]] > rows["steps"][FIXED[1]] > 80
