@@ -75,8 +75,8 @@ class Options:
     singular : str
         Treatment of a loss of rank of G: "" if it is not monitored, "watch", or "least-squares" if systems of constraints are also
         solved that way.
-    sweeps, roundings : int and float
-        Number of iterations after which Newton's method is stopped, 0 for convergence; and the increments, in roundings, at which it stops.
+    asked : bool
+        Whether run-time data say when Newton's method is stopped: after how many iterations, or at which increments.
     loops : bool
         Whether vectors are arrays in place of tuples, and sums are loops, for a problem with many unknowns.
     """
@@ -92,8 +92,7 @@ class Options:
     projection: str = ""
     stage_multipliers: int = 0
     singular: str = ""
-    sweeps: int = 0
-    roundings: float = ROUNDINGS
+    asked: bool = False
     loops: bool = False
 
 
@@ -144,13 +143,12 @@ class Linker:
                 "STAGES": options.stages,
                 "RANK_WATCHED": bool(options.singular),
                 "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
-                "ONCE": self.number.lanes > 0 and not options.sweeps,
-                "ONE_UNKNOWN": self.number.lanes > 0 and not options.sweeps and derivation.constants.get("CONSTRAINTS") == 1,
-                "AGAIN": self.number.again if options.roundings == ROUNDINGS else 1,
-                "ITERATIONS_ASKED": options.sweeps,
-                "ROUNDINGS": options.roundings,
+                "ONCE": self.number.lanes > 0 and not options.asked,
+                "ONE_UNKNOWN": self.number.lanes > 0 and not options.asked and derivation.constants.get("CONSTRAINTS") == 1,
+                "AGAIN": 1 if options.asked else self.number.again,
                 "TANGENTS": self.number.directions > 0,
             }
+            | ({} if options.asked else {"ITERATIONS_ASKED": 0, "ROUNDINGS": ROUNDINGS})
         )
         kinds = len(self.kinds) if options.count else 0
         held = {"arrays": True} if options.loops else {}

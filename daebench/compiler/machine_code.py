@@ -31,7 +31,7 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
     """Return numba's decorator; with ``cache`` the machine code is stored beside the file of the function."""
 
     def made(function: Any) -> Any:
-        compiled = numba.njit(**options)(function)
+        compiled = numba.njit(no_cfunc_wrapper=True, **options)(function)
         if cache:
             compiled._cache = MachineCode(function)
         return compiled

@@ -9,8 +9,7 @@ import pandas as pd
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, legend_below, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.pages.report.thumbnail import draw_thumbnail
-from daebench.reports.index_reduction.ida import FORMULATIONS
-from daebench.reports.index_reduction.numbers import DRIFT_RUNS, FAST, SCHEMES, SLOW, Numbers
+from daebench.reports.index_reduction.numbers import DRIFT_RUNS, FAST, FORMULATIONS, SCHEMES, SLOW, Numbers
 
 NAMES = {
     "se": "symplectic Euler on (1.18), se",

@@ -7,11 +7,10 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.report import Progress
 from daebench.pages.report.exact_motion import exact_motion
-from daebench.reports.index_reduction.numbers import FAST, PROBLEM, SLOW
+from daebench.reports.index_reduction.numbers import FAST, FORMULATIONS, PROBLEM, SLOW
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
 
-FORMULATIONS = ("index3", "index2", "index1", "ggl")
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 T_END, POINTS = 10.0, 41
 SECONDS_LIMIT = 10.0

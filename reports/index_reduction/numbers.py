@@ -15,9 +15,10 @@ from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
 from daebench.pages.report import Progress
-from daebench.pages.report.compile_ahead import compiling_ahead
 from daebench.pages.report.exact_motion import exact_motion, swing_period
+from daebench.pages.report.two_processes import Job, computed
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
@@ -32,6 +33,9 @@ MOST_STEPS, DEFECT_STEPS = 30, 10
 ORDER_STEPS = (40, 80, 160, 320, 640, 1280)
 TIMED_STEPS, TIMED_RUNS = 20000, 7
 SHOWN = 2500
+FORMULATIONS = ("index3", "index2", "index1", "ggl")
+COMPILED = 0.6
+"""Fraction of the work that is done when everything is compiled."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +73,17 @@ def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` receives the fraction done and a description of the current work."""
     slow, fast = constrained(initial_value_problem(PROBLEM, SLOW)), constrained(initial_value_problem(PROBLEM, FAST))
     rows, errors, defects = [], [], {}
-    with compiling_ahead(PROBLEM, SLOW, SCHEMES) as wait:
-        q, p = exact_motion(slow.source, SLOW, [T_ORDER])
-        for k, name in enumerate(SCHEMES):
-            tell(0.6 * k / len(SCHEMES), f"{name}: compile, orders and drifts")
-            errors += [order_errors(slow, name, 1.0 / n, p[0], q[0]) for n in ORDER_STEPS]
-            rows.append(claims(name) | conservation(slow, name))
-        drift = {name: drift_run(slow, name, h) for name, h in DRIFT_RUNS.items()}
-        tell(0.6, "tangent maps: compile")
-        wait()
+    kernels: list[Job] = [(compile_ida, tuple(FORMULATIONS)), *((compile_scheme, (name,)) for name in ("rk4", *SCHEMES))]
+    for _ in computed(kernels, lambda fraction, doing: tell(COMPILED * fraction, doing), "compiled"):
+        pass
+    q, p = exact_motion(slow.source, SLOW, [T_ORDER])
+    for name in SCHEMES:
+        tell(COMPILED, f"{name}: orders and drifts")
+        errors += [order_errors(slow, name, 1.0 / n, p[0], q[0]) for n in ORDER_STEPS]
+        rows.append(claims(name) | conservation(slow, name))
+    drift = {name: drift_run(slow, name, h) for name, h in DRIFT_RUNS.items()}
     for k, (name, row) in enumerate(zip(SCHEMES, rows, strict=True)):
-        tell(0.7 + 0.3 * k / len(SCHEMES), f"{name}: defects and cost")
+        tell(COMPILED + (1 - COMPILED) * k / len(SCHEMES), f"{name}: defects and cost")
         defects[name] = symplecticity(slow, name)
         row |= orders([row for row in errors if row["method"] == name]) | cost(slow, name)
         row |= {"symplecticity": defects[name][DEFECT_STEPS - 1], "reversibility": reversibility(slow, name, p[0], q[0])}
@@ -93,6 +97,20 @@ def measure(tell: Progress) -> Numbers:
         table=pd.DataFrame(rows),
         facts=facts(slow, fast),
     )
+
+
+def compile_scheme(name: str) -> None:
+    """Have the kernels of a scheme made, in real and in complex numbers, by steps of no consequence."""
+    ivp = constrained(initial_value_problem(PROBLEM, SLOW))
+    FixedStep(name).solve(ivp, Request(value=H_FAST, steps=1, watch=()))
+    FixedStep(name).flow(ivp, H_FAST, 1)(tuple(ivp.p0), tuple(ivp.q0))
+
+
+def compile_ida(*formulations: str) -> None:
+    """Have what IDA calls for some formulations made, by runs of no consequence."""
+    ivp = constrained(initial_value_problem(PROBLEM, SLOW))
+    for formulation in formulations:
+        parse(f"ida:{formulation}").solve(ivp, Request(value=1e-4, t_end=H, points=2, watch=("manifold",)))
 
 
 def fixed_step(ivp: ConstrainedIvp, name: str, h: float, t_end: float, every: int = 1) -> Trajectory:

@@ -176,7 +176,7 @@ def starts(molecule: str) -> tuple[ConstrainedIvp, ...]:
     """Return the starts: states of one long run with converged constraints."""
     ivp, h = ivp_of(molecule), 0.01
     every = round(APART / h)
-    request = Request(value=h, steps=every * STARTS[molecule], every=every)
+    request = Request(value=h, steps=every * STARTS[molecule], every=every, watch=())
     run = FixedStep(CONVERGED[0], options=CONVERGED[1]).solve(ivp, request).complete()
     return tuple(ivp.at(p, q) for p, q in zip(run.p[1:], run.q[1:], strict=True))
 

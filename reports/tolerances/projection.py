@@ -19,7 +19,7 @@ FIXED = ("rattle", "rattle/kahan_li8")
 """Methods that run for the CPU time of CVODE with projected steps."""
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-STARTS = 16
+STARTS = 8
 """Starts of each system."""
 
 STEPS = 4000

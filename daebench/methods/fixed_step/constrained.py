@@ -87,8 +87,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             "compensated": self.compensated,
             "projection": self.projection,
             "stage_multipliers": len(self.member.multipliers()) if stage_multipliers else 0,
-            "sweeps": self.sweeps,
-            "roundings": self.roundings,
+            "asked": self._asked,
             "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
         }
 
@@ -101,11 +100,16 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         enter, leave = self.system.enter(ivp), self.system.leave(ivp)
         return lambda vectors: enter(*vectors), lambda x: leave(*x)
 
-    def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
+    @property
+    def _asked(self) -> bool:
+        """Whether Newton's iteration is ended otherwise than at round-off."""
+        return bool(self.sweeps) or self.roundings != ROUNDINGS
+
+    def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, ...]:
         scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
-        if self.form != "local":
-            return scales
-        return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
+        if self.form == "local":
+            scales = in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
+        return (*scales, float(self.sweeps), self.roundings) if self._asked else scales
 
     def _reasons(self, ivp: ConstrainedIvp) -> Mapping[int, tuple[str, str]]:
         return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS

@@ -42,6 +42,7 @@ def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, p
     timed = {key: specification for key, specification in missing.items() if specification.repeat}
     with processes() as pool:
         dearest_first = sorted(looked.values(), key=lambda specification: specification.value)
+        computed(first_of_each(dearest_first), store, executor=pool)  # what one process compiles here, no other one compiles below
         rows = computed(
             dearest_first, store, executor=pool, tell=lambda done, of, specification: tell(LOOKED * done / of, doing(specification))
         )
@@ -67,7 +68,7 @@ def doing(specification: GridRun) -> str:
 
 
 def first_of_each(specifications: Iterable[GridRun]) -> Sequence[GridRun]:
-    """Return one run of each kind that has machine code of its own."""
+    """Return the last run of each kind that has machine code of its own."""
     cell_by_kind: Mapping[GridRun, GridRun] = {_kind(specification): specification for specification in specifications}
     return list(cell_by_kind.values())
 
