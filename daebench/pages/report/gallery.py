@@ -13,15 +13,15 @@ from daebench.pages.report.put_off import Work, putting_off
 from daebench.pages.report.reports import Report, find
 
 SECONDS = {
-    "index-reduction": 40,
-    "methods": 150,
-    "tolerances": 160,
-    "poisson": 35,
+    "index-reduction": 30,
+    "methods": 130,
+    "tolerances": 140,
+    "poisson": 40,
     "problems": 250,
-    "work-precision": 190,
+    "work-precision": 185,
     "ensembles": 100,
-    "molecules": 110,
-    "extremes": 110,
+    "molecules": 100,
+    "extremes": 95,
     "lesson-why-symplectic": 5,
     "lesson-shake-to-lobatto": 5,
     "lesson-tolerance": 5,
