@@ -123,8 +123,8 @@ def decorated(
     size = cache(lambda name: _operations(functions[name], lambda called: size(called) if called in functions else 0))
     numeric = cache(lambda name: all(f in _of_numbers() or (f in functions and numeric(f)) for f in _callees(functions[name])))
     short = {name for name in functions if inlined and size(name) <= INLINED}
-    how = {name: ", inlined=True" * (name in short) + ", numeric=True" * (tuples and numeric(name)) for name in functions}
-    decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{how[name]})" for name in functions}
+    more = {name: ", inlined=True" * (name in short) + ", numeric=True" * (tuples and numeric(name)) for name in functions}
+    decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{more[name]})" for name in functions}
     decorators |= {name: how for name, how in _within(functions, callbacks).items() if name not in direct}
     decorators |= {name: f"callback({signature!r}, {options})" for name, signature in callbacks.items() if name in functions}
     for name, node in functions.items():

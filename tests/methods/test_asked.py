@@ -1,0 +1,42 @@
+"""What is asked of Newton's iteration besides round-off is run-time data: one kernel serves all numbers of iterations and tolerances."""
+
+import numpy as np
+import pytest
+
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.runs.request import Request
+
+STEPS = 40
+
+
+def run(ivp, **asked):
+    return FixedStep("rattle", **asked).solve(ivp, Request(value=0.01, steps=STEPS, watch=())).complete()
+
+
+def test_one_kernel_serves_all_that_is_asked_and_another_one_what_is_not(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    kernels = [
+        FixedStep("rattle", **asked).kernel(ivp, "float64", (), count=True)
+        for asked in ({"sweeps": 1}, {"sweeps": 3}, {"roundings": 1e6}, {"sweeps": 2, "roundings": 1e3}, {})
+    ]
+    assert len({id(kernel) for kernel in kernels}) == 2
+    assert kernels[-1] is not kernels[0]
+
+
+@pytest.mark.parametrize("sweeps", [1, 2, 3, 7])
+def test_as_many_iterations_are_made_as_are_asked_for(get_ivp, sweeps):
+    ivp = get_ivp("spherical-fast")
+    compiled, plain = run(ivp, sweeps=sweeps), run(ivp, sweeps=sweeps, compiled=False)
+    assert compiled.work["newton"] == plain.work["newton"] == sweeps * STEPS
+    np.testing.assert_array_equal(compiled.q, plain.q)
+
+
+def test_a_larger_tolerance_leaves_a_larger_residual_and_takes_fewer_iterations(get_ivp):
+    ivp = get_ivp("spherical-fast")
+    runs = [run(ivp, **asked) for asked in ({}, {"roundings": 1e8}, {"roundings": 1e12})]
+    residuals = [np.max(np.abs(ivp.along("g", each.q))) for each in runs]
+    work = [each.work["newton"] for each in runs]
+    assert residuals[0] < 1e-14
+    assert residuals == sorted(residuals)
+    assert work == sorted(work, reverse=True)
+    assert work[-1] < work[0]
