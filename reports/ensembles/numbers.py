@@ -14,7 +14,7 @@ from daebench.methods.names import method_of
 from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MOTIONS, SEED, STARTS, Motion
-from daebench.runs.ivp import Ivp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
 from daebench.runs.members import members as members_of
 from daebench.runs.request import Request
@@ -65,20 +65,27 @@ class Numbers:
 
 
 def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = STARTS) -> Numbers:
-    """Return the numbers. What is timed is compiled before, in two processes, and timed alone."""
+    """Return the numbers. Starts are drawn and kernels compiled before, in two processes; what is timed is timed alone."""
     runs, prices, alone, about = [], [], [], {}
-    kernels: list[Job] = [(compile_kernels, (motion,)) for motion in motions]
-    for _ in computed(kernels, lambda done, doing: tell(COMPILED * done, "kernels"), "compiled"):
-        pass
+    jobs: list[Job] = [(prepared, (motion, starts)) for motion in motions]
+    ready = dict(computed(jobs, lambda done, doing: tell(COMPILED * done, "starts and kernels"), "prepared"))
     for k, motion in enumerate(motions):
         tell(COMPILED + (1 - COMPILED) * k / len(motions), motion.title)
-        some, about[motion.key] = drawn(motion, starts)
+        start, about[motion.key] = ready[prepared, (motion, starts)]
+        some = members_of(initial_value_problem(motion.problem, motion.case), start, motion.h, {})
         ratios = priced(motion, some)
         prices.append(ratios)
         alone.append(by_itself(motion, some, float(ratios["together"].iloc[0])))
         for method, ratio in zip(ratios["method"], ratios["ratio"], strict=True):
             runs += [measured(motion, some, method, fraction, ratio) for fraction in FRACTIONS]
     return Numbers(motions, pd.concat(runs, ignore_index=True), pd.concat(prices, ignore_index=True), pd.DataFrame(alone), about)
+
+
+def prepared(motion: Motion, starts: int) -> tuple[tuple[Array, ...], str]:
+    """Have the kernels of a motion compiled; return its starts, positions and momenta of shape(starts, d), and their distribution."""
+    compile_kernels(motion)
+    some, about = drawn(motion, starts)
+    return some.start, about
 
 
 def compile_kernels(motion: Motion) -> None:
