@@ -47,8 +47,10 @@ ROOM = {8: {"planar": 2.0, "stretched-M": 2.0, "planar_pendulum": 2.0, "spherica
 """For the highest orders, the problems that have this room, and T there: elsewhere the first error that is asymptotic is round-off."""
 
 
-FAST = {6: {"andrews_squeezer": 0.5}, 8: {"andrews_squeezer": 1.0}, 10: {"andrews_squeezer": 0.5}}
-"""For the highest orders, the initial value problems that turn several times while others turn once, and T there."""
+FAST = {1: {"double_wishbone": 0.05}, 2: {"double_wishbone": 0.1}, **{order: {"double_wishbone": 0.05} for order in (3, 4, 5)}}
+FAST |= {6: {"andrews_squeezer": 0.5, "double_wishbone": 0.11}, 8: {"andrews_squeezer": 1.0, "double_wishbone": 0.2}}
+FAST |= {10: {"andrews_squeezer": 0.5, "double_wishbone": 0.2}}
+"""By order, the initial value problems that turn several times while others turn once, or whose spring lets go of them, and T there."""
 
 BETTER = {(scheme, "ellipsoid_geodesic"): 2 for scheme in ("symplectic_euler", "symplectic_euler_adjoint")}
 """Schemes and initial value problems where they have a higher order than they claim: without forces each is RATTLE."""
