@@ -101,24 +101,29 @@ def assert_steep(order, h, errors):
     assert slope > 0.75 * order, (slope, errors)
 
 
+LAST = {"double_wishbone": 0.18}
+"""Ends of the runs on problems whose motion does not go on for long: where its spring lets go of it, it locks after 0.21 s."""
+
+
 def manifold_errors(method, ivp, h=0.004):
-    maxima = run(method, ivp, h, 60).maxima
+    maxima = run(method, ivp, min(h, LAST.get(ivp.problem, np.inf) / 60), 60).maxima
     return {"g": maxima["g"], "Gv": maxima["Gv"]}
 
 
-def step_size(method):
+def step_size(method, ivp):
     """Return a step at which the error of a step is well above round-off, so that what is not kept is seen."""
-    return 0.1 if method.scheme == "livens" else {1: 0.01, 2: 0.01, 3: 0.03, 4: 0.05, 5: 0.05, 6: 0.1}.get(method.claims.order, 0.15)
+    h = 0.1 if method.scheme == "livens" else {1: 0.01, 2: 0.01, 3: 0.03, 4: 0.05, 5: 0.05, 6: 0.1}.get(method.claims.order, 0.15)
+    return min(h, LAST.get(ivp.problem, np.inf) / 10)
 
 
 def two_form_defect(method, ivp):
-    h = step_size(method)
+    h = step_size(method, ivp)
     run(method, ivp, h, 1)
     return symplecticity_defect(method.flow(ivp, h, 10), ivp.p0, ivp.q0, tangent_basis(ivp, ivp.p0, ivp.q0))
 
 
 def reversal_defect(method, ivp):
-    h = step_size(method)
+    h = step_size(method, ivp)
     run(method, ivp, h, 1)
     return reversibility_defect(method.flow(ivp, h, 10), ivp.p0, ivp.q0)
 
@@ -151,7 +156,7 @@ def test_what_is_not_claimed_fails_on_the_fast_pendulum(method, get_ivp):
         "two-form": (claims.symplectic, two_form_defect(method, ivp)),
         "reversal": (claims.symmetric, reversal_defect(method, ivp)),
     }
-    measured["manifold"] = (claims.on_manifold, max(manifold_errors(method, ivp, step_size(method)).values()))
+    measured["manifold"] = (claims.on_manifold, max(manifold_errors(method, ivp, step_size(method, ivp)).values()))
     for what, (claimed, defect) in measured.items():
         assert claimed or defect > 1e4 * ROUND_OFF, (what, defect)
 
