@@ -84,7 +84,7 @@ def fastest(ivp: ConstrainedIvp, method: str, request: Request) -> Trajectory:
 
 @cache
 def pace(name: str, method: str) -> float:
-    """Return the time that a step takes from the start of the case, s; from neighbouring starts it takes the same."""
+    """Return the time that a step takes from the start of the case, s; from neighbouring starts it takes the same to 7 %."""
     ivp, reference = motion(name, 0)
     t_end = float(reference.t[-1])
     run = fastest(ivp, method, Request(value=t_end / STEPS, steps=STEPS, every=STEPS, watch=()))
