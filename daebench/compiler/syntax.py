@@ -17,10 +17,9 @@ LANGUAGES = (LANGUAGE, "daebench.schemes.kernels.poisson_language", "daebench.sc
 DATA = "scheme_data"
 """Name of the run-time data of scheme and form. Only functions that read them get them, so that others are the same for all schemes."""
 
-RUN_TIME = {"DATA": f"{DATA}[0]", "FORM_DATA": f"{DATA}[1]"} | {
-    name: f"par[{{0}}][{place}]" for place, name in enumerate(("LENGTH", "RATE", "ITERATIONS_ASKED", "ROUNDINGS"))
-}
-"""Places of the run-time data; those of the last four come after the problem's parameters, whose number is inserted."""
+RUN_TIME = {"DATA": f"{DATA}[0]", "FORM_DATA": f"{DATA}[1]", "LENGTH": "par[{0}][0]", "RATE": "par[{0}][1]"}
+RUN_TIME |= {"ITERATIONS_ASKED": f"{DATA}[2][0]", "ROUNDINGS": f"{DATA}[2][1]"}
+"""Places of the run-time data; length and rate come after the problem's parameters, whose number is inserted."""
 
 
 @cache

@@ -74,8 +74,8 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the derivation of the problem in the form of the scheme."""
 
     @abstractmethod
-    def _scales(self, ivp: Ivp, h: float) -> tuple[float, ...]:
-        """Return length and rate of the initial value problem in the coordinates of the scheme, and what is asked of its iteration."""
+    def _scales(self, ivp: Ivp, h: float) -> tuple[float, float]:
+        """Return the length and the rate of the initial value problem in the coordinates of the scheme."""
 
     @abstractmethod
     def _reasons(self, ivp: Ivp) -> Mapping[int, tuple[str, str]]:

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from daebench.compiler.constrained.held import in_loops
@@ -105,11 +105,16 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         """Whether Newton's iteration is ended otherwise than at round-off."""
         return bool(self.sweeps) or self.roundings != ROUNDINGS
 
-    def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, ...]:
+    @cached_property
+    def data(self) -> tuple[Any, ...]:
+        """Run-time data: the scheme's numbers, the form's, and how Newton's iteration is ended where that is not at round-off."""
+        return (*super().data, *[(float(self.sweeps), self.roundings)] * self._asked)
+
+    def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
         scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
-        if self.form == "local":
-            scales = in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
-        return (*scales, float(self.sweeps), self.roundings) if self._asked else scales
+        if self.form != "local":
+            return scales
+        return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
 
     def _reasons(self, ivp: ConstrainedIvp) -> Mapping[int, tuple[str, str]]:
         return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS
