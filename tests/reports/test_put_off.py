@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from daebench.errors import Interrupted, RunFailed
-from daebench.pages.report import build_stamp, make_page
+from daebench.pages.report import build_stamp, make_page, put_off
 from daebench.pages.report.gallery import PagesFailed, build, build_all
 from daebench.pages.report.put_off import later, meanwhile, putting_off
 from daebench.pages.report.reports import Report
@@ -106,7 +106,7 @@ def test_a_report_of_ones_own_may_go_on_with_its_page(tmp_path):
     )
     with putting_off() as waiting:
         build(str(own), tmp_path / "out")
-        assert waiting == []
+        assert waiting.works == []
     assert int((tmp_path / "out" / "mine" / "length.txt").read_text()) > 1000
 
 
@@ -122,3 +122,20 @@ def test_nothing_is_put_off_where_nobody_asked_for_it():
         assert done == [1, 2, 3]
         later(lambda: done.append(4))
     assert done == [1, 2, 3, 4]
+
+
+def test_the_time_of_a_page_is_without_that_of_the_page_that_is_drawn_meanwhile(tmp_path, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(put_off, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+
+    class Timed(Log):
+        """Each thing that happens takes a second."""
+
+        def append(self, what):
+            super().append(what)
+            now[0] += 1.0
+
+    log = Timed()
+    made = log.gallery(tmp_path, log.report("one"), log.report("two", waits=True))
+    assert log == ["one begins", "one measured", "two begins", "one drawn", "one told", "two measured", "two drawn", "two told"]
+    assert {each.name: each.seconds for each in made} == {"one": 3.0, "two": 3.0}

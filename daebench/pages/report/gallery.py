@@ -1,6 +1,5 @@
 """The gallery: pages in one folder, each with a build stamp of what it was made of, and an index of all that is there."""
 
-import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,7 @@ from daebench.errors import DaebenchError, Interrupted
 from daebench.pages.report import build_stamp
 from daebench.pages.report.index import write_index
 from daebench.pages.report.page import Progress
-from daebench.pages.report.put_off import Work, putting_off
+from daebench.pages.report.put_off import Waiting, clock, putting_off
 from daebench.pages.report.reports import Report, find
 
 SECONDS = {
@@ -82,10 +81,10 @@ def build(name: str, out: Path, progress: Progress | None = None) -> Path:
 def put(report: Report, out: Path, progress: Progress | None = None) -> Path:
     """Write a page into a folder of its name, and the index of all that is beside it; return the path of the page."""
     out = Path(out)
-    began = time.perf_counter()
+    began = clock()
     digest = build_stamp.digest(report.files())
     page = report.make(out / report.name, progress or (lambda fraction, label: None))
-    _stamp(report, out, digest, time.perf_counter() - began)
+    _stamp(report, out, digest, clock() - began)
     write_index(out, order(out), {})
     return page
 
@@ -166,22 +165,22 @@ def _part(progress: Progress, name: str, over: float, share: float) -> Progress:
     return lambda fraction, doing: progress(over + share * fraction, f"{name}: {doing}")
 
 
-def _make(report: Report, out: Path, digest: str, progress: Progress, waiting: list[Work], told: Callable[[Made], None]) -> None:
+def _make(report: Report, out: Path, digest: str, progress: Progress, waiting: Waiting, told: Callable[[Made], None]) -> None:
     """Measure a page, draw, write and stamp it, and tell what became of it; where it puts something off, all that follows is put off."""
-    began, before = time.perf_counter(), list(waiting)
+    began, before = clock(), list(waiting.works)
     try:
         page = report.make(out / report.name, progress)
     except Interrupted:
         raise
     except DaebenchError as error:
-        told(Made(report.name, None, time.perf_counter() - began, str(error)))
+        told(Made(report.name, None, clock() - began, str(error)))
         return
-    own = [work for work in waiting if work not in before]
-    waiting[:] = [work for work in waiting if work in before]
-    measured = time.perf_counter() - began
+    own = [work for work in waiting.works if work not in before]
+    waiting.works = [work for work in waiting.works if work in before]
+    measured = clock() - began
 
     def finish() -> None:
-        again = time.perf_counter()
+        again = clock()
         try:
             for work in own:
                 work()
@@ -190,11 +189,11 @@ def _make(report: Report, out: Path, digest: str, progress: Progress, waiting: l
         except DaebenchError as error:
             told(Made(report.name, None, measured, str(error)))
             return
-        seconds = measured + time.perf_counter() - again
+        seconds = measured + clock() - again
         _stamp(report, out, digest, seconds)
         told(Made(report.name, page, seconds))
 
     if own:
-        waiting.append(finish)
+        waiting.works.append(finish)
     else:
         finish()

@@ -1,7 +1,6 @@
 """The page itself: computed, checked, drawn and written as one HTML file."""
 
 import re
-import time
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from importlib import resources
@@ -14,7 +13,7 @@ from markupsafe import Markup
 from daebench.pages.report.citation import AUTHORS, commit, licence
 from daebench.pages.report.formulas import set_parentheses
 from daebench.pages.report.pictures import picture
-from daebench.pages.report.put_off import later
+from daebench.pages.report.put_off import clock, later
 from daebench.pages.report.versions import versions
 from daebench.pages.report.words import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
 from daebench.runs.files import atomic
@@ -88,7 +87,7 @@ def make_page(
     check: Callable[[Numbers], SimpleNamespace],
     content: Callable[[Numbers, SimpleNamespace], Mapping[str, Any]],
 ) -> Path:
-    """Compute and check a page, and draw and write it, when a gallery is made a little later; return its path.
+    """Compute and check a page, and draw and write it: at once, or later where a gallery is made; return its path.
 
     Parameters
     ----------
@@ -112,18 +111,18 @@ def make_page(
     ClaimRefuted
         If a sentence of the page does not hold in this run; nothing is written over an older page then.
     """
-    began = time.perf_counter()
+    began = clock()
     out.mkdir(parents=True, exist_ok=True)
     progress(0.0, "runs")
     numbers = measure(lambda fraction, doing: progress(MEASURED * fraction, doing))
     findings = check(numbers)
     progress(MEASURED, "figures")
-    measured, page = time.perf_counter() - began, out / "index.html"
+    measured, page = clock() - began, out / "index.html"
 
     def write() -> None:
-        again = time.perf_counter()
+        again = clock()
         rest = {"picture": picture} | dict(content(numbers, findings))
-        write_page(template, page, command, **vars(findings), **rest, took=measured + time.perf_counter() - again)
+        write_page(template, page, command, **vars(findings), **rest, took=measured + clock() - again)
 
     later(write)
     progress(1.0, "done")

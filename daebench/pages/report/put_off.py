@@ -3,19 +3,38 @@
 They are never drawn where something is timed, because only what waits for other processes calls :func:`meanwhile`.
 """
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass, field
 
 Work = Callable[[], object]
 
-_WAITING: ContextVar[list[Work] | None] = ContextVar("waiting", default=None)
+
+@dataclass
+class Waiting:
+    """What waits.
+
+    Parameters
+    ----------
+    works : list of callable
+        What is left to do, in order.
+    seconds : float
+        How long took what was put off and is done.
+    """
+
+    works: list[Work] = field(default_factory=list)
+    seconds: float = 0.0
+
+
+_WAITING: ContextVar[Waiting | None] = ContextVar("waiting", default=None)
 
 
 @contextmanager
-def putting_off() -> Iterator[list[Work]]:
+def putting_off() -> Iterator[Waiting]:
     """Put off what is given to :func:`later` in this block, and do what is left when it ends, however that is; yield what waits."""
-    waiting: list[Work] = []
+    waiting = Waiting()
     token = _WAITING.set(waiting)
     try:
         yield waiting
@@ -42,11 +61,23 @@ def later(work: Work) -> None:
     if waiting is None:
         work()
     else:
-        waiting.append(work)
+        waiting.works.append(work)
 
 
 def meanwhile() -> None:
     """Do what was put off, in this process, which would wait for others otherwise."""
     waiting = _WAITING.get()
-    while waiting:
-        waiting.pop(0)()
+    if waiting is None:
+        return
+    began = time.perf_counter()
+    try:
+        while waiting.works:
+            waiting.works.pop(0)()
+    finally:
+        waiting.seconds += time.perf_counter() - began
+
+
+def clock() -> float:
+    """Return the time, s, on a clock that stands still while something is done that was put off: what is measured with it is one's own."""
+    waiting = _WAITING.get()
+    return time.perf_counter() - (waiting.seconds if waiting else 0.0)

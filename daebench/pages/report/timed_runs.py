@@ -42,10 +42,12 @@ def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, p
     timed = {key: specification for key, specification in missing.items() if specification.repeat}
     with processes() as pool:
         dearest_first = sorted(looked.values(), key=lambda specification: specification.value)
-        computed(first_of_each(dearest_first), store, executor=pool)  # what one process compiles here, no other one compiles below
-        rows = computed(
-            dearest_first, store, executor=pool, tell=lambda done, of, specification: tell(LOOKED * done / of, doing(specification))
-        )
+
+        def look(done: int, of: int, specification: GridRun) -> None:
+            tell(LOOKED * done / len(looked), doing(specification))
+
+        computed(first_of_each(dearest_first), store, executor=pool, tell=look)  # what one compiles here, no other process compiles below
+        rows = computed(dearest_first, store, executor=pool, tell=look)
         tell(LOOKED, "kernels")
         kernels = pool.map(warm, first_of_each(timed.values()))
         meanwhile()
