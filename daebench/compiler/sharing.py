@@ -25,7 +25,7 @@ def shared(text: str, *, inlined: bool = False, numeric: bool = False) -> Callab
     inlined : bool
         Whether it is inlined into its callers regardless of its length: for dual numbers a call costs more than the computation.
     numeric : bool
-        Whether it makes no arrays: numba then does not count the references to them, and compiles in less time.
+        Whether it makes and returns no arrays: numba then does not count the references to them, and compiles in less time.
     """
     from daebench.compiler.linked_only import linked_only
 

@@ -73,7 +73,7 @@ def measure(tell: Progress) -> Numbers:
     """Return the numbers; ``tell`` receives the fraction done and a description of the current work."""
     slow, fast = constrained(initial_value_problem(PROBLEM, SLOW)), constrained(initial_value_problem(PROBLEM, FAST))
     rows, errors, defects = [], [], {}
-    kernels: list[Job] = [(compile_ida, tuple(FORMULATIONS)), *((compile_scheme, (name,)) for name in ("rk4", *SCHEMES))]
+    kernels: list[Job] = [(compile_ida, FORMULATIONS), *((compile_scheme, (name,)) for name in ("rk4", *SCHEMES))]
     for _ in computed(kernels, lambda fraction, doing: tell(COMPILED * fraction, doing), "compiled"):
         pass
     q, p = exact_motion(slow.source, SLOW, [T_ORDER])

@@ -59,7 +59,8 @@ def measure(tell: Progress) -> Numbers:
     for k, name in enumerate(IVPS):
         tell(LONG_PART + (1 - LONG_PART) * k / len(IVPS), f"CVODE with projected steps, {IVPS[name]}")
         references = [results[member, (name, start)][1] for start in range(projection.STARTS)]
-        timed += [row for start, reference in enumerate(references) for row in projection.compared(name, start, reference)]
+        paces = projection.paces(name)
+        timed += [row for start, reference in enumerate(references) for row in projection.compared(name, start, reference, paces)]
     tell(1.0, "CVODE with projected steps, the example of SUNDIALS")
     frames = runs, pd.concat(drift, ignore_index=True), pd.DataFrame(fitted), pd.DataFrame(timed), pd.DataFrame(projection.example())
     return Numbers(*frames)

@@ -1,6 +1,6 @@
 """CVODE with and without projected steps, and RATTLE for the same time; and SUNDIALS' own example of a projected pendulum."""
 
-from functools import cache
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -61,10 +61,15 @@ def compiled(name: str) -> None:
         parse(method).solve(ivp, Request(value=t_end, steps=1, every=1, watch=()))
 
 
-def compared(name: str, start: int, reference: Exact) -> list[Row]:
+def paces(name: str) -> dict[str, float]:
+    """Return the time that a step of each fixed-step method takes from the start of the case, s; from others it was within 7 % of that."""
+    ivp, reference = motion(name, 0)
+    return {method: pace(ivp, method, reference) for method in FIXED}
+
+
+def compared(name: str, start: int, reference: Exact, paces: Mapping[str, float]) -> list[Row]:
     """Return one row per tolerance and method, from one start: error, seconds and steps; it is timed, so nothing else should run."""
     ivp = beside(name, start)
-    paces = {method: pace(name, method) for method in FIXED}
     rows: list[Row] = []
     for tol in TOLERANCES:
         request = Request(value=tol, t_end=float(reference.t[-1]), points=len(reference.t), watch=())
@@ -82,10 +87,8 @@ def fastest(ivp: ConstrainedIvp, method: str, request: Request) -> Trajectory:
     return min(runs, key=lambda run: run.seconds)
 
 
-@cache
-def pace(name: str, method: str) -> float:
-    """Return the time that a step takes from the start of the case, s; from neighbouring starts it takes the same to 7 %."""
-    ivp, reference = motion(name, 0)
+def pace(ivp: ConstrainedIvp, method: str, reference: Exact) -> float:
+    """Return the time that a step takes, s."""
     t_end = float(reference.t[-1])
     run = fastest(ivp, method, Request(value=t_end / STEPS, steps=STEPS, every=STEPS, watch=()))
     return run.seconds / STEPS

@@ -13,7 +13,7 @@ EVERY_OTHER = TOLERANCES[1::2]
 """Tolerances of long runs: 1e-4, 1e-6, ... 1e-12."""
 
 COARSE = MappingProxyType(dict.fromkeys(("scipy:Radau", "solve_dae:Radau"), EVERY_OTHER[:4]))
-"""Tolerances of methods that would take as long as all others together at the tightest tolerances."""
+"""Tolerances of the two methods whose runs take longest, without the tightest."""
 
 WANTED = (1e-3, 1e-6, 1e-9)
 """Accuracies for which a method is recommended."""
