@@ -9,9 +9,10 @@ from typing import Any
 
 import numba
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 from numba.core.typed_passes import NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
+
+from daebench.compiler.pipeline import Pipeline
 
 
 class _NoEnvironments:
@@ -48,7 +49,7 @@ UNNEEDED = (InlineClosureLikes, NopythonRewrites)
 """Passes of numba's own compiler for what these functions have not: functions inside functions, and sums of whole arrays."""
 
 
-class _Compiler(Compiler):  # type: ignore[misc]
+class _Compiler(Pipeline):
     def define_pipelines(self) -> Any:
         """Return the passes of numba's own compiler but some, which put the code into a library that is only linked."""
         self.state.library = _Linked(self.state.targetctx.codegen(), self.state.func_id.func_qualname)

@@ -19,6 +19,7 @@ from numba.core.ccallback import CFunc
 from numba.core.compiler import CompileResult
 
 from daebench.compiler import sealed
+from daebench.compiler.pipeline import Pipeline
 
 MADE_BY = tuple(f"{library.__name__} {library.__version__}" for library in (numba, llvmlite, numpy))
 """Versions and settings on which the machine code of a source depends."""
@@ -31,7 +32,7 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
     """Return numba's decorator; with ``cache`` the machine code is stored beside the file of the function."""
 
     def made(function: Any) -> Any:
-        compiled = numba.njit(no_cfunc_wrapper=True, **options)(function)
+        compiled = numba.njit(no_cfunc_wrapper=True, pipeline_class=Pipeline, **options)(function)
         if cache:
             compiled._cache = MachineCode(function)
         return compiled
@@ -65,7 +66,8 @@ class Callback:
     @cached_property
     def address(self) -> int:
         """Its address, which is valid as long as this object exists."""
-        compiled: Any = CFunc(self._function, sigutils.normalize_signature(self._signature), locals={}, options=dict(self._options))
+        signature = sigutils.normalize_signature(self._signature)
+        compiled: Any = CFunc(self._function, signature, locals={}, options=dict(self._options), pipeline_class=Pipeline)
         if self._cached:
             compiled._cache = MachineCode(self._function)
         compiled.compile()

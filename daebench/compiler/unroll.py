@@ -1,10 +1,10 @@
 """Unrolling of loops over stages and constraints, so that a step is straight-line code."""
 
 import ast
-import copy
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from daebench.compiler.syntax import copied
 from daebench.errors import InvalidProblem
 
 
@@ -21,7 +21,7 @@ class Unroller(ast.NodeTransformer):
 
     def visited(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
         """Return rewritten copies of statements; one statement may become several."""
-        copies = [self.visit(copy.deepcopy(statement)) for statement in statements]
+        copies = [self.visit(copied(statement)) for statement in statements]
         return [statement for item in copies for statement in (item if isinstance(item, list) else [item])]
 
     def visit_For(self, node: ast.For) -> ast.stmt | list[ast.stmt]:
@@ -40,7 +40,7 @@ class Unroller(ast.NodeTransformer):
         names = {n.id for argument in node.args for n in ast.walk(argument) if isinstance(n, ast.Name)}
         if not any(map(self.counts, names)):
             return None
-        bounds = [ast.unparse(self.visit(copy.deepcopy(argument))) for argument in node.args]
+        bounds = [ast.unparse(self.visit(copied(argument))) for argument in node.args]
         return range(*(eval(bound, {"__builtins__": {}}) for bound in bounds))
 
     def _with(self, target: ast.expr, value: int, visit: Callable[[], Any]) -> Any:
@@ -57,4 +57,4 @@ class Unroller(ast.NodeTransformer):
         values = self._unrolled(loop.iter)
         if values is None:
             raise InvalidProblem(f"{self.where} loops over {ast.unparse(loop.iter)}; a scheme may loop only over stages or constraints.")
-        return [self._with(loop.target, value, lambda: self.visit(copy.deepcopy(node.elt))) for value in values]
+        return [self._with(loop.target, value, lambda: self.visit(copied(node.elt))) for value in values]

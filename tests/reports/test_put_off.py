@@ -16,7 +16,7 @@ TEXT = """{% extends "page.html" %}{% block title %}A page{% endblock %}{% block
 class Log(list):
     """What happened, in order: tells which pages are there whenever something happens."""
 
-    def report(self, name, *, waits=False, refuted=None, drawn=None):
+    def report(self, name, *, waits=False, refuted=None, drawn=None, kind="report"):
         """Return a report that logs when it is measured and drawn; it may wait for processes, or fail in either part."""
 
         def measure(tell):
@@ -37,7 +37,7 @@ class Log(list):
         def make(out, progress):
             return make_page(TEXT, out, "make", progress, measure=measure, check=lambda numbers: SimpleNamespace(), content=content)
 
-        return Report(name, f"About {name}", "make", make)
+        return Report(name, f"About {name}", "make", make, kind=kind)
 
     def gallery(self, out, *reports):
         return build_all(out, reports, lambda fraction, doing: None, lambda made: self.append(f"{made.name} told"))
@@ -90,6 +90,38 @@ def test_what_was_measured_before_an_interruption_is_drawn(tmp_path, stop):
         log.gallery(tmp_path, log.report("one"), log.report("two", refuted=stop("interrupted.")))
     assert build_stamp.read(tmp_path / "one") is not None
     assert "This is one." in (tmp_path / "one" / "index.html").read_text(encoding="utf-8")
+
+
+def test_a_lesson_is_made_when_a_report_waits_for_processes_after_what_was_put_off(tmp_path):
+    log = Log()
+    log.gallery(tmp_path, log.report("one"), log.report("two", waits=True), log.report("play", kind="lesson"))
+    before = ["one begins", "one measured", "two begins", "one drawn", "one told"]
+    assert log == [*before, "play begins", "play measured", "play drawn", "play told", "two measured", "two drawn", "two told"]
+    assert build_stamp.read(tmp_path / "play") is not None
+
+
+def test_a_lesson_is_made_where_no_report_waits_and_left_alone_where_it_is_fresh(tmp_path):
+    log = Log()
+    log.gallery(tmp_path, log.report("play", kind="lesson"))
+    assert log == ["play begins", "play measured", "play drawn", "play told"]
+    log.clear()
+    log.gallery(tmp_path, log.report("play", kind="lesson"))
+    assert log == ["play told"]
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, Interrupted])
+def test_no_lesson_is_begun_after_an_interruption(tmp_path, stop):
+    log = Log()
+    with pytest.raises(stop):
+        log.gallery(tmp_path, log.report("one", refuted=stop("interrupted.")), log.report("play", kind="lesson"))
+    assert log == ["one begins"]
+
+
+def test_a_lesson_that_fails_does_so_alone(tmp_path):
+    log = Log()
+    with pytest.raises(PagesFailed, match="play: no marimo"):
+        log.gallery(tmp_path, log.report("one", waits=True), log.report("play", kind="lesson", refuted=RunFailed("no marimo.")))
+    assert build_stamp.read(tmp_path / "one") is not None
 
 
 def test_a_report_of_ones_own_may_go_on_with_its_page(tmp_path):

@@ -6,7 +6,6 @@ a loop up the chain and one down. An iteration is that of ``kernels/newton.py``,
 """
 
 import ast
-import copy
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import count
@@ -20,7 +19,7 @@ from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.program import Iteration, Program
 from daebench.compiler.codegen import pack
-from daebench.compiler.syntax import DATA, LANGUAGE, RUN_TIME, parameters_of
+from daebench.compiler.syntax import DATA, LANGUAGE, RUN_TIME, copied, parameters_of
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -109,7 +108,7 @@ class Tracer:
         if name not in file.functions:
             raise InvalidProblem(f"a scheme asks for {name}, which long chains do not support; take a shorter chain, or another scheme.")
         node = self.linker.lowered(module, name)
-        bare = copy.deepcopy(node)
+        bare = copied(node)
         bare.returns, bare.decorator_list = None, []
         for argument in bare.args.args:
             argument.annotation = None

@@ -19,10 +19,10 @@ Loops over steps store the results of runs that return in memory: only runs that
 """
 
 import ast
-import copy
 from collections.abc import Iterator, Sequence
 
 from daebench.compiler.lanes.common import Common, names
+from daebench.compiler.syntax import copied
 from daebench.errors import InvalidProblem
 
 STEPPING = ("integrate", "advance")
@@ -218,7 +218,7 @@ class _Straight(ast.NodeTransformer):
         """Return a loop over steps, in which the results of the few runs that return are stored in memory."""
         assert self.last.value is not None
         lines = self._placed(node, names(self.last.value))
-        lines.append(_assign("result", _call("held", self.visit(copy.deepcopy(self.last.value)), _name("LANES"))))
+        lines.append(_assign("result", _call("held", self.visit(copied(self.last.value)), _name("LANES"))))
         self.loops.append(node)
         lines.append(ast.For(node.target, node.iter, self._block(node.body, None), []))
         self.loops.pop()
@@ -253,11 +253,11 @@ class _Straight(ast.NodeTransformer):
                 self.defined.add(line.targets[0].id)
                 continue
             assert isinstance(line.value, ast.Call)
-            target = copy.deepcopy(line.targets[0])
+            target = copied(line.targets[0])
             for part in ast.walk(target):
                 if isinstance(part, ast.Name) and part.id not in missing:
                     part.id = "_"
-            arguments = ast.Tuple([self.visit(copy.deepcopy(a)) for a in line.value.args], ast.Load())
+            arguments = ast.Tuple([self.visit(copied(a)) for a in line.value.args], ast.Load())
             lines.append(ast.Assign([target], _call("absent", line.value.func, arguments)))
             self.defined |= missing & names(line.targets[0], stored=True)
             missing -= names(line.targets[0], stored=True)
@@ -310,7 +310,7 @@ class _Straight(ast.NodeTransformer):
 
     def _changed(self, node: ast.AugAssign, mask: str | None) -> list[ast.stmt]:
         """Write ``x += y`` as ``x = x + y``."""
-        load = copy.deepcopy(node.target)
+        load = copied(node.target)
         load.ctx = ast.Load()
         return self._assignment(ast.Assign([node.target], ast.BinOp(load, node.op, node.value)), mask)
 
@@ -327,7 +327,7 @@ class _Straight(ast.NodeTransformer):
     def _places(self, node: ast.Subscript) -> list[ast.expr]:
         """Return row and column of an entry of an array."""
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice, ast.Constant(0)]
-        return [self.visit(copy.deepcopy(index)) for index in indices]
+        return [self.visit(copied(index)) for index in indices]
 
     # ---- expressions -----------------------------------------------------------------------------------------------------
 

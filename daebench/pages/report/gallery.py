@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from daebench.errors import DaebenchError, Interrupted
@@ -112,7 +113,7 @@ def build_all(
 
     A page is stale where daebench, a file of one's own that makes it, or the version of a package that it stands on is another than when
     it was made, and where one of its files has been changed or lost. Interrupted, it goes on where it stopped. A page that fails does not
-    keep the others from being made.
+    keep the others from being made. Lessons are made while processes of a report compute, or at the end.
 
     Parameters
     ----------
@@ -134,7 +135,8 @@ def build_all(
     """
     digests = {page.name: build_stamp.digest(page.files()) for page in reports}
     stale = {page.name: expected(page, out) for page in reports if anew or not build_stamp.is_fresh(out / page.name, digests[page.name])}
-    whole, over, made = sum(stale.values()) or 1.0, 0.0, list[Made]()
+    measured = [page for page in reports if page.name in stale and page.kind != "lesson"]
+    whole, over, made = sum(stale[page.name] for page in measured) or 1.0, 0.0, list[Made]()
 
     def told(outcome: Made) -> None:
         made.append(outcome)
@@ -143,11 +145,13 @@ def build_all(
 
     with putting_off() as waiting:
         for report in reports:
-            share = stale.get(report.name, 0.0) / whole
-            if share:
-                _make(report, out, digests[report.name], _part(progress, report.name, over, share), waiting, told)
-            else:
+            if report.name not in stale:
                 told(Made(report.name, out / report.name / "index.html", 0.0))
+            elif report.kind == "lesson":
+                waiting.spare.append(partial(_make, report, out, digests[report.name], lambda fraction, doing: None, waiting, told))
+        for report in measured:
+            share = stale[report.name] / whole
+            _make(report, out, digests[report.name], _part(progress, report.name, over, share), waiting, told)
             over += share
     progress(1.0, "done")
     if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in made if outcome.failure]:

@@ -20,11 +20,14 @@ class Waiting:
     ----------
     works : list of callable
         What is left to do, in order.
+    spare : list of callable
+        What is done when nothing else is left, and not at all after an interruption: nothing of it has been begun.
     seconds : float
         How long took what was put off and is done.
     """
 
     works: list[Work] = field(default_factory=list)
+    spare: list[Work] = field(default_factory=list)
     seconds: float = 0.0
 
 
@@ -38,7 +41,9 @@ def putting_off() -> Iterator[Waiting]:
     token = _WAITING.set(waiting)
     try:
         yield waiting
+        meanwhile()
     finally:
+        waiting.spare.clear()
         try:
             meanwhile()
         finally:
@@ -71,8 +76,8 @@ def meanwhile() -> None:
         return
     began = time.perf_counter()
     try:
-        while waiting.works:
-            waiting.works.pop(0)()
+        while left := waiting.works or waiting.spare:
+            left.pop(0)()
     finally:
         waiting.seconds += time.perf_counter() - began
 

@@ -17,6 +17,7 @@ keeps their rows, and others that compute::
             table = study.table(store, executor=executor)
 """
 
+import gc
 import logging
 import multiprocessing
 import os
@@ -99,8 +100,13 @@ def _context(loaded: Sequence[str]) -> BaseContext:
     return context
 
 
+COLLECTED = (20_000, 50, 20)
+"""Thresholds of garbage collection: a compiler and SymPy make so many objects that the usual ones take a twelfth of their time."""
+
+
 def _begin_process() -> None:
     """Leave Ctrl-C to the process that hands out runs, and end with it even where it is killed."""
+    gc.set_threshold(*COLLECTED)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if parent := multiprocessing.parent_process():
 
