@@ -210,7 +210,7 @@ def copied(node: Any) -> Any:
         return [copied(part) for part in node]
     if not isinstance(node, ast.AST) or not node._fields:
         return node
-    new = type(node)()
+    new = type(node).__new__(type(node))
     new.__dict__ = {name: copied(part) for name, part in node.__dict__.items()}
     return new
 

@@ -1,5 +1,6 @@
 """Figures of a page are drawn while the next page of a gallery is computed; nothing is lost and nothing is said too early."""
 
+from concurrent.futures import Future
 from types import SimpleNamespace
 
 import pytest
@@ -171,3 +172,22 @@ def test_the_time_of_a_page_is_without_that_of_the_page_that_is_drawn_meanwhile(
     made = log.gallery(tmp_path, log.report("one"), log.report("two", waits=True))
     assert log == ["one begins", "one measured", "two begins", "one drawn", "one told", "two measured", "two drawn", "two told"]
     assert {each.name: each.seconds for each in made} == {"one": 3.0, "two": 3.0}
+
+
+@pytest.mark.parametrize(("ends", "others"), [(2, 1.0), (3, 0.0), (99, 0.0)])
+def test_only_what_is_done_after_the_awaited_processes_is_time_of_others(monkeypatch, ends, others):
+    now, awaited = [0.0], Future()
+    monkeypatch.setattr(put_off.time, "perf_counter", lambda: now[0])
+
+    def work():
+        now[0] += 1.0
+        if now[0] == ends:
+            awaited.set_result(None)
+
+    with putting_off() as waiting:
+        waiting.works, waiting.spare = [work, work, work], [work, work] if ends == 99 else [work] * (ends == 3)
+        meanwhile([awaited])
+        assert waiting.seconds == others
+        assert now[0] == (5.0 if ends == 99 else 3.0)  # nothing that is spare is begun once all is done
+        assert waiting.works == []
+        assert len(waiting.spare) == (ends == 3)

@@ -4,10 +4,12 @@ They are never drawn where something is timed, because only what waits for other
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
+from typing import Any
 
 Work = Callable[[], object]
 
@@ -23,7 +25,7 @@ class Waiting:
     spare : list of callable
         What is done when nothing else is left, and not at all after an interruption: nothing of it has been begun.
     seconds : float
-        How long took what was put off and is done.
+        How long others waited for what was put off and is done.
     """
 
     works: list[Work] = field(default_factory=list)
@@ -69,20 +71,30 @@ def later(work: Work) -> None:
         waiting.works.append(work)
 
 
-def meanwhile() -> None:
-    """Do what was put off, in this process, which would wait for others otherwise."""
+def meanwhile(awaited: Sequence[Future[Any]] = ()) -> None:
+    """Do what was put off, in this process, which would wait for others otherwise.
+
+    Parameters
+    ----------
+    awaited : sequence of Future
+        What it would wait for: what is spare is begun only before all of that is done, and only what is done later is time of others, see
+        :func:`clock`. Without it, everything is done and is time of others.
+    """
     waiting = _WAITING.get()
     if waiting is None:
         return
-    began = time.perf_counter()
+    ended = [time.perf_counter()]
+    for future in awaited:
+        future.add_done_callback(lambda _: ended.append(time.perf_counter()))
     try:
-        while left := waiting.works or waiting.spare:
+        while left := waiting.works or (waiting.spare if not awaited or len(ended) <= len(awaited) else []):
             left.pop(0)()
     finally:
-        waiting.seconds += time.perf_counter() - began
+        if len(ended) > len(awaited):
+            waiting.seconds += time.perf_counter() - max(ended)
 
 
 def clock() -> float:
-    """Return the time, s, on a clock that stands still while something is done that was put off: what is measured with it is one's own."""
+    """Return the time, s, on a clock that stands still while one's own work waits for what others put off."""
     waiting = _WAITING.get()
     return time.perf_counter() - (waiting.seconds if waiting else 0.0)

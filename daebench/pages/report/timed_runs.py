@@ -49,10 +49,10 @@ def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, p
         computed(first_of_each(dearest_first), store, executor=pool, tell=look)  # what one compiles here, no other process compiles below
         rows = computed(dearest_first, store, executor=pool, tell=look)
         tell(LOOKED, "kernels")
-        kernels = pool.map(warm, first_of_each(timed.values()))
-        meanwhile()
-        for _ in kernels:
-            pass
+        kernels = [pool.submit(warm, specification) for specification in first_of_each(timed.values())]
+        meanwhile(kernels)
+        for kernel in kernels:
+            kernel.result()
     warmed = set(map(_kind, first_of_each(timed.values())))
     for k, (key, specification) in enumerate(timed.items()):
         if _kind(specification) in warmed:

@@ -50,7 +50,7 @@ def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Jo
 def _from_two(jobs: Sequence[Job]) -> Iterator[tuple[Job, Any]]:
     with two_processes() as pool:
         futures: dict[Future[Any], Job] = {pool.submit(work, *arguments): (work, arguments) for work, arguments in jobs}
-        meanwhile()
+        meanwhile([*futures])
         for future in as_completed(futures):
             yield futures[future], future.result()
 
