@@ -5,12 +5,11 @@ entry points: since Python itself has no such numbers, ``integrate_dual`` replac
 """
 
 import ast
-import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from daebench.compiler.syntax import SourceFile
+from daebench.compiler.syntax import SourceFile, copied
 from daebench.systems.files.package import text_of
 
 DOUBLE = "2.220446049250313e-16"
@@ -138,7 +137,7 @@ def _spacing(dtype: str) -> float:
 
 def _plain(function: ast.FunctionDef) -> str:
     """Return the source of a function without annotations."""
-    function = copy.deepcopy(function)
+    function = copied(function)
     for node in ast.walk(function):
         if isinstance(node, ast.FunctionDef):
             node.returns = None

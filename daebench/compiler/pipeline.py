@@ -1,7 +1,7 @@
-"""How numba compiles functions of generated modules: as its own compiler does, with its rules for numbers applied once in a process.
+"""numba's compiler, as functions of generated modules are compiled with it: the type of an operation on numbers is found once in a process.
 
-Where two numbers are added, numba tries all that it knows of addition, whole arrays among it, and tries again at the next sum. Types of
-numbers decide what comes of it, and there are few: with a memory the first steps of twenty methods come after 42 CPU-s in place of 44.
+numba finds the type of each sum anew, and tries all that it knows of addition, whole arrays among it. What it finds for numbers depends
+on their types alone, and there are few.
 """
 
 from typing import Any
@@ -10,16 +10,16 @@ from numba import types
 from numba.core.compiler import Compiler
 
 SIGNATURES: dict[Any, Any] = {}
-"""Signature by operation and types, for all functions of this process."""
+"""Signatures by operation and types of numbers, for all functions of this process."""
 
 
-class Remembered:
-    """A typing context of numba that resolves an operation on numbers of the same types once.
+class MemoisedContext:
+    """A typing context of numba that resolves an operation on numbers of the same types once in a process.
 
     Parameters
     ----------
     context : BaseContext
-        What resolves it.
+        The context that resolves it.
     """
 
     def __init__(self, context: Any) -> None:
@@ -40,9 +40,9 @@ class Remembered:
 
 
 class Pipeline(Compiler):  # type: ignore[misc]
-    """numba's own compiler with that memory."""
+    """numba's own compiler with a memoised typing context."""
 
     def define_pipelines(self) -> Any:
         """Return the passes."""
-        self.state.typingctx = Remembered(self.state.typingctx)
+        self.state.typingctx = MemoisedContext(self.state.typingctx)
         return super().define_pipelines()

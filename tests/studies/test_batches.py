@@ -1,5 +1,6 @@
 """Cells handed out: quick ones many at a time, slow ones one by one, and nothing that was done is lost with what was not."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid import batches
 from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.runs import computed
-from daebench.studies.grid.schedulers import dask_cluster, workers_of
+from daebench.studies.grid.schedulers import COLLECTED, dask_cluster, local_processes, workers_of
 from daebench.studies.grid.store import StoredRow, opened
 
 
@@ -214,3 +215,10 @@ def test_a_cluster_that_gets_a_worker_again_goes_on(store, monkeypatch, looks):
     with pytest.warns(UserWarning, match="has no workers any more"):
         computed(specifications(2), store, executor=executor)
     assert len(store) == 2
+
+
+@pytest.mark.slow
+def test_processes_collect_garbage_less_often_than_this_one():
+    with local_processes(1) as pool:
+        assert pool.submit(gc.get_threshold).result() == COLLECTED
+    assert gc.get_threshold() != COLLECTED
