@@ -174,8 +174,8 @@ def test_the_time_of_a_page_is_without_that_of_the_page_that_is_drawn_meanwhile(
     assert {each.name: each.seconds for each in made} == {"one": 3.0, "two": 3.0}
 
 
-@pytest.mark.parametrize(("ends", "others"), [(2, 1.0), (3, 0.0), (99, 0.0)])
-def test_only_what_is_done_after_the_awaited_processes_is_time_of_others(monkeypatch, ends, others):
+@pytest.mark.parametrize(("ends", "others", "left"), [(2, 1.0, 1), (3, 0.0, 1), (99, 0.0, 0)])
+def test_what_is_done_after_the_awaited_processes_is_time_of_others_and_nothing_that_is_spare(monkeypatch, ends, others, left):
     now, awaited = [0.0], Future()
     monkeypatch.setattr(put_off.time, "perf_counter", lambda: now[0])
 
@@ -185,9 +185,17 @@ def test_only_what_is_done_after_the_awaited_processes_is_time_of_others(monkeyp
             awaited.set_result(None)
 
     with putting_off() as waiting:
-        waiting.works, waiting.spare = [work, work, work], [work, work] if ends == 99 else [work] * (ends == 3)
+        waiting.works, waiting.spare = [work, work, work], [work]
         meanwhile([awaited])
         assert waiting.seconds == others
-        assert now[0] == (5.0 if ends == 99 else 3.0)  # nothing that is spare is begun once all is done
         assert waiting.works == []
-        assert len(waiting.spare) == (ends == 3)
+        assert len(waiting.spare) == left
+        assert now[0] == 4.0 - left
+
+
+def test_progress_names_a_lesson_and_never_goes_back(tmp_path):
+    log, told = Log(), []
+    reports = [log.report("one"), log.report("two", waits=True), log.report("play", kind="lesson")]
+    build_all(tmp_path, reports, lambda fraction, doing: told.append((fraction, doing)), lambda made: None)
+    assert "play: figures" in [doing for _, doing in told]
+    assert [fraction for fraction, _ in told] == sorted(fraction for fraction, _ in told)

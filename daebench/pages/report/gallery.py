@@ -28,7 +28,8 @@ SECONDS = {
     "lesson-poisson-maps": 5,
     "lesson-extremes": 5,
 }
-"""Pages in the order in which they are best read, others follow; and how long each takes, about, on two cores with nothing compiled."""
+"""Pages in the order in which they are best read, others follow; and how long each takes, about, on two cores with nothing compiled.
+Lessons are made while processes of reports compute, and so their time is no part of the time of a gallery."""
 
 
 class PagesFailed(DaebenchError):
@@ -134,24 +135,29 @@ def build_all(
         If a page failed, when all others are made; the index says which, and why.
     """
     digests = {page.name: build_stamp.digest(page.files()) for page in reports}
-    stale = {page.name: expected(page, out) for page in reports if anew or not build_stamp.is_fresh(out / page.name, digests[page.name])}
-    measured = [page for page in reports if page.name in stale and page.kind != "lesson"]
-    whole, over, made = sum(stale[page.name] for page in measured) or 1.0, 0.0, list[Made]()
+    stale = [page.name for page in reports if anew or not build_stamp.is_fresh(out / page.name, digests[page.name])]
+    measured = {page: expected(page, out) for page in reports if page.name in stale and page.kind != "lesson"}
+    over, reached, made = 0.0, 0.0, list[Made]()
 
     def told(outcome: Made) -> None:
         made.append(outcome)
         callback(outcome)
         write_index(out, order(out), {outcome.name: outcome.failure for outcome in made if outcome.failure})
 
+    def tell(fraction: float, label: str) -> None:
+        nonlocal reached
+        reached = max(reached, fraction)
+        progress(reached, label)
+
     with putting_off() as waiting:
-        for report in reports:
-            if report.name not in stale:
-                told(Made(report.name, out / report.name / "index.html", 0.0))
-            elif report.kind == "lesson":
-                waiting.spare.append(partial(_make, report, out, digests[report.name], lambda fraction, doing: None, waiting, told))
-        for report in measured:
-            share = stale[report.name] / whole
-            _make(report, out, digests[report.name], _part(progress, report.name, over, share), waiting, told)
+        for page in reports:
+            if page.name not in stale:
+                told(Made(page.name, out / page.name / "index.html", 0.0))
+            elif page.kind == "lesson":
+                waiting.spare.append(partial(_make, page, out, digests[page.name], _part(tell, page.name, 0.0, 0.0), waiting, told))
+        for page, seconds in measured.items():
+            share = seconds / sum(measured.values())
+            _make(page, out, digests[page.name], _part(tell, page.name, over, share), waiting, told)
             over += share
     progress(1.0, "done")
     if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in made if outcome.failure]:

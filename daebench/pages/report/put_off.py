@@ -1,6 +1,6 @@
-"""Work that is put off until this process would wait for others: figures of one page are drawn while the next page is computed.
+"""Work that is put off until this process would wait for others: figures of one page, and lessons, while the next page is computed.
 
-They are never drawn where something is timed, because only what waits for other processes calls :func:`meanwhile`.
+None of it is done where something is timed, because only what waits for other processes calls :func:`meanwhile`.
 """
 
 import time
@@ -77,21 +77,21 @@ def meanwhile(awaited: Sequence[Future[Any]] = ()) -> None:
     Parameters
     ----------
     awaited : sequence of Future
-        What it would wait for: what is spare is begun only before all of that is done, and only what is done later is time of others, see
-        :func:`clock`. Without it, everything is done and is time of others.
+        What it would wait for. What is spare is begun only while some of it is not done, and what is done after it is time of others, see
+        :func:`clock`. If nothing is awaited, all is done, and is time of others.
     """
     waiting = _WAITING.get()
     if waiting is None:
         return
-    ended = [time.perf_counter()]
+    began, ends = time.perf_counter(), list[float]()
     for future in awaited:
-        future.add_done_callback(lambda _: ended.append(time.perf_counter()))
+        future.add_done_callback(lambda _: ends.append(time.perf_counter()))
     try:
-        while left := waiting.works or (waiting.spare if not awaited or len(ended) <= len(awaited) else []):
-            left.pop(0)()
+        while waiting.works or (waiting.spare and not (awaited and len(ends) == len(awaited))):
+            (waiting.works or waiting.spare).pop(0)()
     finally:
-        if len(ended) > len(awaited):
-            waiting.seconds += time.perf_counter() - max(ended)
+        if len(ends) == len(awaited):
+            waiting.seconds += time.perf_counter() - max([began, *ends])
 
 
 def clock() -> float:
