@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 import sys
 import tempfile
 
@@ -85,6 +86,26 @@ def random():
 def plain_functions(monkeypatch):
     """Have formulations, and so reference solutions, run uncompiled."""
     monkeypatch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
+
+
+@pytest.fixture
+def interrupted_in_the_loop(monkeypatch):
+    """Have Ctrl-C come while the compiled loop of IDA and CVODE takes its first piece of a run; return the list of signals sent."""
+    from daebench.methods.solvers.native import loop, run
+
+    sent, advance = [], run._Run._advance
+
+    def interrupted(self, times, rows, budget):
+        reason = advance(self, times, rows, budget)
+        if reason == loop.BUDGET and budget and not sent:  # without a budget the loop is compiled, and takes no step
+            sent.append(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+        return reason
+
+    monkeypatch.setattr(run._Run, "_advance", interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in what runs in the background
+    yield sent
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture

@@ -86,8 +86,8 @@ def check_rods(runs: Mapping[str, Held]) -> SimpleNamespace:
     require(rk4.failure is not None and gone < T_END, "RK4 does not reach the end", gone)
     require(np.abs(rk4.energy_error).max() > 1e10, "the energy of RK4 ends at infinity", np.abs(rk4.energy_error).max())
     require(se.failure is not None and se.t[-1] < crossing, "se stops before RK4 crosses RATTLE's line", se.t[-1])
+    require(se.rod.min() < ROD, f"the rod of se gets shorter than {ROD}", se.rod.min())
     short = int(np.argmax(se.rod < ROD))
-    require(short > 0, f"the rod of se gets shorter than {ROD}", se.rod.min())
     return SimpleNamespace(flat=flat, better=better, crossing=crossing, gone=gone, short=short, se_stops=float(se.t[-1]))
 
 

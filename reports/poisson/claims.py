@@ -20,6 +20,9 @@ VISIBLE = 1e-8
 BAND = 0.15
 """Tolerance for the agreement of a fitted power of h with a whole number."""
 
+TREND = 0.5
+"""A fitted line accounts for more than this part of the largest change where the change is said to be a trend."""
+
 DEFECT_POWERS = {"midpoint": 3, "rk4": 5}
 """Powers of h: one more than the order of the method."""
 
@@ -58,8 +61,9 @@ def check_orbits(orbits: Orbits) -> SimpleNamespace:
             both = {row["kind"], row["orbit"]}
             require(both == {"bounded"}, f"{name} bounds the energy and closes the orbit from ({case})", both)
         if name == "midpoint":
-            require(row["kind"] in LAWS and row["slope"] < 0, "midpoint loses energy for good", (row["kind"], row["slope"]))
-            require(row["orbit"] in LAWS and row["wander"] < 0, "its orbit spirals inwards", (row["orbit"], row["wander"]))
+            lost, inwards = -row["slope"] * row["t"] / row["most"], -row["wander"] / row["spread"]
+            require(row["kind"] in LAWS and lost > TREND, "midpoint loses energy for good", (row["kind"], lost))
+            require(row["orbit"] in LAWS and inwards > TREND, "its orbit spirals inwards", (row["orbit"], inwards))
             require(row["left"] < 0.95, "midpoint loses over 5 % of the energy above the equilibrium", row["left"])
     chosen: dict[str, Any] = {name: SimpleNamespace(**{case[0]: rows[case, name] for case in CASES}) for name in METHODS}
     least = min(row["revolutions"] for (_, name), row in rows.items() if name in METHODS)
