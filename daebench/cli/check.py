@@ -38,8 +38,8 @@ def check(
     integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
     """
     if method is None:
-        _refuse_idle({"--param": param, "--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None})
-        raise typer.Exit(_checked(problem, case, as_json=as_json))
+        _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None})
+        raise typer.Exit(_checked(problem, case, pairs("param", param or []), as_json=as_json))
     from dataclasses import asdict
 
     from daebench.methods.initial_value_problem import initial_value_problem
@@ -71,8 +71,8 @@ def _refuse_idle(given: "Mapping[str, object]") -> None:
             raise BadInput(f"{name} belongs to the check of a method; add --method, or leave it out.")
 
 
-def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
-    """Print the checks of a problem and their failures; return the exit status."""
+def _checked(problem: str, case: str | None, parameters: "Mapping[str, float]", *, as_json: bool) -> int:
+    """Print the checks of a problem with these values of parameters, and their failures; return the exit status."""
     from dataclasses import asdict
 
     from daebench.diagnostics.problem.check import Held, held
@@ -80,7 +80,7 @@ def _checked(problem: str, case: str | None, *, as_json: bool) -> int:
 
     findings: list[Held] = []
     with bar(f"check {problem}") as progress:
-        ivps = declared_ivps(problem, case)
+        ivps = declared_ivps(problem, case, parameters)
         for k, ivp in enumerate(ivps):
             findings += held(ivp, partial(_tell, progress, k / len(ivps), f"check {problem}, case {ivp.case}"))
     faults = [finding.fault for finding in findings if finding.fault]

@@ -33,7 +33,7 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
         "tol": trajectory.value if trajectory.knob == "tol" else None,
         "steps": trajectory.steps,
         "t": float(trajectory.t[-1]),
-        **({"y": state[0]} if isinstance(trajectory, PoissonTrajectory) else {**_mechanical(ivp, *state), "lam": ivp.value("lam", *state)}),
+        **({"y": state[0]} if isinstance(trajectory, PoissonTrajectory) else _mechanical(ivp, *state)),
         "sensitivities": {name: _by(ivp, name, by) for name, by in trajectory.sensitivities.items()} or None,
         "energy": energy - (float(state[0][-1]) if ivp.facts.KIND == "constrained" and ivp.facts.EXTENDED else 0.0),
         "energy_error": energy - start,
@@ -50,10 +50,12 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
 
 
 def _mechanical(ivp: Ivp, p: Any, q: Any) -> dict[str, Any]:
-    """Return positions and momenta, and for a time-dependent system the energy received, which is not an error."""
+    """Return positions and momenta, for a time-dependent system the energy received, which is not an error, and lam if it is determined."""
+    lam = ivp.value("lam", p, q)
+    multipliers = {"lam": lam if np.isfinite(lam).all() else None}
     if not ivp.facts.EXTENDED:
-        return {"q": q, "p": p}
-    return {"q": q[:-1], "p": p[:-1], "energy_received": float(-p[-1])}
+        return {"q": q, "p": p} | multipliers
+    return {"q": q[:-1], "p": p[:-1], "energy_received": float(-p[-1])} | multipliers
 
 
 def _by(ivp: Ivp, name: str, by: Mapping[str, Any]) -> dict[str, Any]:
@@ -90,7 +92,7 @@ def print_summary(summary: Mapping[str, Any]) -> None:
     """Print a summary as a table, without missing or empty entries, and below it the warnings."""
     shown = {name: value for name, value in summary.items() if name not in ("warnings", "sensitivities")}
     shown |= _derivatives(summary.get("sensitivities") or {})
-    print_table(["", ""], [[name, _text(value)] for name, value in shown.items() if value is not None and _text(value)])
+    print_table(["", ""], [[name, text] for name, value in shown.items() if value is not None and (text := _text(value))])
     for warning in summary.get("warnings", ()):
         print(f"Warning: {warning}")
 

@@ -17,7 +17,10 @@ Values = Mapping[sp.Symbol, float]
 """Parameters with the values at which ranks are decided."""
 
 CLOSE = 1e-9
-"""Part of the size of a mechanism, or of 1, below which a difference is one of rounding."""
+"""Part of the size of a body or mechanism below which a difference is one of rounding."""
+
+ROUNDED = 64 * 2.0**-52
+"""Part of their coordinates within which points are at one place."""
 
 
 def exact(x: Exact) -> sp.Expr:
@@ -55,6 +58,30 @@ def numbers(matrix: Any, values: Values) -> Array:
         names = ", ".join(sorted(map(str, found.free_symbols)))
         raise InvalidProblem(f"{names} of the mechanism has no value; declare it in parameters, or use daebench.joints.t for the time.")
     return np.array(found.evalf(), dtype=float)
+
+
+def spread(places: Array) -> float:
+    """Return the largest distance of points, shape(n, k), from the first of them; 0 if it is one of rounding, or if there are no points."""
+    if not places.size:
+        return 0.0
+    size = float(np.linalg.norm(places - places[:, :1], axis=0).max())
+    return size if size > ROUNDED * float(np.abs(places).max()) else 0.0
+
+
+def levelled(columns: Array) -> Array:
+    """Return points (x, 1) and directions (x, 0), as columns, with the points about the first of them and in units of their spread.
+
+    Whether one is a combination of others then depends neither on the unit of length nor on the origin.
+    """
+    at = columns[-1] != 0
+    size = spread(columns[:-1, at])
+    found: Array = np.array(columns, dtype=float)
+    if at.any():
+        first = columns[:-1, at][:, :1]
+        found[:-1, at] = (columns[:-1, at] - first) / size if size else 0.0
+    lengths = np.linalg.norm(found[:, ~at], axis=0)
+    found[:, ~at] /= np.where(lengths > 0, lengths, 1.0)
+    return found
 
 
 def rank(matrix: Array) -> int:

@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.joints.exact import CLOSE, Values, numbers, rank, simplified
+from daebench.joints.exact import CLOSE, Values, levelled, numbers, rank, simplified, spread
 
 QUARTER_TURN = sp.Matrix([[0, -1], [1, 0]])
 
@@ -74,11 +74,17 @@ class Frame:
         """The homogeneous references, side by side."""
         return sp.Matrix.hstack(*(column.homogeneous for column in self.columns))
 
+    @property
+    def size(self) -> float:
+        """How far its points are from the first of them, m; 1 if there is only one."""
+        return spread(numbers(sp.Matrix.hstack(*(x.reference for x in self.columns if x.weight)), self.values)) or 1.0
+
     def holds(self, place: sp.Matrix, weight: int) -> bool:
         """Return whether a point (weight 1) or direction (weight 0) is a combination of the columns."""
-        basis, target = numbers(self.basis, self.values), numbers([*place, weight], self.values)
+        columns = levelled(numbers(self.basis.row_join(sp.Matrix([*place, weight])), self.values))
+        basis, target = columns[:, :-1], columns[:, -1]
         c = np.linalg.lstsq(basis, target, rcond=None)[0]
-        return bool(np.linalg.norm(basis @ c - target) <= CLOSE * (1 + np.linalg.norm(target)))
+        return bool(np.linalg.norm(basis @ c - target) <= CLOSE)
 
     def coefficients(self, place: sp.Matrix, weight: int) -> list[sp.Expr]:
         """Return the c of a point or direction, exact.
@@ -154,8 +160,10 @@ def fixed_frame(dimension: int, values: Values) -> Frame:
 
 
 def independent_rows(matrix: sp.Matrix, values: Values) -> list[int]:
-    """Return the first rows of a matrix of full column rank that are independent."""
+    """Return the first rows of the homogeneous references of a frame, side by side, that are independent."""
     entries = numbers(matrix, values)
+    directions, points = entries[:, entries[-1] == 0], entries[:-1, entries[-1] != 0]
+    entries[:, entries[-1] == 0] = directions / np.linalg.norm(directions, axis=0) * (spread(points) or 1.0)  # as long as points are apart
     rows: list[int] = []
     for k in range(entries.shape[0]):
         if rank(entries[[*rows, k]].T) > len(rows):

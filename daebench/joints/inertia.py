@@ -110,8 +110,9 @@ def mass_terms(name: str, J: sp.Matrix, frame: Frame, index: Mapping[sp.Symbol, 
     for k, row in enumerate(rows):
         C[:, row] = inverse[:, k]
     spread = (C * J * C.T).applyfunc(sp.cancel)
-    lost = numbers(frame.basis * spread * frame.basis.T - J, frame.values)
-    if np.abs(lost).max() > CLOSE * np.abs(numbers(J, frame.values)).max():
+    unit = np.append(np.full(frame.basis.rows - 1, 1 / frame.size), 1.0)
+    lost = unit[:, None] * numbers(frame.basis * spread * frame.basis.T - J, frame.values) * unit
+    if np.abs(lost).max() > CLOSE * np.abs(unit[:, None] * numbers(J, frame.values) * unit).max():
         raise InvalidProblem(f"{name} has mass away from its points; give it more points or directions.")
     return _assembled(spread, columns, index)
 

@@ -8,11 +8,12 @@ that two bodies name is one point, so that a joint there takes no equation.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 import sympy as sp
 
 from daebench.errors import InvalidProblem, unknown
 from daebench.joints.bodies import AnyBody, Body, Plate, PointMass
-from daebench.joints.exact import Values, numbers, rank, simplified, vector
+from daebench.joints.exact import Array, Values, levelled, numbers, rank, simplified, spread, vector
 from daebench.joints.frames import Column, Frame, fixed_frame, framed
 from daebench.systems.picture import Exact
 
@@ -76,6 +77,14 @@ class Places:
             raise unknown("point or direction of the mechanism", name, [*self.columns, *self.declared])
         return found
 
+    @property
+    def scales(self) -> Array:
+        """How far each unknown may go, shape(d,): the size of the mechanism for one of a point, the length for one of a direction."""
+        every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
+        size = spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
+        lengths = {name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values))) for name in self.owners}
+        return np.array([size if self.declared[name].weight else lengths[name] for name, own in self.owners.items() for _ in own])
+
     def unknowns(self, name: str) -> Column:
         """Return a point or direction with unknowns of its own, which are new."""
         column, guides = self.declared[name], self.guides.get(name)
@@ -119,7 +128,7 @@ class Places:
         for name in names:
             trial = [*chosen, name]
             matrix = sp.Matrix.hstack(*(self.given(x).homogeneous for x in trial))
-            if len(chosen) < most and rank(numbers(matrix, self.values)) == len(trial):
+            if len(chosen) < most and rank(levelled(numbers(matrix, self.values))) == len(trial):
                 chosen = trial
         return chosen
 

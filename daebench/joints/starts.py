@@ -60,7 +60,7 @@ def velocities(
     start: Start,
     places: Places,
     M: sp.Matrix,
-    G: sp.Matrix,
+    G0: sp.Matrix,
     g_t: sp.Matrix,
     at: Mapping[sp.Symbol, sp.Expr],
     values: Values,
@@ -73,7 +73,7 @@ def velocities(
     InvalidProblem
         If the given velocities contradict the joints.
     """
-    rows, right = G.subs(at), -g_t.subs(at)
+    rows, right = G0, -g_t.subs(at)
     for name, velocity in start.velocity.items():
         places.given(name)
         rows = rows.col_join(places.columns[name].now.jacobian(places.q))
@@ -84,10 +84,12 @@ def velocities(
             right = right.col_join(rate.subs(at))
     if not any(right):
         return [sp.S.Zero] * len(places.q)
-    A, b = numbers(rows, values), numbers(right, values).ravel()
+    A = numbers(rows, values) * places.scales
+    lengths = np.linalg.norm(A, axis=1)
+    lengths[lengths == 0] = 1.0
+    A, b = A / lengths[:, None], numbers(right, values).ravel() / lengths
     chosen = _independent(A)
-    size = max(1.0, float(np.abs(b).max()))
-    if np.abs(A @ np.linalg.lstsq(A[chosen], b[chosen], rcond=None)[0] - b).max() > CLOSE * size:
+    if np.abs(A @ np.linalg.lstsq(A[chosen], b[chosen], rcond=None)[0] - b).max() > CLOSE * np.abs(b).max():
         if start.velocity or start.spin:
             raise InvalidProblem(f"the velocities of case {case!r} contradict the joints; give fewer of them, or others.")
         raise InvalidProblem(contradiction(case, labels, A, b))
@@ -97,8 +99,9 @@ def velocities(
 def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
     """Return which driver asks for what the equations before it do not allow: the first row that A v = b has no solution with.
 
-    Rows are those of the joints, A = G and b = -g_t, with the words for what each keeps.
+    Rows are those of the joints, A = G and b = -g_t, each in its own unit, with the words for what each keeps.
     """
+    b = b / np.abs(b).max()
     rows = [k for k in range(len(A)) if b[k] == 0]
     for driven in (k for k in range(len(A)) if b[k] != 0):
         rows.append(driven)
@@ -111,15 +114,20 @@ def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
 
 
 def solved(M: sp.Matrix, S: sp.Matrix, right: sp.Matrix) -> list[sp.Expr]:
-    """Return the exact v with S v = right and the least v^T M v, for rows S that are independent."""
+    """Return the exact v with S v = right and the least v^T M v, for rows S that are independent.
+
+    Numbers on the right that are not rational, as exp(9.4), stand as symbols meanwhile: elimination multiplies them out otherwise.
+    """
     d = S.cols
-    matrix, target = S, right
+    stand_ins = {sp.Dummy(): x for x in right if not x.is_Rational}
+    names = {x: name for name, x in stand_ins.items()}
+    matrix, target = S, right.applyfunc(lambda x: names.get(x, x))
     if S.rows < d:
         matrix = sp.Matrix(sp.BlockMatrix([[M, S.T], [S, sp.zeros(S.rows, S.rows)]]))
-        target = sp.zeros(d, 1).col_join(right)
+        target = sp.zeros(d, 1).col_join(target)
     both = DomainMatrix.from_Matrix(matrix.row_join(target).applyfunc(simplified)).to_field()
     left, last = both[:, : matrix.cols], both[:, matrix.cols :]
-    return [sp.cancel(x) for x in left.lu_solve(last).to_Matrix()[:d, 0]]
+    return [sp.cancel(x).xreplace(stand_ins) for x in left.lu_solve(last).to_Matrix()[:d, 0]]
 
 
 def _independent(A: Array) -> list[int]:

@@ -114,8 +114,8 @@ def initial_value_problem(
     return ivp
 
 
-def declared_ivps(problem: str, case: str | None = None) -> list[Ivp]:
-    """Return the initial value problems of all cases of a problem, or of one, as declared, without checks.
+def declared_ivps(problem: str, case: str | None = None, parameters: Mapping[str, float] | None = None) -> list[Ivp]:
+    """Return the initial value problems of all cases of a problem, or of one, with these values of parameters, without checks.
 
     Raises
     ------
@@ -123,8 +123,8 @@ def declared_ivps(problem: str, case: str | None = None) -> list[Ivp]:
         If a name is unknown, or the problem has no cases.
     """
     file = find_problem(problem)
-    first = _from_file(file, case, None, {}, "")
-    return [first] if case is not None else [_from_file(file, name, None, {}, "") for name in first.facts.CASES]
+    first = _from_file(file, case, parameters, {}, "")
+    return [first] if case is not None else [_from_file(file, name, parameters, {}, "") for name in first.facts.CASES]
 
 
 def _unchecked(

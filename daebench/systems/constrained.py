@@ -9,7 +9,7 @@ import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
-from daebench.systems.constrained_checks import check_parts, check_second_derivatives, strange
+from daebench.systems.constrained_checks import check_parts, check_second_derivatives, nonholonomic, strange
 from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, several
 from daebench.systems.picture import Exact
 from daebench.systems.picture import Picture as Picture
@@ -195,7 +195,10 @@ class ConstrainedHamiltonian:
         if len(self.p) != self.d:
             raise InvalidProblem(f"{self.d} positions but {len(self.p)} momenta; give one momentum for each position.")
         if not self.m:
-            raise InvalidProblem(f"no constraints on {self.d} positions; there must be at least one.")
+            raise InvalidProblem(
+                f"no constraints on {self.d} positions; there must be at least one. Without constraints, give H as a PoissonSystem with "
+                "y = (*p, *q) and B = [[0, -I], [I, 0]], which midpoint, rk4 and the solvers of ODEs take."
+            )
         if self.M is not None and self.M.shape != (self.d, self.d):
             raise InvalidProblem(f"the mass matrix M has shape {self.M.shape}, but there are {self.d} positions.")
         if self.M is not None and sp.simplify(self.M - self.M.T) != sp.zeros(self.d, self.d):
@@ -221,6 +224,8 @@ class ConstrainedHamiltonian:
         allowed += [(f"case {name}", sp.Matrix([*case.q, *case.p]), set()) for name, case in self.cases.items()]
         for where, expression, symbols in allowed:
             extra = set() if expression is None else sp.sympify(expression).free_symbols - symbols - known
+            if extra and where == "g" and extra & {*self.p, *velocities}:
+                raise nonholonomic(extra)
             if extra:
                 raise strange(where, extra, {*state, *velocities, *known})
 

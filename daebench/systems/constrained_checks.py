@@ -89,6 +89,8 @@ def check_second_derivatives(problem: Problem) -> None:
 def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None:
     """Check that an expression consists of known functions that are twice differentiable in the state; InvalidProblem names any other."""
     functions = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
+    if name.startswith("g[") and (rates := [function for function in functions if isinstance(function, sp.Derivative)]):
+        raise nonholonomic(rates)
     for function in sorted(functions, key=lambda one: (one.count_ops(), str(one))):
         if isinstance(function, AppliedUndef):
             raise InvalidProblem(f"{name} contains {function}, a function that is not defined; write out its definition.")
@@ -96,6 +98,15 @@ def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None
             raise InvalidProblem(f"{name} contains {function}, which SymPy has left unevaluated; call doit(), or write out its value.")
         if function.free_symbols & set(state):
             raise InvalidProblem(f"{name} contains {function}, which is not twice differentiable; write {name} with smooth functions only.")
+
+
+def nonholonomic(symbols: Iterable[Any]) -> InvalidProblem:
+    """Return the error for constraints that contain velocities or momenta."""
+    names = ", ".join(sorted(map(str, symbols)))
+    return InvalidProblem(
+        f"g contains {names}: constraints on velocities (nonholonomic) are not supported; give g as functions of the positions, and leave "
+        "out the derivative of a constraint on positions: G q' = 0 follows from g = 0."
+    )
 
 
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:
@@ -108,6 +119,8 @@ def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) 
     names, remedy = ", ".join(sorted(map(str, extra))), "declare it"
     if {str(symbol) for symbol in extra} <= {"t", "time"}:
         remedy = "declare the time with t="
+    elif where == "g":
+        remedy = "declare it as a parameter; if it is a velocity, the constraint is nonholonomic, which is not supported"
     elif where == "force":
         remedy = "a force is a function of q, v or p, t and parameters, and not of multipliers, as dry friction is"
     return InvalidProblem(f"{where} contains {names}, which it may not depend on; {remedy}.")

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import sys
 
 import numpy as np
 import pandas as pd
@@ -89,6 +90,17 @@ def test_the_table_fits_80_columns_for_every_subset_of_methods(capsys, n):
         assert max(map(len, printed)) <= WIDTH, printed
         letters = "".join(line.split("  ")[0].strip() for line in printed)
         assert all(method in letters for method in methods)  # folded, never cut
+
+
+@pytest.mark.parametrize("problem", ["planar_pendulum", "lotka_volterra"])
+def test_a_solver_that_is_not_installed_loses_no_other_row(daebench, monkeypatch, problem):
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    status, out, _ = daebench("compare", problem, "--methods", "heyoka:taylor,scipy:RK23", "--t-end", "1", "--tol", "1e-3", "--json")
+    rows = {row["method"]: row for row in json.loads(out)["rows"]}
+    assert status == 1
+    assert "needs heyoka, which is not installed" in rows["heyoka:taylor"]["failure"]
+    assert (rows["heyoka:taylor"]["energy_error"], rows["heyoka:taylor"]["steps"], rows["heyoka:taylor"]["t_reached"]) == (None, 0, 0.0)
+    assert (rows["scipy:RK23"]["failure"], rows["scipy:RK23"]["t_reached"]) == (None, 1.0)
 
 
 def test_an_error_within_the_bound_of_its_reference_is_not_claimed_to_be_so_large(capsys):

@@ -34,6 +34,12 @@ TEXT = {
         "mass: float = 2 * 3.1",
         "has the default 2 * 3.1, but must have a literal number",
     ),
+    "several at once": (
+        "problem(*, mass: float = 2.0",
+        "problem(length, *, mass: float, scale: float = 1 + 1",
+        "ring.py, line 10: problem() takes length; write problem(*, ...): keyword-only arguments; line 10: argument mass of problem() must "
+        "be annotated float or int and have a default; line 10: argument scale of problem() has the default 1 + 1, but must have a literal",
+    ),
     "default that is not a whole number": ("mass: float = 2.0", "mass: int = 2.5", "its default 2.5 is not a whole number of at least 1"),
 }
 
@@ -55,6 +61,19 @@ RAISED = {
     "a case's parameter": ("p=(0, 0))", 'p=(0, 0), parameters={"raduis": 2})', "case 'resting' sets raduis, which is not a parameter"),
 }
 
+MODEL_FILES = ["arm.xml", "arm.urdf", "arm.mo", "arm.sdf", "arm.json", "arm.txt"]
+
+
+@pytest.mark.parametrize("name", MODEL_FILES)
+def test_a_file_that_is_no_python_file_is_refused_with_what_can_be_read(daebench, folder, name):
+    (folder / name).write_text("<robot/>")
+    for words in (["check", f"./{name}"], ["run", f"./{name}", "--method", "rattle", "--h", "0.1", "--t-end", "1"]):
+        status, out, err = daebench(*words)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert "is no Python file, and no other can be read" in err
+        assert ("daebench.joints" in err) == (not name.endswith((".json", ".txt")))
+
+
 DEFINED = {
     "wrong p": ("        p=p,", "        p=p[:1],", "2 positions but 1 momenta"),
     "wrong M": ("M=m * sp.eye(2)", "M=m * sp.eye(3)", "the mass matrix M has shape (3, 3), but there are 2 positions"),
@@ -71,7 +90,19 @@ DEFINED = {
     "case of another type": ("Case(q=(r, 0), p=(0, 0))", "((r, 0), (0, 0))", "case 'resting' is a tuple; it must be a Case(q=..., p=...)"),
     "q that is no symbol": ("        q=q,", "        q=('q1', 'q2'),", "q contains 'q1', which is not a SymPy Symbol"),
     "undeclared symbol": ("U=sp.S.Zero", 'U=sp.Symbol("k") * q[0]', "U contains k, which it may not depend on; declare it"),
-    "g of momenta": ("- r**2]", "- r**2 + p[0]]", "g contains p1, which it may not depend on"),
+    "g of momenta": ("- r**2]", "- r**2 + p[0]]", "g contains p1: constraints on velocities (nonholonomic) are not supported"),
+    "g of velocities": (
+        "- r**2]",
+        "- r**2, q[0] * sp.Symbol('w1', real=True)], v=sp.symbols('w1:3', real=True), force=[0, 0]",
+        "g contains w1: constraints on velocities (nonholonomic)",
+    ),
+    "g of a derivative": (
+        "- r**2]",
+        "- r**2 + sp.Function('x')(r).diff(r)]",
+        "g contains Derivative(x(radius), radius): constraints on velocities (nonholonomic)",
+    ),
+    "g of an undeclared velocity": ("- r**2]", "- r**2 + sp.Symbol('xdot')]", "if it is a velocity, the constraint is nonholonomic"),
+    "no g": ("g=[q[0] ** 2 + q[1] ** 2 - r**2]", "g=[]", "give H as a PoissonSystem with y = (*p, *q) and B = [[0, -I], [I, 0]]"),
     "other assumptions": ("U=sp.S.Zero", 'U=sp.Symbol("q1") ** 2', "U contains q1 with other assumptions than those declared"),
     "symbol used twice": ("        p=p,", "        p=q,", "q1, q2 stands for more than one position, momentum or parameter"),
     "H and M": ("U=sp.S.Zero", "U=sp.S.Zero, H=p[0] ** 2", "gives either H(p, q), or M and U together"),

@@ -4,7 +4,6 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
+from daebench.methods.solvers.optional import not_installed
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import HEYOKA
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
@@ -57,8 +57,8 @@ class HeyokaTaylor(OnReducedOde):
 
     def lacks(self, ivp: InitialValueProblem) -> str | None:
         """Return why there are no series: heyoka is not installed, or the equations are written as loops."""
-        if find_spec("heyoka") is None:
-            return f"{self.name} needs heyoka, which is not installed; install it by pip install 'daebench[peers]'."
+        if missing := not_installed(self.name):
+            return missing
         if ivp.arrays:
             return f"{self.name} needs the equations as expressions, and {ivp.problem} has them as loops; use scipy:DOP853."
         if ivp.singular and not (isinstance(ivp, ConstrainedIvp) and redundant(ivp)):

@@ -2,7 +2,6 @@
 
 import time
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +11,7 @@ from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Advance, Array
 from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitor import Monitor
+from daebench.methods.solvers.optional import not_installed
 from daebench.methods.solvers.scipy_ode import ScipyOde, stepwise
 from daebench.runs.ivp import ConstrainedIvp
 
@@ -48,8 +48,8 @@ class RadauDae(Ida):
 
     def refusal(self, ivp: ConstrainedIvp) -> str | None:
         """Return why it cannot be used, as a sentence, or None: solve_dae is not installed, or a long chain has too large a Jacobian."""
-        if find_spec("solve_dae") is None:
-            return f"{self.name} needs solve_dae, which is not installed; install it by pip install 'daebench[peers]'."
+        if missing := not_installed(self.name):
+            return missing
         if ivp.arrays:
             return f"{self.name} solves with the whole Jacobian, which is too large for the nodes of {ivp.problem}; use ida:index1."
         return None

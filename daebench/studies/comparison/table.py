@@ -10,6 +10,7 @@ from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, s
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
 from daebench.methods.run import singular_as
+from daebench.methods.solvers.optional import not_installed
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
@@ -124,22 +125,37 @@ def trajectories(
 ) -> list[Any]:
     """Return one trajectory a method, in order; all requests are checked before the first run, and an interruption ends all.
 
+    The trajectory of a method whose package is not installed ends at the start.
+
     Raises
     ------
     BadInput
         If a method needs a step size and none is given, or refuses the problem.
     """
+    missing = {method.name: sentence for method in methods if (sentence := not_installed(method.name))}
     for method in methods:
         resolution_value(method, h=h if method.knob == "h" else None, tol=tol if method.knob == "tol" else None)
-        method.check(ivp, _request(ivp, method, h, tol, t_end))
+        if method.name not in missing:
+            method.check(ivp, _request(ivp, method, h, tol, t_end))
     runs: list[Any] = []
     for method in methods:
         if began:
             began(method.name)
-        runs.append(method.solve(ivp, _request(ivp, method, h, tol, t_end)))
+        request = _request(ivp, method, h, tol, t_end)
+        runs.append(_not_begun(ivp, method, request, missing[method.name]) if method.name in missing else method.solve(ivp, request))
         if runs[-1].interrupted:
             break
     return runs
+
+
+def _not_begun(ivp: Ivp, method: Any, request: Request, failure: str) -> Any:
+    """Return a run that has not begun, with its initial state and no numbers."""
+    about: dict[str, Any] = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "failure": failure}
+    about |= {"method": method.name, "knob": method.knob, "value": request.value, "t": np.zeros(1), "steps": 0, "seconds": float("nan")}
+    about["maxima"] = {"energy": float("nan")}
+    if isinstance(ivp, PoissonIvp):
+        return PoissonTrajectory(y=ivp.y0[None, :], ivp=ivp, **about)
+    return Trajectory(p=ivp.p0[None, :], q=ivp.q0[None, :], ivp=ivp, **about)
 
 
 def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -> Request:

@@ -10,10 +10,13 @@ from pathlib import Path
 from daebench.errors import BadInput, DaebenchError
 from daebench.systems.files.imports import Fresh
 
+MODELS = (".xml", ".mjcf", ".urdf", ".xacro", ".sdf", ".mo")
+"""Endings of the model files of other programs."""
+
 
 def is_path(name: str) -> bool:
-    """Return whether a name is the path of a file: it ends in .py, or contains a path separator."""
-    return name.endswith(".py") or "/" in name or "\\" in name
+    """Return whether a name is the path of a file: it ends as a Python file or a model does, or contains a path separator."""
+    return name.endswith((".py", *MODELS)) or "/" in name or "\\" in name
 
 
 def existing(name: str, what: str, listed: str) -> Path:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, real
+from daebench.systems.files.execute import MODELS
 from daebench.systems.files.package import digest_of_files
 
 if TYPE_CHECKING:
@@ -94,13 +95,18 @@ def read(path: Path, *, name: str, **origin: Any) -> Problem:
     """
     tree = parsed(path)
     constructor = _constructor(tree, path)
-    kind = _kind(constructor, path)
-    floats, ints = _arguments(constructor, path)
+    kind, faults = _kind(constructor)
+    floats, ints, more = _arguments(constructor)
+    if faults := [*faults, *more]:
+        raise BadInput(f"{path.name}, {'; '.join(faults)}.")
     return Problem(name, summary(tree), floats, ints, kind, path.absolute(), **origin)
 
 
 def parsed(path: Path) -> ast.Module:
     """Return the syntax of a Python file; raise BadInput, with the line, if it cannot be read or is not Python."""
+    if path.suffix != ".py":
+        instead = "write the model's bodies and joints with daebench.joints in a .py file" if path.suffix in MODELS else "give a .py file"
+        raise BadInput(f"{path} is no Python file, and no other can be read; {instead} with a function problem(*, ...).")
     try:
         return ast.parse(path.read_bytes())
     except OSError as error:
@@ -124,41 +130,43 @@ def _constructor(tree: ast.Module, path: Path) -> ast.FunctionDef:
     return constructors[-1]
 
 
-def _kind(constructor: ast.FunctionDef, path: Path) -> str:
-    """Return the kind of problem that a constructor is annotated to return."""
+def _kind(constructor: ast.FunctionDef) -> tuple[str, list[str]]:
+    """Return the kind of problem that a constructor is annotated to return, and what is wrong with it."""
     returns = constructor.returns
     text = returns.value if isinstance(returns, ast.Constant) else ast.unparse(returns) if returns else ""
-    kind = KINDS.get(str(text).rpartition(".")[2])
-    if kind is None:
-        raise BadInput(f"{path.name}, line {constructor.lineno}: problem() must be annotated to return one of {', '.join(KINDS)}.")
-    return kind
+    kind = KINDS.get(str(text).rpartition(".")[2], "")
+    return kind, [] if kind else [f"line {constructor.lineno}: problem() must be annotated to return one of {', '.join(KINDS)}"]
 
 
-def _arguments(constructor: ast.FunctionDef, path: Path) -> tuple[dict[str, float], dict[str, int]]:
-    """Return run-time and structural parameters with their defaults."""
-    arguments = constructor.args
+def _arguments(constructor: ast.FunctionDef) -> tuple[dict[str, float], dict[str, int], list[str]]:
+    """Return run-time and structural parameters with their defaults, and what is wrong with them."""
+    arguments, faults = constructor.args, []
     if others := [*arguments.posonlyargs, *arguments.args, *filter(None, (arguments.vararg, arguments.kwarg))]:
         given = ", ".join(parameter.arg for parameter in others)
-        raise BadInput(f"{path.name}, line {constructor.lineno}: problem() takes {given}; write problem(*, ...): keyword-only arguments.")
+        faults.append(f"line {constructor.lineno}: problem() takes {given}; write problem(*, ...): keyword-only arguments")
     floats: dict[str, float] = {}
     ints: dict[str, int] = {}
     for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
         kind = argument.annotation.id if isinstance(argument.annotation, ast.Name) else ""
-        where = f"{path.name}, line {argument.lineno}: argument {argument.arg} of problem()"
+        where = f"line {argument.lineno}: argument {argument.arg} of problem()"
         if kind not in ("float", "int") or default is None:
-            raise BadInput(f"{where} must be annotated float or int and have a default.")
-        value = _default(default, where)
-        if kind == "float":
+            faults.append(f"{where} must be annotated float or int and have a default")
+            continue
+        value = _default(default)
+        if value is None:
+            faults.append(f"{where} has the default {ast.unparse(default)}, but must have a literal number")
+        elif kind == "float":
             floats[argument.arg] = value
         elif value == int(value) >= 1:
             ints[argument.arg] = int(value)
         else:
-            raise BadInput(f"{where} is annotated int, but its default {value:g} is not a whole number of at least 1.")
-    return floats, ints
+            faults.append(f"{where} is annotated int, but its default {value:g} is not a whole number of at least 1")
+    return floats, ints, faults
 
 
-def _default(default: ast.expr, where: str) -> float:
+def _default(default: ast.expr) -> float | None:
+    """Return the number that a default is, or None if it is no finite literal number."""
     try:
-        return real(where, ast.literal_eval(default))
-    except (BadInput, ValueError, TypeError, SyntaxError) as error:
-        raise BadInput(f"{where} has the default {ast.unparse(default)}, but must have a literal number.") from error
+        return real("", ast.literal_eval(default))
+    except (BadInput, ValueError, TypeError, SyntaxError):
+        return None
