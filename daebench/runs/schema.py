@@ -1,7 +1,8 @@
 """What the fields of a file from elsewhere must be: type, range and length of each, declared once; the first that is wrong is named."""
 
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
@@ -107,6 +108,13 @@ class Number:
         number: float = value
         return number
 
+    def holds_all(self, values: Sequence[Any]) -> bool:
+        """Return whether all of many values are surely such numbers."""
+        if not all(type(value) is float for value in values):
+            return False
+        least, most = min(values, default=self.most), max(values, default=self.most)
+        return self.least <= least <= most <= self.most and not (self.above and least == self.least) and not any(map(math.isnan, values))
+
 
 POSITIVE = Number(0.0, above=True)
 NOT_NEGATIVE = Number(0.0)
@@ -157,6 +165,8 @@ class Items:
         if not isinstance(value, list | tuple) or not self.least <= len(value) <= self.most:
             length = f"{self.least}" if self.least == self.most else f"{self.least} to {self.most}"
             raise wrong(place, value, f"a list of {length} entries")
+        if isinstance(self.of, Number) and self.of.holds_all(value):
+            return list(value)
         return [self.of.read(entry, f"{place}[{k}]") for k, entry in enumerate(value)]
 
 

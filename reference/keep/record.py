@@ -10,7 +10,7 @@ import numpy as np
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.keep.state_layout import StateLayout, layout_of_columns
-from daebench.runs.ivp import Array, Ivp
+from daebench.runs.ivp import Array, Ivp, PoissonIvp
 from daebench.systems.renamed import OldAttribute
 
 EPS = 2.0**-53
@@ -167,7 +167,17 @@ class Reference:
 
         if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
             raise BadInput(f"{self.name} was made from another definition of {self.problem} than today's; build the reference again.")
+        self.require_sizes(ivp)
         return ivp
+
+    def require_sizes(self, ivp: Ivp) -> None:
+        """Accept an initial value problem whose states have as many components as the stored ones; raise BadInput for another."""
+        sizes = {"q": getattr(ivp, "d", 0), "p": getattr(ivp, "d", 0), "lam": getattr(ivp, "m", 0), "y": ivp.size}
+        for part, values in self.values.items():
+            if values.shape[-1] != sizes[part] or isinstance(ivp, PoissonIvp) != (part == "y"):
+                raise BadInput(
+                    f"{self.name} has {values.shape[-1]} components of {part}, and {ivp.problem} not; build the reference again."
+                )
 
     def restarted(self, ivp: Ivp, row: int) -> Ivp:
         """Return an initial value problem that starts from a stored row, rounded to double precision.
