@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
+from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.reference.check import invariants
 from daebench.reference.check.ida_run import by_ida
 from daebench.reference.check.invariants import SLACK
@@ -28,7 +29,7 @@ Progress = Callable[[float, str], None]
 """Called with the completed fraction and the present activity."""
 
 
-def verify(name: str, folder: Path | None = None, progress: Progress | None = None) -> Verification:
+def verify(name: str, folder: Path | None = None, progress: Progress | None = None, *, asked: bool = True) -> Verification:
     """Return the result of the verification of a reference.
 
     ::
@@ -48,6 +49,8 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
         Folder of references; by default those of daebench, and the user's own.
     progress : callable, optional
         Called with the completed fraction and the present activity.
+    asked : bool
+        Whether somebody asked for this name. If it is only that of a folder, the problem must come with daebench.
 
     Raises
     ------
@@ -63,7 +66,7 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
         reference = store.load(name, folder)
     except store.Misshapen as error:
         return Verification(name, (Check("form", "that of a reference", str(error).rstrip("."), False), nothing))
-    definition, checks = _outside(reference)
+    definition, checks = _outside(reference, asked=asked)
     if definition is None or not all(check.ok for check in checks):
         return Verification(name, (*checks, nothing))
     callback(0.1, f"{name}: invariants")
@@ -82,11 +85,14 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
     return Verification(name, tuple(checks), tuple(digits), _unseen(reference, digits))
 
 
-def _outside(reference: Reference) -> tuple[Definition | None, list[Check]]:
+def _outside(reference: Reference, *, asked: bool) -> tuple[Definition | None, list[Check]]:
     """Return today's definition, if there is one, and the checks of everything except the digits."""
     definition: Definition | None = None
     checks: list[Check] = []
     try:
+        if not asked:
+            admit(f"a folder with the reference {reference.name}", [ForeignName(reference.problem, is_method=False)], Trust())
+        reference.require_named()
         definition = define(reference.problem, reference.case)
         for check in chain(_definition(reference, definition), _layout(reference, definition)):
             checks.append(check)  # one by one, so that checks before an error are not lost

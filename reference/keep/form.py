@@ -2,8 +2,10 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
+from daebench.reference.keep.places import NAME
 from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.schema import (
     LARGEST,
@@ -48,8 +50,6 @@ def require_form(certificate: Mapping[str, Any], text: Mapping[str, Sequence[str
     kind, sizes = _sizes(list(text))
     rows = _require_numbers(text)
     _certificate(kind, sizes, rows, list(text)).read(certificate)
-    if certificate["name"] != f"{certificate['problem']}-{certificate['case']}":
-        raise WrongField(f"name is {shown(certificate['name'])}, and must be that of its problem and case")
 
 
 def _sizes(columns: Sequence[str]) -> tuple[StateLayout, dict[str, int]]:
@@ -72,7 +72,7 @@ def _require_numbers(text: Mapping[str, Sequence[str]]) -> int:
             if not NUMBER.fullmatch(cell) or not abs(float(cell)) <= LARGEST:
                 raise WrongField(f"{name} in row {k + 1} is {shown(cell)}, and must be a decimal number")
     t = [float(cell) for cell in text["t"]]
-    if t[0] < 0 or any(a >= b for a, b in zip(t, t[1:], strict=False)):
+    if t[0] < 0 or any(a >= b for a, b in pairwise(t)):
         raise WrongField("times must be at least 0, and ascend")
     return rows
 
@@ -89,7 +89,7 @@ def _certificate(kind: StateLayout, sizes: Mapping[str, int], rows: int, columns
     required: dict[str, Kind] = {
         "format": Whole(),
         "name": Text(400),
-        "problem": Text(200, 1),
+        "problem": Text(form=NAME.pattern, told="the name of a problem, and no path"),
         "case": Text(200, 1),
         "about": SENTENCE,
         "definition": _Definition(),

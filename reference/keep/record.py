@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.keep.state_layout import StateLayout, layout_of_columns
 from daebench.runs.ivp import Array, Ivp, PoissonIvp
@@ -157,6 +158,7 @@ class Reference:
         BadInput
             If the problem of this name now has other parameters, or another definition.
         """
+        self.require_named()
         ivp = initial_value_problem(self.problem, self.case)
         if dict(ivp.parameters) != self.parameters:
             raise BadInput(
@@ -169,6 +171,12 @@ class Reference:
             raise BadInput(f"{self.name} was made from another definition of {self.problem} than today's; build the reference again.")
         self.require_sizes(ivp)
         return ivp
+
+    def require_named(self) -> None:
+        """Accept a problem that comes with daebench, or that the name of the reference has; raise BadInput for another, which is foreign."""
+        problem = ForeignName(self.problem, is_method=False)
+        if self.name != f"{self.problem}-{self.case}":
+            admit(self.name, [problem], Trust())
 
     def require_sizes(self, ivp: Ivp) -> None:
         """Accept an initial value problem whose states have as many components as the stored ones; raise BadInput for another."""
