@@ -173,7 +173,7 @@ class Reference:
         return ivp
 
     def require_named(self) -> None:
-        """Accept a problem that comes with daebench, or that the name of the reference has; raise BadInput for another, which is foreign."""
+        """Accept a problem of daebench, or one that the name of the reference has; raise BadInput for another, which is foreign."""
         problem = ForeignName(self.problem, is_method=False)
         if self.name != f"{self.problem}-{self.case}":
             admit(self.name, [problem], Trust())
