@@ -23,7 +23,6 @@ from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.store import as_json, of_json, opened
 from daebench.studies.grid.study import Study
 
-
 TRUSTED = Trust(everything=True)
 
 
@@ -178,7 +177,12 @@ def test_bad_input_is_one_sentence_and_makes_no_file(archived, daebench):
         ("archive", "s.db", "--out", "nowhere/x.zip"): "there is no folder",
         ("reproduce", "missing.zip"): "there is no archive missing.zip",
         ("reproduce", "s.db"): "it is not an archive of a study, or is damaged",
-        ("archive", "s.db", "--out", "t.zip"): "is named in s.db, and would be executed; read it, and add --trust, or name the same file by",
+        (
+            "archive",
+            "s.db",
+            "--out",
+            "t.zip",
+        ): "is named in s.db, and would be executed; read it, and add --trust",
         ("reproduce", "s.zip"): "names code that does not come with daebench, ring.py, which would be executed; read it, and add --trust",
         ("reproduce", "s.zip", "--code", "nowhere.py"): "nowhere.py: there is no such file",
         ("reproduce", "s.zip", "--code", "empty.db"): "ring.py, which would be executed",

@@ -7,7 +7,7 @@ from typing import Any
 
 from daebench.errors import BadInput
 from daebench.runs.json_values import strict
-from daebench.runs.request import PRECISIONS
+from daebench.runs.request import ON_SINGULAR, PRECISIONS
 from daebench.runs.schema import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -57,7 +57,7 @@ OPTIONAL: Mapping[str, Kind] = {
     "precision": Text(words=tuple(PRECISIONS)),
     "compensated": Flag(),
     "anyway": Flag(),
-    "on_singular": Text(40),
+    "on_singular": Text(words=("", *ON_SINGULAR)),
     "outputs": Whole(1, 10**7),
     "repeat": Whole(0, 1000),
     "sweeps": Whole(0, 1000),
