@@ -5,17 +5,20 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Json
-from daebench.cli.console import print_json
+from daebench.cli.arguments import Json, Trusted, TrustedCode
+from daebench.cli.console import print_json, printable
 from daebench.cli.grids import require_store
 
 
 def archive(
     store: Annotated[Path, typer.Argument(help="File of the stored runs of a study, such as output/work-precision/studies.db.")],
     out: Annotated[Path | None, typer.Option("--out", help="FILE.zip to write; STORE.zip if left out.", show_default=False)] = None,
+    trust: Trusted = False,
+    code: TrustedCode = None,
     json: Json = False,
 ) -> None:
     """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and a text that says how they were made."""
+    from daebench.methods.foreign import Trust
     from daebench.runs.files import check_zip
     from daebench.studies.grid.archive import write_archive
     from daebench.studies.grid.store import opened
@@ -24,9 +27,18 @@ def archive(
     path = store.with_suffix(".zip") if out is None else out
     check_zip(path)
     with opened(store) as run_store:
-        contents = write_archive(run_store, path)
+        contents = write_archive(run_store, path, Trust.of(trust, code or ()))
     if json:
-        print_json({"file": str(path), "rows": contents.rows, "left_out": contents.changed, "files": list(contents.files)})
+        print_json(
+            {
+                "file": str(path),
+                "rows": contents.rows,
+                "left_out": contents.changed,
+                "files": list(contents.files),
+                "without": list(contents.without),
+            }
+        )
         return
     less = f", without {contents.changed} of definitions that have changed since" if contents.changed else ""
-    print(f"written: {path}, {contents.rows} runs{less}; hold it against a new run by: daebench reproduce {path}")
+    lacking = f", without the code of {', '.join(contents.without)}, whose runs cannot be repeated from it" if contents.without else ""
+    print(printable(f"written: {path}, {contents.rows} runs{less}{lacking}; hold it against a new run by: daebench reproduce {path}"))

@@ -41,6 +41,11 @@ OnSingular = Annotated[
     ),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file at --out that was made by another command or program.")]
+Trusted = Annotated[bool, typer.Option("--trust", help="Execute the code that the file names or has with it; read that first.")]
+TrustedCode = Annotated[
+    list[Path] | None,
+    typer.Option("--code", help="File of your own that may be executed where the file names one of the same content; repeatable."),
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 Workers = Annotated[
     int | None, typer.Option("--workers", help="Number of processes on this machine for runs that are not timed; all cores if left out.")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Json
+from daebench.cli.arguments import Json, Trusted, TrustedCode
 from daebench.cli.certify import SecondsLimit
 from daebench.cli.console import bar, print_json, printable
 
@@ -20,21 +20,23 @@ def top() -> None:
 @app.command()
 def verify(
     file: Annotated[Path, typer.Argument(help="A certificate that daebench certify wrote, or its folder.")],
+    trust: Trusted = False,
+    code: TrustedCode = None,
     seconds_limit: SecondsLimit = 300.0,
     as_json: Json = False,
 ) -> None:
     """Verify a certificate: run the same code on the same problems, and compare; exit 1 if a number does not agree.
 
-    First the hashes of the code's files are checked; if a file is missing or differs, nothing is run. Then THE CODE BESIDE THE CERTIFICATE
-    IS EXECUTED: read it first, or verify only certificates of people you trust. Numbers agree if they are equal to the bit, or within the
-    effect of round-off on another machine. Times are not compared.
+    First the hashes of the code's files are checked; if a file is missing or differs, nothing is run. With --trust THE CODE BESIDE THE
+    CERTIFICATE IS EXECUTED: read it first. Numbers agree if they are equal to the bit, or within the effect of round-off on another
+    machine. Times are not compared.
     """
     from daebench.studies.certificate.read import Unverified
     from daebench.studies.certificate.verify import verify_certificate
 
     try:
         with bar(f"verify {file}") as progress:
-            verification = verify_certificate(file, seconds_limit=seconds_limit, progress=progress)
+            verification = verify_certificate(file, trust=trust, code=code or (), seconds_limit=seconds_limit, progress=progress)
     except Unverified as error:
         if not as_json:
             raise

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Json
+from daebench.cli.arguments import Json, Trusted, TrustedCode
 from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput, real
 
@@ -22,19 +22,18 @@ def reproduce(
     file: Annotated[Path, typer.Argument(help="Archive that daebench archive wrote.")],
     rtol: Annotated[float, typer.Option("--rtol", help="Relative tolerance.")] = 1e-6,
     atol: Annotated[float, typer.Option("--atol", help="Absolute difference that counts as round-off.")] = 1e-12,
-    trust: Annotated[bool, typer.Option("--trust", help="Execute problem files in the archive; read them first.")] = False,
+    trust: Trusted = False,
+    code: TrustedCode = None,
     json: Json = False,
 ) -> None:
     """Repeat the runs of an archive, and print which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
+    from daebench.methods.foreign import Trust
     from daebench.studies.grid.reproduce import DIFFERS, read, reproduced
 
     for name, value in (("--rtol", rtol), ("--atol", atol)):
         if real(name, value) < 0:
             raise BadInput(f"{name} {value:g} must be 0 or more.")
-    archive = read(file)
-    if archive.own and not trust:
-        files = ", ".join(Path(name).name for name in archive.own)
-        raise BadInput(f"{file} has problem files of its own, {files}, which would be executed; read them, and add --trust.")
+    archive = read(file, Trust.of(trust, code or ()))
     with bar(f"{file.name} again") as progress:
         runs = list(reproduced(archive, rtol=rtol, atol=atol, tell=progress))
     if json:

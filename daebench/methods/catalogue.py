@@ -38,6 +38,12 @@ def problems(kind: str | None = None) -> Mapping[str, Problem]:
     return {name: problem for name, problem in catalogue.items() if kind in (None, problem.kind)}
 
 
+@cache
+def own_problems() -> frozenset[str]:
+    """Return the names of daebench's own problems; no file is read."""
+    return frozenset(path.stem for path in _files("daebench.problems"))
+
+
 def plugins() -> "Plugins":
     """Return the problems of other packages, and why some of them cannot be used."""
     from daebench.systems.files.plugins import plugins

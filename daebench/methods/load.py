@@ -1,16 +1,17 @@
 """``daebench.load``: a trajectory from its file."""
 
-import zipfile
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from daebench.errors import BadInput, DaebenchError
+from daebench.methods.foreign import ForeignName
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.json_values import strict
+from daebench.runs.schema import Fields, Flag, Items, Named, Number, Text, Whole, maybe
 from daebench.runs.trajectory import IN_FILES, Array, Passage, PoissonTrajectory, Trajectory
 from daebench.runs.trajectory_files import ABOUT
+from daebench.runs.zipped import UNREADABLE, arrays_in
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem
@@ -19,6 +20,28 @@ if TYPE_CHECKING:
 
 STATES = {"constrained": ("q", "p"), "poisson": ("y",)}
 """Arrays that a file has, by the kind of its problem."""
+
+
+REAL = maybe(Number(), "a finite number")
+KIND = Fields(
+    {
+        **{name: Text(4096) for name in ("problem", "case", "method", "knob", "maxima_over")},
+        "parameters": Named(Number()),
+        "value": REAL,
+        "steps": Whole(),
+        "work": Named(REAL),
+        "maxima": Named(REAL),
+        **dict.fromkeys(("pivot", "seconds", "compile_seconds", "callback_seconds"), REAL),
+        "failure": maybe(Text(100_000), "a text"),
+        "interrupted": Flag(),
+    },
+    {
+        "definition": Text(),
+        "passages": Items(Fields({"t": REAL, "pivot": REAL, "branch": Text(), "turn": REAL}), most=10**6),
+    },
+    open=True,
+)
+"""What the text in a file says."""
 
 
 def load(
@@ -55,18 +78,20 @@ def load(
     path = Path(path)
     arrays = _arrays(path)
     try:
-        about = strict(str(arrays.pop(ABOUT)))
+        about = KIND.read(strict(str(arrays.pop(ABOUT))), "its text")
         kind = "poisson" if "y" in arrays else "constrained"
         given = {name: about[name] for name in IN_FILES}
+        given["maxima"] = {name: nan if value is None else value for name, value in given["maxima"].items()}
         states: dict[str, Any] = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *STATES[kind])}
+        more: dict[str, Any] = {"raw": _stage_multipliers(arrays)} if kind == "constrained" else {}
+        sensitivities = _sensitivities(arrays, STATES[kind])
     except (KeyError, ValueError, TypeError) as error:
         raise BadInput(f"{path} is not a trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
     ivp = _problem(path, about, problem)
     if kind == "poisson":
-        return PoissonTrajectory(**given, **states, sensitivities=_sensitivities(arrays, ("y",)), ivp=ivp)
-    more: dict[str, Any] = {"lam": arrays.get("lam"), "raw": _stage_multipliers(arrays)}
-    more |= {"passages": tuple(Passage(**passage) for passage in about.get("passages", ()))}
-    return Trajectory(**given, **states, **more, sensitivities=_sensitivities(arrays, ("q", "p")), ivp=ivp)
+        return PoissonTrajectory(**given, **states, sensitivities=sensitivities, ivp=ivp)
+    more |= {"lam": arrays.get("lam"), "passages": tuple(Passage(**passage) for passage in about.get("passages", ()))}
+    return Trajectory(**given, **states, **more, sensitivities=sensitivities, ivp=ivp)
 
 
 def _arrays(path: Path) -> dict[str, Any]:
@@ -74,9 +99,8 @@ def _arrays(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise BadInput(f"there is no file {path}; give a file that run.save or daebench run --out FILE.npz wrote.")
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:  # NumPy leaves a damaged file open
-            return {name: file[name] for name in file.files}
-    except (ValueError, OSError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        return dict(arrays_in(path, str(path), small=2**29))
+    except UNREADABLE as error:
         raise BadInput(f"{path} is not an NPZ file, or is damaged ({error}); daebench.load reads files that run.save wrote.") from error
 
 
@@ -89,6 +113,8 @@ def _checked(name: str, rows: Array, t: Array) -> Array:
 
 def _problem(path: Path, about: dict[str, Any], problem: Any) -> Any:
     """Return the initial value problem of a file; None where none is given and the catalogue has none with its equations."""
+    if problem is None and not ForeignName(about["problem"], is_method=False).is_own:
+        return None
     try:
         ivp = initial_value_problem(problem or about["problem"], about["case"] or None, about["parameters"], consistent=False)
     except DaebenchError:

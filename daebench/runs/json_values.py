@@ -5,6 +5,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+MOST = 2**23
+"""Most values of a JSON text that is read: a value takes up to a hundred times its place in the text."""
+
 
 def plain(value: Any) -> Any:
     """Return a value in a form that JSON supports: arrays as lists, and null for numbers that are not finite."""
@@ -23,8 +26,10 @@ def strict(content: bytes | str) -> Any:
     Raises
     ------
     ValueError
-        If it is not JSON, is nested too deeply, or contains a number that is not finite.
+        If it is not JSON, is nested too deeply, has more than :data:`MOST` values, or contains a number that is not finite.
     """
+    if (content.count(",") if isinstance(content, str) else content.count(b",")) > MOST:
+        raise ValueError(f"it has more than {MOST} values")
     try:
         return json.loads(content, parse_constant=_no_number, parse_float=_finite, parse_int=_whole)
     except RecursionError as error:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.keep.state_layout import StateLayout, layout_of_columns
-from daebench.runs.ivp import Array, Ivp
+from daebench.runs.ivp import Array, Ivp, PoissonIvp
 from daebench.systems.renamed import OldAttribute
 
 EPS = 2.0**-53
@@ -157,6 +158,7 @@ class Reference:
         BadInput
             If the problem of this name now has other parameters, or another definition.
         """
+        self.require_named()
         ivp = initial_value_problem(self.problem, self.case)
         if dict(ivp.parameters) != self.parameters:
             raise BadInput(
@@ -167,7 +169,23 @@ class Reference:
 
         if define(self.problem, self.case).hash != self.certificate["definition"]["sha256"]:
             raise BadInput(f"{self.name} was made from another definition of {self.problem} than today's; build the reference again.")
+        self.require_sizes(ivp)
         return ivp
+
+    def require_named(self) -> None:
+        """Accept a problem of daebench, or one that the name of the reference has; raise BadInput for another, which is foreign."""
+        problem = ForeignName(self.problem, is_method=False)
+        if self.name != f"{self.problem}-{self.case}":
+            admit(self.name, [problem], Trust())
+
+    def require_sizes(self, ivp: Ivp) -> None:
+        """Accept an initial value problem whose states have as many components as the stored ones; raise BadInput for another."""
+        sizes = {"q": getattr(ivp, "d", 0), "p": getattr(ivp, "d", 0), "lam": getattr(ivp, "m", 0), "y": ivp.size}
+        for part, values in self.values.items():
+            if values.shape[-1] != sizes[part] or isinstance(ivp, PoissonIvp) != (part == "y"):
+                raise BadInput(
+                    f"{self.name} has {values.shape[-1]} components of {part}, and {ivp.problem} not; build the reference again."
+                )
 
     def restarted(self, ivp: Ivp, row: int) -> Ivp:
         """Return an initial value problem that starts from a stored row, rounded to double precision.

@@ -12,12 +12,20 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.reference.keep.form import require_form
 from daebench.reference.keep.places import NAME, folders, require_name
 from daebench.reference.keep.record import Reference
 from daebench.runs.files import named
 from daebench.runs.json_values import strict
+from daebench.runs.schema import WrongField, shown
 
 CERTIFICATE = "certificate.json"
+LONGEST = 160
+"""Most characters of a value in a message."""
+
+LARGEST = 2**27
+"""Most bytes of a file of a reference."""
+
 FORMAT = 1
 """Version of the layout of both files."""
 
@@ -29,6 +37,10 @@ RESTORE = "restore it from where it came, or build the reference again"
 
 class Damaged(DaebenchError):
     """A stored reference that is not as it was written; the message names the file and the expected content."""
+
+
+class Misshapen(Damaged):
+    """A stored reference with checksums that fit, in which a field is not what daebench writes; the message names it."""
 
 
 def names(folder: Path | None = None) -> tuple[str, ...]:
@@ -100,8 +112,8 @@ def load(name: str, folder: Path | None = None) -> Reference:
 def _loaded(name: str, folder: Path) -> Reference:
     place = _place(name, folder)
     certificate = _certificate(place / CERTIFICATE)
-    _require(place / CERTIFICATE, "name", name, str(certificate["name"]))
-    _require(place / CERTIFICATE, "data file", f"{name}.csv", str(certificate["data"]["file"]))
+    _require(place / CERTIFICATE, "name", name, certificate["name"])
+    _require(place / CERTIFICATE, "data file", f"{name}.csv", certificate["data"]["file"])
     data = place / f"{name}.csv"
     content = _read(data)
     _require(data, "SHA-256", certificate["data"]["sha256"], hashlib.sha256(content).hexdigest())
@@ -110,6 +122,10 @@ def _loaded(name: str, folder: Path) -> Reference:
         text = dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True))
     except ValueError as error:
         raise Damaged(f"{data} is truncated or altered: {error}; {RESTORE}.") from error
+    try:
+        require_form(certificate, text)
+    except WrongField as error:
+        raise Misshapen(f"{place} is not a reference that daebench wrote: {error}; {RESTORE}.") from error
     return Reference(name, certificate, text)
 
 
@@ -141,7 +157,9 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
         known = f"its references are {', '.join(references)}" if references else f"{ivp.problem} has none yet"
         advice = f"make it with: daebench reference build {name}" if NAME.fullmatch(name) else "only problems with a name have references"
         raise BadInput(f"there is no reference {name}; {known}; {advice}.")
-    return load(name, folder)
+    reference = load(name, folder)
+    reference.require_sizes(ivp)
+    return reference
 
 
 def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[str]], folder: Path) -> Path:
@@ -216,22 +234,30 @@ def _rows(value: Any) -> str:
 def _certificate(path: Path) -> dict[str, Any]:
     try:
         certificate = strict(_read(path))
-        expected, layout, _ = certificate["checksum"], certificate["format"], (certificate["data"]["file"], certificate["name"])
+        expected, layout = certificate["checksum"], certificate["format"]
+        _ = certificate["data"]["file"], certificate["data"]["sha256"], certificate["name"]
     except (ValueError, KeyError, TypeError) as error:
-        raise Damaged(f"{path} is truncated or altered: {error}; {RESTORE}.") from error
+        raise Damaged(f"{path} is truncated or altered: {_words(error)}; {RESTORE}.") from error
     _require(path, "checksum", expected, checksum(certificate))
     if layout != FORMAT:
-        raise Damaged(f"{path} has layout {layout}, but this version of daebench reads layout {FORMAT}; build the reference again.")
+        raise Damaged(f"{path} has layout {shown(layout)}, but this version of daebench reads layout {FORMAT}; build the reference again.")
     return dict(certificate)
 
 
-def _require(path: Path, what: str, expected: str, actual: str) -> None:
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split())[:200]
+
+
+def _require(path: Path, what: str, expected: Any, actual: Any) -> None:
     if expected != actual:
-        raise Damaged(f"{path} is truncated or altered: its {what} should be {expected} and is {actual}; {RESTORE}.")
+        words = [value if isinstance(value, str) and len(value) <= LONGEST else shown(value) for value in (expected, actual)]
+        raise Damaged(f"{path} is truncated or altered: its {what} should be {words[0]} and is {words[1]}; {RESTORE}.")
 
 
 def _read(path: Path) -> bytes:
     try:
+        if path.stat().st_size > LARGEST:
+            raise Damaged(f"{path} is larger than {LARGEST >> 20} MB, which no reference is; {RESTORE}.")
         content = path.read_bytes()
     except OSError as error:
         raise Damaged(f"{path} cannot be read ({error.strerror}); {RESTORE}.") from error

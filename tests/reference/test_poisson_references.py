@@ -274,8 +274,8 @@ ALTERED = {
     "bound": (None, lambda claims: claims["bound"].update(y=[[1e-36] * 2] * 9), "bound of y, least", "by strang"),
     "IDA": (None, lambda claims: claims.update(ida=[]), "the certificate's row of ida:ode", "by strang"),
     "B": (None, lambda claims: claims["definition"].update(B="[[0, 1], [-1, 0]]"), "text of the definition", "drift"),
-    "column": (lambda text: text.pop("y2"), None, "columns", "drift"),
-    "all columns": (lambda text: [text.pop(name) for name in ("y1", "y2")], None, "columns", "drift"),
+    "column": (lambda text: text.pop("y2"), None, "form", "drift"),
+    "all columns": (lambda text: [text.pop(name) for name in ("y1", "y2")], None, "form", "drift"),
 }
 
 

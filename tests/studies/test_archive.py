@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import shutil
+import tracemalloc
 import zipfile
 from dataclasses import replace
 
@@ -14,12 +15,15 @@ from own_files import RING
 
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.foreign import Trust
 from daebench.studies.grid import reproduce
 from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS, write_archive
 from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN, compared, read
 from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.store import as_json, of_json, opened
 from daebench.studies.grid.study import Study
+
+TRUSTED = Trust(everything=True)
 
 
 class Uncompiled(FixedStep):
@@ -84,10 +88,10 @@ def test_one_file_has_data_definitions_pictures_certificate_and_how_it_was_made(
 
 
 def test_the_command_says_what_it_wrote(archived, daebench):
-    status, out, err = daebench("archive", "s.db", "--out", "t.zip")
+    status, out, err = daebench("archive", "s.db", "--out", "t.zip", "--trust")
     assert (status, err) == (0, "")
     assert out == "written: t.zip, 4 runs; hold it against a new run by: daebench reproduce t.zip\n"
-    status, out, _ = daebench("archive", "s.db", "--json")
+    status, out, _ = daebench("archive", "s.db", "--json", "--code", "ring.py")
     assert (status, json.loads(out)["rows"], json.loads(out)["file"]) == (0, 4, "s.zip")
 
 
@@ -148,11 +152,11 @@ def test_two_rows_are_equal_within_or_differ(change, verdict, column):
 def test_a_study_whose_problem_file_has_changed_says_so(archived, daebench):
     (archived / "ring.py").write_text(RING.replace("(3 * m, 0)", "(4 * m, 0)"))
     ivp_of.cache_clear()
-    _, out, _ = daebench("archive", "s.db", "--out", "less.zip")
+    _, out, _ = daebench("archive", "s.db", "--out", "less.zip", "--trust")
     assert "3 runs, without 1 of definitions that have changed since" in out
     (archived / "ring.py").unlink()
     ivp_of.cache_clear()
-    status, _, err = daebench("archive", "s.db", "--out", "none.zip")
+    status, _, err = daebench("archive", "s.db", "--out", "none.zip", "--trust")
     assert (status, err) == (
         2,
         "daebench: ./ring.py: there is no such file; give the path of a problem file, or a name that daebench list problems has.\n",
@@ -173,7 +177,15 @@ def test_bad_input_is_one_sentence_and_makes_no_file(archived, daebench):
         ("archive", "s.db", "--out", "nowhere/x.zip"): "there is no folder",
         ("reproduce", "missing.zip"): "there is no archive missing.zip",
         ("reproduce", "s.db"): "it is not an archive of a study, or is damaged",
-        ("reproduce", "s.zip"): "has problem files of its own, ring.py, which would be executed; read them, and add --trust",
+        (
+            "archive",
+            "s.db",
+            "--out",
+            "t.zip",
+        ): "is named in s.db, and would be executed; read it, and add --trust",
+        ("reproduce", "s.zip"): "names code that does not come with daebench, ring.py, which would be executed; read it, and add --trust",
+        ("reproduce", "s.zip", "--code", "nowhere.py"): "nowhere.py: there is no such file",
+        ("reproduce", "s.zip", "--code", "empty.db"): "ring.py, which would be executed",
         ("reproduce", "s.zip", "--rtol", "-1"): "--rtol -1 must be 0 or more",
         ("reproduce", "s.zip", "--atol", "nan"): "--atol",
     }
@@ -185,11 +197,11 @@ def test_bad_input_is_one_sentence_and_makes_no_file(archived, daebench):
 
 
 def test_no_damage_of_an_archive_goes_unseen(archived):
-    whole, right = (archived / "s.zip").read_bytes(), read(archived / "s.zip")
+    whole, right = (archived / "s.zip").read_bytes(), read(archived / "s.zip", TRUSTED)
     for what, damage in FAMILY.items():
         (archived / "damaged.zip").write_bytes(damage(whole))
         try:
-            found = read(archived / "damaged.zip")
+            found = read(archived / "damaged.zip", TRUSTED)
         except BadInput:
             continue
         assert [*map(as_json, found.rows)] == [*map(as_json, right.rows)], what
@@ -218,7 +230,24 @@ def test_what_was_put_into_an_archive_is_refused_before_anything_is_run(archived
     assert len(str(said.value)) < 400
 
 
-def test_an_archive_that_is_huge_when_unpacked_is_not_unpacked(archived, monkeypatch):
-    monkeypatch.setattr(reproduce, "LARGEST", 1000)
-    with pytest.raises(BadInput, match="larger than 2 GB when it is unpacked"):
-        read(archived / "s.zip")
+BOMBS = {
+    "zeros": bytes(100 * 2**20),
+    "lines": b"\n" * 80 * 2**20,
+    "lists": b'{"key": [' + b"[]," * (9 * 2**20) + b"[]]}",
+    "columns": b'{"row": {"a": [' + b"0," * (9 * 2**20) + b"0]}}",
+}
+
+
+@pytest.mark.parametrize("content", BOMBS.values(), ids=BOMBS)
+def test_an_archive_that_is_huge_when_unpacked_takes_no_memory(archived, content):
+    files = parts(archived / "s.zip") | {ROWS: content}
+    digests = {name: hashlib.sha256(part).hexdigest() for name, part in files.items() if name != MANIFEST}
+    with zipfile.ZipFile(archived / "bomb.zip", "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, part in {**files, MANIFEST: json.dumps(json.loads(files[MANIFEST]) | {"files": digests}).encode()}.items():
+            archive.writestr(name, part)
+    tracemalloc.start()
+    with pytest.raises(BadInput, match=r"is not unpacked\.|not an archive of a study"):
+        read(archived / "bomb.zip")
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 250e6

@@ -150,7 +150,7 @@ def test_the_numbers_are_those_of_a_run(codes):
 
 
 def test_a_certificate_is_verified_by_what_it_was_made_of(certificate):
-    verification = verify_certificate(certificate)
+    verification = verify_certificate(certificate, trust=True)
     assert verification.agrees
     assert verification.within == 0
     assert verification.equal > 100
@@ -228,7 +228,7 @@ CHANGES = {
 @pytest.mark.parametrize(("change", "said"), CHANGES.values(), ids=CHANGES)
 def test_what_is_changed_with_a_checksum_that_fits_does_not_agree(certificate, change, said):
     rewritten(certificate, change)
-    verification = verify_certificate(certificate)
+    verification = verify_certificate(certificate, trust=True)
     assert not verification.agrees
     assert any(said in fault for fault in verification.faults), verification.faults
     assert "is not verified" in verification.sentence
@@ -261,7 +261,7 @@ def test_what_is_no_certificate_is_refused_before_anything_is_run(certificate, m
     monkeypatch.setattr(process, "measured", lambda *_: pytest.fail("run"))
     (certificate / NAME).write_text(change((certificate / NAME).read_text()))
     with pytest.raises(Unverified, match="certificate") as error:
-        verify_certificate(certificate)
+        verify_certificate(certificate, trust=True)
     assert said in str(error.value)
     assert len(str(error.value)) < 600
 
@@ -307,7 +307,7 @@ def test_what_is_put_into_a_certificate_is_refused_before_anything_is_run(certif
     monkeypatch.setattr(process, "measured", lambda *_: pytest.fail("run"))
     rewritten(certificate, change)
     with pytest.raises(Unverified) as error:
-        verify_certificate(certificate)
+        verify_certificate(certificate, trust=True)
     assert said in str(error.value)
     assert len(str(error.value)) < 600
 
@@ -334,7 +334,7 @@ def test_whatever_stands_in_the_place_of_a_value_is_a_sentence_or_what_is_not_ve
         put_at(content, place, value)
         rewritten(certificate, lambda old, content=content: (old.clear(), old.update(content)))
         try:
-            verification = verify_certificate(certificate)
+            verification = verify_certificate(certificate, trust=True)
         except Unverified:
             continue
         assert len(verification.sentence) < 2100
@@ -348,13 +348,13 @@ def test_other_code_beside_a_certificate_is_refused_before_anything_is_run(certi
     file = certificate / "code" / "forces.py"
     file.write_text(contestants.FORCES.replace("3.0", "3.1"))
     with pytest.raises(Unverified, match=r"the SHA-256 of forces\.py is .* it is other code"):
-        verify_certificate(certificate)
+        verify_certificate(certificate, trust=True)
     file.unlink()
     with pytest.raises(Unverified, match=r"the file forces\.py of .* is missing"):
-        verify_certificate(certificate)
+        verify_certificate(certificate, trust=True)
     file.mkdir()
     with pytest.raises(Unverified, match=r"the file forces\.py of .* is missing"):
-        verify_certificate(certificate)
+        verify_certificate(certificate, trust=True)
 
 
 def test_a_file_that_nobody_certified_is_not_there_when_the_code_is_run(whole, certificate, monkeypatch):
@@ -363,13 +363,13 @@ def test_a_file_that_nobody_certified_is_not_there_when_the_code_is_run(whole, c
     monkeypatch.setattr(
         process, "measured", lambda tasks, folder, *_: seen.extend(file.name for file in folder.iterdir()) or copy.deepcopy(whole[1])
     )
-    assert verify_certificate(certificate).agrees
+    assert verify_certificate(certificate, trust=True).agrees
     assert sorted(seen) == ["ball.py", "forces.py"]
 
 
 def test_a_certificate_that_is_not_there_is_bad_input(tmp_path):
     with pytest.raises(BadInput, match="there is no certificate"):
-        verify_certificate(tmp_path)
+        verify_certificate(tmp_path, trust=True)
 
 
 # ---- numbers agree ------------------------------------------------------------------------------------------------------------

@@ -58,7 +58,7 @@ def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
     from daebench.reference.keep.store import Damaged
 
     try:
-        return verified(name, folder, progress)
+        return verified(name, folder, progress, asked=False)
     except Damaged as error:
         return Verification(name, (Check("files", "as they were written", str(error).rstrip("."), False),))
 

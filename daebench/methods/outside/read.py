@@ -44,6 +44,7 @@ def method_from(name: str) -> OutsideMethod:
     BadInput
         If there is no such file, or it has no method of this name.
     """
+    execute.require_allowed(name)
     if name.startswith(PROGRAM):
         return _program(name)
     place = FILE.fullmatch(name)
@@ -72,6 +73,12 @@ def _python(name: str, path: Path, function: str) -> OutsideMethod:
 
 
 def _program(name: str) -> OutsideMethod:
+    words, files = _command(name)
+    return method_of_program(name, words, _content(files))
+
+
+def _command(name: str) -> tuple[list[str], list[Path]]:
+    """Return the words of a program with its arguments, and the files among them."""
     try:
         words = shlex.split(name.removeprefix(PROGRAM))
     except ValueError as error:
@@ -79,8 +86,23 @@ def _program(name: str) -> OutsideMethod:
     program = shutil.which(words[0]) if words else None
     if program is None:
         raise BadInput(f"{name}: there is no such executable program; give its path, for example exec:./program.")
-    files = [Path(program), *(path for path in map(Path, words[1:]) if path.is_file())]
-    return method_of_program(name, [program, *words[1:]], _content(files))
+    return [program, *words[1:]], [Path(program), *(path for path in map(Path, words[1:]) if path.is_file())]
+
+
+def content_of(name: str) -> str:
+    """Return the digest of the code at a place, as :func:`method_from` has it; its files are read, and nothing is executed.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file.
+    """
+    if name.startswith(PROGRAM):
+        return _content(_command(name)[1])
+    place = FILE.fullmatch(name)
+    assert place is not None
+    path = execute.existing(place["path"], "method", "daebench list methods")
+    return _content([path, *imported(path)] if place["ending"] == "py" else [path])
 
 
 def _content(files: Sequence[Path]) -> str:

@@ -37,7 +37,7 @@ def certify(
 
         certificate = daebench.certify("./mine.py:step", problems=["double_pendulum:swing"], out="certificate")
         print(certificate.holds, certificate.falls_short)
-        print(daebench.verify_certificate("certificate").sentence)
+        print(daebench.verify_certificate("certificate", trust=True).sentence)
 
     Parameters
     ----------

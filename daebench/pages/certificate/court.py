@@ -20,7 +20,7 @@ from daebench.runs.files import make_folder
 from daebench.studies.certificate import process
 from daebench.studies.certificate.read import Unverified, code_in, read
 from daebench.studies.certificate.record import title
-from daebench.studies.certificate.verify import Verification, verify_certificate
+from daebench.studies.certificate.verify import Verification, foreign_names, verify_certificate
 
 NAME = "court"
 
@@ -88,8 +88,7 @@ def executed(files: Iterable[Path]) -> list[str]:
     for file in files:
         try:
             certificate = read(file)
-            files_of_problems = any(problem["files"] for problem in certificate.content["problems"])
-            if not code_in(certificate).of_daebench or files_of_problems:
+            if not all(name.is_own for name in foreign_names(certificate, code_in(certificate))):
                 names.append(f"{certificate.method} of {file.parent.name}")
         except (BadInput, Unverified):
             continue
@@ -126,20 +125,22 @@ def court(
     make_folder(Path(out))
 
     def make(place: Path, tell: Progress) -> Path:
-        entries, excluded = judged(folder, files, seconds_limit, tell)
+        entries, excluded = judged(folder, files, seconds_limit, tell, trust=trust)
         return _page(place, f"daebench report {NAME} {folder}{' --trust' * bool(names)}", entries, excluded)
 
     return put(Report(NAME, ABOUT, f"daebench report {NAME} {folder}", make, lambda: files), Path(out), progress)
 
 
-def judged(folder: Path, files: Sequence[Path], seconds_limit: float, progress: Progress) -> tuple[list[Entry], list[Excluded]]:
+def judged(
+    folder: Path, files: Sequence[Path], seconds_limit: float, progress: Progress, *, trust: bool
+) -> tuple[list[Entry], list[Excluded]]:
     """Return the certificates that were verified, and the files that were not, with why."""
     entries, excluded = [], []
     for k, file in enumerate(files):
         name = file.relative_to(folder).as_posix()
         progress(k / len(files), name)
         try:
-            verification = verify_certificate(file, seconds_limit=seconds_limit)
+            verification = verify_certificate(file, trust=trust, seconds_limit=seconds_limit)
         except (DaebenchError, OSError) as error:
             excluded.append(Excluded(name, str(error)))
             continue

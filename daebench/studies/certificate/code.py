@@ -60,6 +60,14 @@ class Code:
         by_name = not set(first) & {"/", "\\"}
         return any(word.removeprefix("./") in self.files for word in rest) if by_name else first.removeprefix("./") in self.executable
 
+    @property
+    def is_alone(self) -> bool:
+        """Whether nothing but the files is executed: no program that is found by its name, and no other words given to one."""
+        if not self.method.startswith(PROGRAM):
+            return True
+        first, *rest = shlex.split(self.method.removeprefix(PROGRAM))
+        return first.removeprefix("./") in self.executable and all(word.removeprefix("./") in self.files for word in rest)
+
     def put(self, folder: Path) -> None:
         """Write the files into a folder."""
         put(self.files, folder)

@@ -1,17 +1,18 @@
 """Verification of a certificate: the same code is run on the same problems, and its numbers are compared."""
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from daebench.errors import bounded
+from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.studies.certificate import process
 from daebench.studies.certificate.agreement import Agreement, Difference, agreement
 from daebench.studies.certificate.code import Code, put
 from daebench.studies.certificate.read import code_in, files_in, read
-from daebench.studies.certificate.record import NAME, Certificate, title
+from daebench.studies.certificate.record import NAME, Certificate, digests, title
 from daebench.studies.grid.run_specification import code_digest
 
 ONCE = ("case", "parameters", "definition")
@@ -82,11 +83,17 @@ class Verification:
 
 
 def verify_certificate(
-    path: str | Path, *, seconds_limit: float = process.SECONDS, progress: process.Progress = process.silent
+    path: str | Path,
+    *,
+    trust: bool = False,
+    code: Iterable[str | Path] = (),
+    seconds_limit: float = process.SECONDS,
+    progress: process.Progress = process.silent,
 ) -> Verification:
     """Verify a certificate: repeat its measurements, and compare the numbers.
 
-    **This executes the code that is stored beside it.** The hashes of the code's files are checked first, and the files are copied into a
+    **With** ``trust`` **this executes the code that is stored beside it**; without it that of ``code`` alone, and the methods and problems
+    of daebench. The hashes of the code's files are checked first, and the files are copied into a
     separate empty folder. Numbers agree as :func:`daebench.studies.certificate.agreement.agreement` says. Not verified are date, machine,
     versions and times. The code is run in the same process as what measures it, unless it is a program: a certificate guards against
     mistakes and altered numbers, and not against code that is written to deceive.
@@ -95,6 +102,10 @@ def verify_certificate(
     ----------
     path : str or Path
         The certificate, or the folder that it is in.
+    trust : bool
+        Whether code that is stored beside it may be executed; read it first.
+    code : iterable of path
+        Files of one's own that may be executed if those beside the certificate have the same contents.
     seconds_limit : float
         Wall-clock limit on each problem, s.
     progress : callable
@@ -107,7 +118,7 @@ def verify_certificate(
     Raises
     ------
     BadInput
-        If there is no certificate.
+        If there is no certificate, or it names code that is not trusted; nothing is run then.
     daebench.studies.certificate.read.Unverified
         If it is damaged or of another version, or if its code or a problem file is missing or differs; nothing is run then.
 
@@ -122,15 +133,22 @@ def verify_certificate(
     True
     """
     certificate = read(Path(path))
-    code = code_in(certificate)
+    measured_code = code_in(certificate)
+    admit(certificate.folder / NAME, foreign_names(certificate, measured_code), Trust.of(trust, code))
     listed = certificate.content["problems"]
     files = {name: content for problem in listed for name, content in files_in(certificate.folder, problem["files"]).items()}
-    answers = measured(code, [_task(certificate, problem) for problem in listed], files, seconds_limit, progress)
+    answers = measured(measured_code, [_task(certificate, problem) for problem in listed], files, seconds_limit, progress)
     agreements = [_held(problem, answer) for problem, answer in zip(listed, answers, strict=True)]
     faults = tuple(difference.sentence for outcome in agreements for difference in outcome.differences)
     problems = tuple({**problem, **answer} for problem, answer in zip(listed, answers, strict=True))
     equal, within = (sum(getattr(outcome, name) for outcome in agreements) for name in ("equal", "within"))
     return Verification(certificate, problems, equal, within, faults)
+
+
+def foreign_names(certificate: Certificate, code: Code) -> list[ForeignName]:
+    """Return the names of the method and of the problems of a certificate, with the files beside it that they lead to."""
+    problems = [ForeignName(problem["problem"], False, problem["files"]) for problem in certificate.content["problems"]]
+    return [ForeignName(certificate.method, True, digests(code.files), code.is_alone), *problems]
 
 
 def _task(certificate: Certificate, problem: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ The archive is a ZIP file::
     rows.jsonl             a run a line, with the run that it is of, exactly
     rows.csv               the same as a table
     definitions/...        the problem files, with what those of one's own import
+    code/...               the files of methods from outside
     references/...         certified references that errors were measured against
     pictures/...           errors over step sizes or tolerances
 """
@@ -15,6 +16,7 @@ import hashlib
 import json
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
+from daebench.methods.foreign import ForeignName, Trust
 from daebench.reference.keep.record import Reference
 from daebench.reference.keep.store import written
 from daebench.runs import provenance
@@ -29,17 +32,18 @@ from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
 from daebench.studies.grid.against import reference_of
+from daebench.studies.grid.archive_code import gathered
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.run_specification import code_version
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store, StoredRow, as_json
-from daebench.systems.files.execute import is_path
+from daebench.systems.files.execute import executing_nothing, is_path
 from daebench.systems.files.read import Problem
 from daebench.systems.files.user import own_files
 
-FORMAT = 1
-"""Version of the layout of archives."""
+FORMAT = 2
+"""Version of the layout of archives; version 1 has no code of methods."""
 
 MANIFEST = "manifest.json"
 ROWS = "rows.jsonl"
@@ -57,22 +61,34 @@ class Archived:
         Runs.
     changed : int
         Runs that were left out, because the definition that they are of has changed since.
+    without : tuple of str
+        Methods from outside whose code is not in it; their runs cannot be repeated.
     """
 
     files: tuple[str, ...]
     rows: int
     changed: int
+    without: tuple[str, ...] = ()
 
 
-def write_archive(store: Store, path: Path) -> Archived:
+def write_archive(store: Store, path: Path, trust: Trust | None = None) -> Archived:
     """Write the archive of a store.
+
+    Files that the store names are read, and executed only where that is trusted. That is needed for a problem file of which nothing is
+    known in the cache, for example because it was never run on this machine.
 
     Raises
     ------
     BadInput
-        If the store has no rows, or a problem file that they are of is not there any more.
+        If the store has no rows, or a problem file that they are of is not there any more, or would have to be executed and is not trusted.
     """
-    rows, changed = _current(list(store.all()))
+    rows = list(store.all())
+    with _executing(store.path, rows, trust or Trust()):
+        return _write_archive(store, path, rows)
+
+
+def _write_archive(store: Store, path: Path, rows: list[StoredRow]) -> Archived:
+    rows, changed = _current(rows)
     if not rows:
         why = f"all of its {changed} runs are of definitions that have changed since" if changed else "it has no rows"
         raise BadInput(f"{store.path} cannot be archived: {why}; run its study again.")
@@ -82,7 +98,8 @@ def write_archive(store: Store, path: Path) -> Archived:
     problems = {name: find_problem(name) for name in names}
     places = {name: f"definitions/{k + 1}-{problem.path.stem}" for k, (name, problem) in enumerate(problems.items())}
     moved = {name: f"{places[name]}/{problem.path.name}" for name, problem in problems.items() if not problem.package}
-    rows = [_renamed(row, moved) for row in rows]
+    code = gathered(sorted({row.specification["method"] for row in rows}))
+    rows = [_renamed(_renamed(row, "problem", moved), "method", code.names) for row in rows]
     table = export.frame(rows)
     files = {ROWS: "".join(f"{line}\n" for line in map(as_json, rows)).encode()}
     for name, problem in problems.items():
@@ -93,20 +110,42 @@ def write_archive(store: Store, path: Path) -> Archived:
         export.write(table, Path(folder) / "rows.csv")
         files["rows.csv"] = (Path(folder) / "rows.csv").read_bytes()
         files |= {f"pictures/{picture.name}": picture.read_bytes() for picture in archive_figure.draw(Path(folder), table)}
-    files["README.txt"] = _readme(path.name, rows, files).encode()
-    _write(path, files, own=sorted(moved.values()))
-    return Archived(tuple(files), len(rows), changed)
+    files |= code.files
+    files["README.txt"] = _readme(path.name, rows, files, code.without).encode()
+    _write(path, files, own=sorted(moved.values()), executable=code.executable, without=code.without)
+    return Archived(tuple(files), len(rows), changed, tuple(code.without))
 
 
-def _write(path: Path, files: Mapping[str, bytes], own: Sequence[str]) -> None:
-    """Write files with a manifest of them; ``own`` are problem files that do not come with daebench."""
+@contextmanager
+def _executing(place: Path, rows: Sequence[StoredRow], trust: Trust) -> Iterator[None]:
+    """Let code that rows name be executed for the time of a block if it is trusted; otherwise what would be executed is refused."""
+    if trust.everything or (trust.digests and all(name.is_own or name.is_within(trust.digests) for name in _problems(rows))):
+        yield
+    else:
+        with executing_nothing(f"is named in {place}, and would be executed; read it, and add --trust, or name the same file by --code."):
+            yield
+
+
+def _problems(rows: Sequence[StoredRow]) -> Iterator[ForeignName]:
+    """Give the names of problems in rows, with the files of those that are files."""
+    for name in {row.specification["problem"] for row in rows}:
+        files = [file for _, file in definition_files(find_problem(name))] if is_path(name) else []
+        yield ForeignName(name, False, {str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in files})
+
+
+def _write(path: Path, files: Mapping[str, bytes], **about: Any) -> None:
+    """Write files with a manifest of them, and what it says besides.
+
+    These are ``own``, problem files that do not come with daebench; ``executable``, files that are started as programs; and ``without``,
+    methods whose code is not in the archive, with why.
+    """
     manifest = {
         "format": FORMAT,
         "made": provenance.now(),
         "versions": provenance.versions(),
         "machine": machine(),
         "maker": code_version(),
-        "own": own,
+        **about,
         "files": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
     }
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
@@ -122,14 +161,11 @@ def _current(rows: Sequence[StoredRow]) -> tuple[list[StoredRow], int]:
     return current, len(rows) - len(current)
 
 
-def _renamed(row: StoredRow, moved: Mapping[str, str]) -> StoredRow:
-    """Return a row whose problem file is where it is in the archive."""
-    name = row.specification["problem"]
-    return (
-        replace(row, specification={**row.specification, "problem": moved[name]}, row={**row.row, "problem": moved[name]})
-        if name in moved
-        else row
-    )
+def _renamed(row: StoredRow, what: str, moved: Mapping[str, str]) -> StoredRow:
+    """Return a row whose problem or method is where it is in the archive."""
+    if (name := row.specification[what]) not in moved:
+        return row
+    return replace(row, specification={**row.specification, what: moved[name]}, row={**row.row, what: moved[name]})
 
 
 def definition_files(problem: Problem) -> Iterator[tuple[str, Path]]:
@@ -164,10 +200,12 @@ def _certified(reference: Reference) -> dict[str, bytes]:
     return {f"references/{name}/certificate.json": certificate.encode("ascii"), f"references/{name}/{name}.csv": rows.encode("ascii")}
 
 
-def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes]) -> str:
+def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes], without: Mapping[str, str]) -> str:
+    lacking = {"Not in it": "; ".join(f"the code of {method}: {why}" for method, why in without.items())} if without else {}
     about = {
         **export.described(export.frame(rows)),
         "Files": ", ".join(files),
+        **lacking,
         "To hold it against a new run": f"daebench reproduce {name}",
     }
     return provenance.text(name, about)

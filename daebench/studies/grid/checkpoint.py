@@ -3,7 +3,6 @@
 import hashlib
 import io
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,18 +12,29 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.runs.files import atomic
+from daebench.runs.json_values import strict
+from daebench.runs.schema import SHOWN, Fields, Flag, Items, Named, Text, Whole, shown
 from daebench.runs.trajectory import Array
+from daebench.runs.zipped import UNREADABLE, arrays_in
 from daebench.studies.grid.run_specification import code_version, defined_by, digest
 from daebench.studies.long.blocks import Blocks
 from daebench.studies.long.lanes import LaneStream
 from daebench.studies.long.run import LongRun, Stream
-from daebench.studies.long.windows import Windows
+from daebench.studies.long.windows import COUNT, EDGES, Windows
 
 LAYOUT = 4
 """Version of the layout of the file: an archive of NumPy, and a digest of it."""
 
 SEAL = hashlib.sha256().digest_size
 """Bytes of that digest; what reads archives of NumPy passes over it."""
+
+
+class _Plain:
+    """Anything that JSON has: it is compared, and nothing is made of it."""
+
+    def read(self, value: Any, place: str) -> Any:
+        """Return the value."""
+        return value
 
 
 @dataclass(frozen=True)
@@ -156,8 +166,9 @@ def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
 
 def load(path: Path, who: dict[str, Any]) -> Checkpoint:
     """Return a run as it was left; raise BadInput if the file is damaged, or is of another run, another definition, or other versions."""
-    about, arrays = _read(path, ("reals", "windows", "means", "numbers", "waiting"))
+    about, arrays = _read(path, "rank_pending", "reals", "windows", "means", "numbers", "waiting")
     _require_same(path, about, who)
+    _require_shapes(path, arrays, {"reals": (3,), "windows": (None, COLUMNS), "means": (None,), "numbers": (None,), "waiting": (None,)})
     done, left, passages, length, pieces = about["counts"]
     seconds, total, first = map(float, arrays["reals"])
     blocks = Blocks(length, arrays["means"], total, pieces)
@@ -183,8 +194,11 @@ def save_group(path: Path, who: dict[str, Any], stream: LaneStream) -> None:
 
 def load_group(path: Path, who: dict[str, Any]) -> GroupCheckpoint:
     """Return members in lanes as they were left; raise BadInput as :func:`load` does."""
-    about, arrays = _read(path, ("seconds", "first", "windows", "means", "total", "numbers", "waiting"))
+    about, arrays = _read(path, "members", "seconds", "first", "windows", "means", "total", "numbers", "waiting")
     _require_same(path, about, who)
+    n = len(about["members"])
+    shapes = {"seconds": (), "first": (n,), "windows": (n, None, COLUMNS), "means": (n, None), "total": (n,)}
+    _require_shapes(path, arrays, {**shapes, "numbers": (None, n), "waiting": (None, n)})
     done, _, _, length, pieces = about["counts"]
     blocks = Blocks(length, arrays["means"], arrays["total"], pieces)
     kept = Windows(arrays["windows"]), blocks, arrays["numbers"], arrays["waiting"], arrays["first"]
@@ -194,15 +208,23 @@ def load_group(path: Path, who: dict[str, Any]) -> GroupCheckpoint:
 def progress_of(path: Path) -> tuple[int, int, bool]:
     """Return of how many members a checkpoint is, how many steps each has done, and whether it stopped early; (0, 0, False) if unread."""
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            about = json.loads(str(arrays["about"]))
+        about = _about(arrays_in(path, str(path)))
         return len(about.get("members", [0])), about["counts"][0], bool(about["failure"])
-    except UNREADABLE:
+    except (*UNREADABLE, BadInput):
         return 0, 0, False  # load says what is wrong with it
 
 
-UNREADABLE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile)
-"""What reading a damaged archive raises."""
+COLUMNS = 5
+"""Columns of a table of windows."""
+
+MOST_BLOCKS = 4096
+"""Most means of blocks of a member."""
+
+ABOUT = Fields(
+    {"layout": Whole(LAYOUT, LAYOUT), "who": Named(_Plain()), "counts": Items(Whole(), 5, 5), "failure": Text(10_000)},
+    {"rank_pending": Flag(), "members": Items(Whole(0, 10**6), most=10**5)},
+)
+"""What the text in a file says."""
 
 
 def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
@@ -213,19 +235,49 @@ def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, Array]) ->
         scratch.write_bytes(content.getvalue() + _seal(content.getvalue()))
 
 
-def _read(path: Path, names: tuple[str, ...]) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Return what is written in a file of this layout, and its arrays; of another layout there are none."""
+def _read(path: Path, field: str, *names: str) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return what is written in a file of this layout, with a field that tells of which kind it is, and its arrays."""
     try:
         whole = path.read_bytes()
         content, seal = whole[:-SEAL], whole[-SEAL:]
         if seal != _seal(content):
             raise ValueError("it is not what was written")
-        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            about = json.loads(str(arrays["about"]))
-            _require_layout(path, about)
-            return about, {name: arrays[name] for name in names}
+        arrays = arrays_in(io.BytesIO(content), str(path))
+        _require_layout(path, strict(str(arrays["about"])))
+        about = _about(arrays)
+        if field not in about:
+            raise ValueError(f"it has no {field}")
+        return about, {name: arrays[name] for name in names}
     except UNREADABLE as error:
-        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {error}; remove it to begin anew.") from error
+        words = " ".join(str(error).split())[:200]
+        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {words}; remove it to begin anew.") from error
+
+
+def _about(arrays: Mapping[str, Array]) -> dict[str, Any]:
+    """Return what the text in a file says, checked."""
+    about = ABOUT.read(strict(str(arrays["about"])), "its text")
+    length, members = about["counts"][3], about.get("members", [0])
+    if length < 1 or length & (length - 1) or len(set(members)) < len(members):
+        raise ValueError("its blocks have not a length that is a power of two, or a member is there twice")
+    return about
+
+
+def _require_shapes(path: Path, arrays: Mapping[str, Array], shapes: Mapping[str, tuple[int | None, ...]]) -> None:
+    """Refuse arrays that have other shapes, None for any length, or entries that are no numbers, or statistics that are not finite."""
+    for name, shape in shapes.items():
+        array = arrays[name]
+        fits = array.ndim == len(shape) and all(wanted in (None, length) for wanted, length in zip(shape, array.shape, strict=True))
+        if not fits or array.dtype.kind != "f" or (name not in ("numbers", "waiting") and not np.isfinite(array).all()):
+            raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {name} has not its shape, or no numbers; {ANEW}.")
+    windows, means = arrays["windows"], arrays["means"]
+    if windows.shape[-2] > len(EDGES) - 1 or means.shape[-1] > MOST_BLOCKS or (windows[..., COUNT] < 1).any():
+        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: its windows are not those of a series; {ANEW}.")
+
+
+def require_fitting(path: Path, shape: tuple[int, ...], expected: tuple[int, ...], waiting: int, room: int) -> None:
+    """Accept numbers that a run can be restored from; raise BadInput if they are not as many as it carries, or too many samples wait."""
+    if shape != expected or waiting > room:
+        raise BadInput(f"{path} has not the numbers that this run carries; {ANEW}.")
 
 
 def _seal(content: bytes) -> bytes:
@@ -233,12 +285,15 @@ def _seal(content: bytes) -> bytes:
     return hashlib.sha256(content).digest()
 
 
+ANEW = "remove it to begin anew"
+
 OTHER = "name another folder by --out, or remove it to begin anew"
 
 
-def _require_layout(path: Path, about: dict[str, Any]) -> None:
-    if about.get("layout") != LAYOUT:
-        raise BadInput(f"{path} is of another version of daebench (layout {about.get('layout')}, here {LAYOUT}); {OTHER}.")
+def _require_layout(path: Path, about: Any) -> None:
+    layout = about.get("layout")
+    if layout != LAYOUT:
+        raise BadInput(f"{path} is of another version of daebench (layout {shown(layout)}, here {LAYOUT}); {OTHER}.")
 
 
 def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> None:
@@ -249,7 +304,7 @@ def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> Non
         differ = [name for name in differ if name != "problem"]  # its file may have been elsewhere
     named = [name for name in differ if name not in ("definition", "code", "versions")]
     if named:
-        what = ", ".join(f"{name} = {theirs.get(name)}, not {who[name]}" for name in named)
+        what = ", ".join(f"{name} = {_short(theirs.get(name))}, not {_short(who[name])}" for name in named)
         raise BadInput(f"{path} is of a run with {what}; {OTHER}.")
     if "definition" in differ:
         raise BadInput(f"{path} is of another definition of {who['problem']}, whose file has changed since; {OTHER}.")
@@ -259,9 +314,14 @@ def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> Non
         raise BadInput(f"{path} was made by another version of daebench or of its libraries, which may round differently; {OTHER}.")
 
 
-def resumed(stream: Stream, checkpoint: Checkpoint) -> None:
-    """Put a run at its start to where a checkpoint left it."""
+def _short(value: Any) -> str:
+    return shown(value) if not isinstance(value, str | list | tuple) else str(value)[:SHOWN]
+
+
+def resumed(stream: Stream, checkpoint: Checkpoint, path: Path = Path("checkpoint")) -> None:
+    """Put a run at its start to where a checkpoint left it; raise BadInput if it cannot be of this run."""
     run = stream.run
+    require_fitting(path, checkpoint.numbers.shape, stream.numbers().shape, len(checkpoint.waiting), len(run.state_rows) - 1)
     stream.restore(checkpoint.numbers)
     stream.windows, stream.blocks, stream.passages = checkpoint.windows, checkpoint.blocks, checkpoint.passages
     run.done, run.left, run.row, run.seconds = checkpoint.done, checkpoint.left, len(checkpoint.waiting), checkpoint.seconds

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
+from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import code_version
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.store import Store, StoredRow
@@ -79,6 +80,7 @@ def write(table: "pd.DataFrame", path: Path) -> None:
 def _flat(stored: StoredRow) -> Iterator[dict[str, Any]]:
     """Give a row, or those of several runs, with the fields of its run; metrics are words, and pairs, which rows have, left out."""
     run = specification_of(stored.specification)
+    require_row(run, stored.row)
     fields = {name: value for name, value in stored.specification.items() if name not in NOT_FIELDS}
     fields["metrics"] = " ".join(fields["metrics"])
     for row in run.rows(stored.row):

@@ -1,10 +1,8 @@
 """Runs from several starts, as one piece of a study: members of an ensemble, made together and kept as one row of a store."""
 
 import base64
-import binascii
 import io
 import os
-import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -18,6 +16,7 @@ from daebench.runs.machine import cores
 from daebench.runs.members import Members, members
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
+from daebench.runs.zipped import UNREADABLE, arrays_in
 from daebench.studies.grid.run_specification import GridRun
 
 Row = dict[str, Any]
@@ -139,10 +138,25 @@ def _threads() -> int:
 def unpacked(text: str) -> dict[str, Array]:
     """Return the arrays of a row by name; raise BadInput if they cannot be read."""
     try:
-        with np.load(io.BytesIO(base64.b64decode(text)), allow_pickle=False) as archive:
-            return dict(archive)
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile, binascii.Error) as error:
+        arrays = arrays_in(io.BytesIO(base64.b64decode(text)), "a row of members")
+        _require_members(arrays)
+    except UNREADABLE as error:
         raise BadInput(f"the arrays of members in this store cannot be read: {error}; name another store, or remove it.") from error
+    return arrays
+
+
+def _require_members(arrays: Mapping[str, Array]) -> None:
+    """Refuse arrays that are not those of members: an entry for each, and a state for each at each output."""
+    states, index, n = arrays["states"], arrays["index"], len(arrays["steps"])
+    of_each = [values for name, values in arrays.items() if name in PER_MEMBER or name.startswith(("maxima ", "work "))]
+    lengths = all(values.ndim >= 1 and len(values) == n for values in of_each) and {*PER_MEMBER} <= {*arrays}
+    if (
+        not lengths
+        or states.ndim != 3
+        or states.shape[:2] != (len(index), n)
+        or any(values.dtype.kind == "U" for values in arrays.values())
+    ):
+        raise ValueError("they are not of the same members")
 
 
 def joined(method: str, some: Members, rows: list[Row]) -> EnsembleRun:

@@ -1,35 +1,67 @@
 """Comparison of an archive of a study with new runs: equal to the bit, within a tolerance, or different."""
 
 import hashlib
-import json
 import math
 import tempfile
-import zipfile
-import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from pathlib import Path, PurePosixPath
-from typing import Any
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, DaebenchError
+from daebench.methods.foreign import ForeignName, Trust, admit
+from daebench.runs.json_values import MOST, strict
+from daebench.runs.schema import Fields, Items, Named, Text, Whole, WrongField, shown
+from daebench.runs.zipped import MOST_MEMBERS, UNREADABLE
+from daebench.runs.zipped import unpacked as unpacked_files
+from daebench.studies.certificate.code import is_inside
 from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS
+from daebench.studies.grid.archive_code import FOLDER, foreign_method, placed
 from daebench.studies.grid.measure import row_of
+from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.store import StoredRow, of_json
-from daebench.systems.files.execute import is_path
+from daebench.systems.files.execute import executing_nothing
+
+T = TypeVar("T")
 
 EQUAL, WITHIN, DIFFERS = "equal to the bit", "within", "differs"
 """What is said of a run."""
 
-UNTOLD = frozenset({"problem", "seconds", "seconds_least", "seconds_most", "callback_seconds", "compile_seconds", "lanes"})
-"""Columns that are not compared: times are of another machine or another hour, and a problem file is elsewhere."""
+UNTOLD = frozenset({"problem", "method", "seconds", "seconds_least", "seconds_most", "callback_seconds", "compile_seconds", "lanes"})
+"""Columns that are not compared: times are of another machine or another hour, and files of one's own are elsewhere."""
 
-LARGEST = 2**31
-"""Most bytes of an archive when it is unpacked."""
+LARGEST = 2**26
+"""Bytes that an archive may have in any case when it is unpacked."""
+
+RATIO = 50.0
+"""Largest ratio of the bytes of a larger archive to those of its ZIP file; archives of studies have 3 to 30."""
+
+MOST_ROWS = 10**6
+"""Largest number of rows."""
+
+MOST_STEPS = 1e9
+"""Largest number of steps of a run: an archive of others is not to keep a machine busy for ever."""
+
+LONGEST = 200
+"""Most characters of what is said of an error."""
 
 OTHER = "it is not an archive of a study, or is damaged"
+
+READ = (1, FORMAT)
+"""Versions of the layout that are read."""
+
+DIGEST = Text(form="[0-9a-f]{64}", told="a SHA-256")
+PLACE = Text(4096, 1)
+SHORT = Text(300)
+MANIFESTED = Fields(
+    {"made": SHORT, "versions": Named(SHORT), "machine": SHORT, "own": Items(PLACE), "files": Named(DIGEST, PLACE, MOST_MEMBERS)},
+    {"format": Whole(), "maker": Text(200), "executable": Items(PLACE), "without": Named(Text(10_000), PLACE)},
+)
+"""What a manifest says."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +86,11 @@ class Archive:
     def own(self) -> tuple[str, ...]:
         """Problem files in it that do not come with daebench: code that is executed."""
         return tuple(self.manifest["own"])
+
+    @property
+    def executable(self) -> tuple[str, ...]:
+        """Files in it that are started as programs."""
+        return tuple(self.manifest.get("executable", ()))
 
 
 @dataclass(frozen=True)
@@ -87,46 +124,69 @@ class Reproduced:
         return _relative(float(self.archived), float(self.new)) if numbers else math.nan
 
 
-def read(path: Path) -> Archive:
-    """Return an archive, all of it checked.
+def read(path: Path, trust: Trust | None = None) -> Archive:
+    """Return an archive, all of it checked; nothing in it is executed.
 
-    BadInput is raised if there is none, it is damaged, of another version, or has names that lead out of it.
+    Raises
+    ------
+    BadInput
+        If there is none, it is damaged, of another version, or too large, a field is not what daebench writes, a name leads out of it, or
+        it names code that is not in it or not trusted.
     """
     if not path.is_file():
         raise BadInput(f"there is no archive {path}; daebench archive STUDY.db makes one.")
     try:
-        with zipfile.ZipFile(path) as archive:
-            _require_safe(path, archive)
-            files = {member.filename: archive.read(member) for member in archive.infolist() if not member.is_dir()}
-        manifest = json.loads(files.pop(MANIFEST))
+        files = unpacked_files(path, str(path), small=LARGEST, ratio=RATIO)
+        _require_safe(path, files)
+        manifest = strict(files.pop(MANIFEST))
         _require_version(path, manifest)
+        manifest = MANIFESTED.read(manifest, "manifest")
         _require_whole(manifest["files"], files)
-        rows = tuple(map(of_json, files[ROWS].decode().splitlines()))
-        _require_plain(path, manifest["own"], rows, files)
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
+        rows = _rows(files[ROWS])
+    except UNREADABLE as error:
         raise BadInput(f"{path}: {OTHER}: {_short(error)}; get it again from where it came.") from error
-    return Archive(manifest, rows, files)
+    archive = Archive(manifest, rows, files)
+    if not rows:
+        raise BadInput(f"{path} has no runs, so that there is nothing to compare; archive a study that has some.")
+    runs = [_at_row(path, number, partial(specification_of, row.specification)) for number, row in enumerate(rows, 1)]
+    admit(path, foreign_names(archive), trust or Trust())
+    for number, (run, row) in enumerate(zip(runs, rows, strict=True), 1):
+        _at_row(path, number, partial(require_row, run, row.row))
+    return archive
+
+
+def _rows(content: bytes) -> tuple[StoredRow, ...]:
+    """Return the rows of a file of them."""
+    if content.count(b"\n") > MOST_ROWS or content.count(b",") > MOST:
+        raise ValueError(f"{ROWS} has too many rows or values")
+    rows = []
+    for number, line in enumerate(content.decode().split("\n"), 1):
+        if line:
+            try:
+                rows.append(of_json(line))
+            except ValueError as error:
+                raise ValueError(f"{ROWS}, line {number}: {error}") from error
+    return tuple(rows)
 
 
 def _short(error: BaseException) -> str:
-    return f"{type(error).__name__} {' '.join(str(error).split())[:80]}".strip().rstrip(".")
+    words = " ".join(str(error).split())
+    name = "" if isinstance(error, WrongField) or type(error) is ValueError else f"{type(error).__name__} "
+    return (name + (words if len(words) <= LONGEST else f"{words[:LONGEST]}...")).strip().rstrip(".")
 
 
-def _require_safe(path: Path, archive: zipfile.ZipFile) -> None:
-    """Refuse names that lead out of the archive, and contents that are too large."""
-    for member in archive.infolist():
-        parts = PurePosixPath(member.filename).parts
-        if not parts or ".." in parts or member.filename.startswith("/") or set(member.filename) & {"\\", ":", "\0"}:
-            raise BadInput(f"{path} has a file {member.filename[:80]!r}, whose name leads out of it; it is not unpacked.")
-    if sum(member.file_size for member in archive.infolist()) > LARGEST:
-        raise BadInput(f"{path} is larger than 2 GB when it is unpacked; it is not unpacked.")
+def _require_safe(path: Path, names: Iterable[str]) -> None:
+    """Refuse names that lead out of the archive."""
+    for name in names:
+        if not is_inside(name):
+            raise BadInput(f"{path} has a file {name[:80]!r}, whose name leads out of it; it is not unpacked.")
 
 
-def _require_version(path: Path, manifest: Mapping[str, Any]) -> None:
+def _require_version(path: Path, manifest: Any) -> None:
     layout = manifest["format"]
-    if layout != FORMAT:
+    if layout not in READ or isinstance(layout, bool):
         age = "a newer" if isinstance(layout, int) and layout > FORMAT else "another"
-        raise BadInput(f"{path} was written by {age} daebench (format {str(layout)[:20]}, here {FORMAT}); take that version.")
+        raise BadInput(f"{path} was written by {age} daebench (format {shown(layout)}, here {FORMAT}); take that version.")
 
 
 def _require_whole(digests: Mapping[str, str], files: Mapping[str, bytes]) -> None:
@@ -136,29 +196,45 @@ def _require_whole(digests: Mapping[str, str], files: Mapping[str, bytes]) -> No
         raise ValueError(f"{min(wrong)} is not what was written")
 
 
-def _require_plain(path: Path, problem_files: Sequence[str], rows: Sequence[StoredRow], files: Mapping[str, bytes]) -> None:
-    """Refuse runs of problem files that are not in the archive: nothing else of this machine is to be executed."""
-    for row in rows:
-        name = str(row.specification["problem"])
-        if is_path(name) and (name not in problem_files or name not in files):
-            raise BadInput(f"{path} has runs of {name[:80]}, which is not in it; nothing is run.")
+def _at_row(path: Path, number: int, check: Callable[[], T]) -> T:
+    """Return what a check of a row returns; where it refuses the row, its place is named."""
+    try:
+        return check()
+    except BadInput as error:
+        raise BadInput(f"{path}, {ROWS}, row {number}: {error}") from error
+
+
+def foreign_names(archive: Archive) -> list[ForeignName]:
+    """Return the names of problems and methods in an archive, with the files in it that they lead to."""
+    digests, names = archive.manifest["files"], []
+    for row in archive.rows:
+        problem, method = row.specification["problem"], row.specification["method"]
+        folder = f"{problem.rpartition('/')[0]}/"
+        there = problem in archive.own and problem in digests and problem.startswith("definitions/")
+        names += [
+            ForeignName(problem, False, {name: digest for name, digest in digests.items() if there and name.startswith(folder)}),
+            foreign_method(method, digests, archive.executable),
+        ]
+    return names
 
 
 @contextmanager
 def unpacked(archive: Archive) -> Iterator[list[tuple[StoredRow, GridRun]]]:
-    """Give the runs of an archive as they are made here, its problem files in a folder for the time of a block."""
+    """Give the runs of an archive as they are made here, its code in a folder for the time of a block."""
     with tempfile.TemporaryDirectory(prefix="daebench-") as folder:
         for name, content in archive.files.items():
-            if name.startswith("definitions/"):
+            if name.startswith(("definitions/", f"{FOLDER}/")):
                 place = Path(folder, name)
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_bytes(content)
-        yield [(row, _specification(row, Path(folder), archive.own)) for row in archive.rows]
+                place.chmod(0o700 if name in archive.executable else 0o600)
+        yield [(row, _specification(row, Path(folder), archive)) for row in archive.rows]
 
 
-def _specification(row: StoredRow, folder: Path, problem_files: Sequence[str]) -> GridRun:
+def _specification(row: StoredRow, folder: Path, archive: Archive) -> GridRun:
     specification = specification_of(row.specification)
-    return replace(specification, problem=str(folder / specification.problem)) if specification.problem in problem_files else specification
+    problem = str(folder / specification.problem) if specification.problem in archive.own else specification.problem
+    return replace(specification, problem=problem, method=placed(specification.method, folder))
 
 
 def reproduced(
@@ -167,13 +243,34 @@ def reproduced(
     """Make the runs of an archive again, and give each beside what is archived; ``tell`` is told which fraction of them is done.
 
     Two numbers are within where they differ by no more than ``rtol`` times the larger, or by ``atol``.
+
+    Raises
+    ------
+    BadInput
+        If a run has more steps than :data:`MOST_STEPS`, or cannot be begun.
     """
-    with unpacked(archive) as runs:
+    executing = nullcontext() if any(not name.is_own for name in foreign_names(archive)) else executing_nothing(UNNAMED)
+    with unpacked(archive) as runs, executing:
         for done, (row, specification) in enumerate(runs, 1):
+            _require_short(specification)
             made = row_of(replace(specification, repeat=min(specification.repeat, 1)))
             comparison = compared(row.row, made, rtol=rtol, atol=atol)
             yield replace(comparison, specification=specification_of(row.specification))
             tell(done / len(runs))
+
+
+UNNAMED = "was not found among the names in the archive, and is not executed."
+
+
+def _require_short(specification: GridRun) -> None:
+    """Refuse a run that takes for ever; what cannot be begun is refused where it is made."""
+    try:
+        resolution = specification.solver.knob
+    except DaebenchError:
+        return
+    steps = specification.t_end / specification.value * specification.count if resolution == "h" else 0.0
+    if steps > MOST_STEPS:
+        raise BadInput(f"{specification.method} is to take {steps:.3g} steps in the archive, which are more than {MOST_STEPS:g}.")
 
 
 def compared(archived: Mapping[str, Any], new: Mapping[str, Any], *, rtol: float, atol: float) -> Reproduced:

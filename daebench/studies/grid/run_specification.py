@@ -14,7 +14,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
-from daebench.methods.outside.read import is_outside
+from daebench.methods.outside.read import content_of, is_outside
 from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
 from daebench.runs.provenance import versions
@@ -101,7 +101,7 @@ class RunSpecification:
     @property
     def code(self) -> str:
         """Digest of the files of a method from outside; "" of one of daebench, whose code is that of the package."""
-        return str(self.solver.content) if is_outside(self.method) else ""
+        return content_of(self.method) if is_outside(self.method) else ""
 
     def plain(self) -> dict[str, Any]:
         """Return the fields as JSON has them."""

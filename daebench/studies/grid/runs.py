@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from daebench.studies.grid.batches import Batch, rows_in_batches
 from daebench.studies.grid.measure import Row, stored_row
+from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store
@@ -47,6 +48,7 @@ def computed(
         if row is None:
             missing[key] = specification
         else:
+            require_row(specification, row)
             rows_by_key[key] = row | {
                 name: specification.problem for name in ("problem",) if name in row
             }  # its file may have been elsewhere

@@ -5,13 +5,16 @@ import json
 import math
 import sqlite3
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
+from daebench.runs.json_values import strict
+from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong
 from daebench.studies.grid.salvage import COLUMNS, damaged_beside, readable
 from daebench.systems.renamed import OldAttribute
 
@@ -174,8 +177,16 @@ class Store:
     @property
     def runs(self) -> int:
         """Number of runs, of which a row may have several."""
-        fields = (json.loads(cell) for (cell,) in self._base.execute("SELECT cell FROM rows"))
+        rows = self._base.execute("SELECT key, cell FROM rows")
+        fields = [self._checked(key, FIELDS, partial(strict, cell)) for key, cell in rows]
         return sum(some["members"] if "members" in some else len(some.get("values", [None])) for some in fields)
+
+    def _checked(self, key: str, kind: Kind, content: Callable[[], Any]) -> Any:
+        """Return some of a row as it is read; raise BadInput if it is not what daebench writes, though its digest is right."""
+        try:
+            return kind.read(content(), "")
+        except (ValueError, TypeError) as error:
+            raise BadInput(f"{self.path}, row {str(key)[:12]}: {error}; daebench does not write that, name another file.") from error
 
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the row of a key, or None.
@@ -186,7 +197,7 @@ class Store:
             As ``specification_key.key_of`` gives it.
         """
         record = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
-        return None if record is None else _read(record[0])
+        return None if record is None else self._checked(key, ROW, partial(strict, record[0]))
 
     def put(self, rows: Iterable[StoredRow]) -> None:
         """Write rows, all or none, in place of those of the same keys if there are any.
@@ -212,8 +223,8 @@ class Store:
 
     def all(self) -> Iterator[StoredRow]:
         """Give all rows."""
-        for key, specification, row, code_version, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
-            yield StoredRow(key, json.loads(specification), _read(row), code_version, took)
+        for key, *texts, code_version, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
+            yield _stored(self._checked(key, LINE, partial(_entry, key, texts, code_version, took)))
 
     def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> list[str]:
         """Return the keys of runs that are kept under another key alone: made by other versions, or of a changed definition."""
@@ -244,11 +255,18 @@ def of_json(line: str) -> StoredRow:
 
     Raises
     ------
-    ValueError, KeyError, TypeError, AttributeError
+    ValueError
         If it is no such line.
     """
-    entry = json.loads(line)
-    return StoredRow(str(entry["key"]), dict(entry["cell"]), _read(json.dumps(entry["row"])), str(entry["maker"]), float(entry["took"]))
+    return _stored(LINE.read(strict(line)))
+
+
+def _entry(key: str, texts: Sequence[str], code_version: str, took: float) -> dict[str, Any]:
+    return {"key": key, **dict(zip(("cell", "row"), map(strict, texts), strict=True)), "maker": code_version, "took": took}
+
+
+def _stored(entry: Mapping[str, Any]) -> StoredRow:
+    return StoredRow(entry["key"], entry["cell"], entry["row"], entry["maker"], float(entry["took"]))
 
 
 @contextmanager
@@ -296,7 +314,7 @@ def _named(row: tuple[Any, ...]) -> str:
         return f"{specification['method']} on {specification['problem']}, case {specification['case']}, {specification['value']:g}"[
             :LONGEST
         ]
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
         return "one that cannot be told"
 
 
@@ -317,14 +335,47 @@ def _word(value: Any) -> Any:
     return value
 
 
-def _read(text: str) -> dict[str, Any]:
-    return {name: _value(word) for name, word in json.loads(text).items()}
+class _Row:
+    """A mapping of columns to values, or to lists of them; a number that JSON does not have is a word."""
+
+    def read(self, value: Any, place: str) -> dict[str, Any]:
+        """Return the columns."""
+        if not isinstance(value, Mapping) or len(value) > MOST_COLUMNS or any(len(name) > LONGEST_COLUMN for name in value):
+            raise wrong(place or "the row", value, f"a mapping of at most {MOST_COLUMNS} columns")
+        return {name: _values(entry, f"row.{name}") for name, entry in value.items()}
 
 
-def _value(word: Any) -> Any:
-    if isinstance(word, list):
-        return list(map(_value, word))
-    return float(word["number"]) if isinstance(word, dict) else word
+def _values(entry: Any, place: str) -> Any:
+    if isinstance(entry, list) and len(entry) <= MOST_RUNS:
+        return [_value(part, place) for part in entry]
+    return _value(entry, place)
+
+
+def _value(value: Any, place: str) -> Any:
+    if value is None or isinstance(value, float | str | bool) or (isinstance(value, int) and abs(value) <= MOST_COUNT):
+        return value
+    if isinstance(value, Mapping) and list(value) == ["number"] and value["number"] in NOT_FINITE:
+        return float(value["number"])
+    raise wrong(place, value, "a number, a text, true, false or null, or a list of these")
+
+
+NOT_FINITE = ("nan", "inf", "-inf")
+"""Numbers that JSON does not have, in words."""
+
+MOST_COUNT = 2**63
+"""Largest whole number in a row."""
+
+MOST_COLUMNS, MOST_RUNS, LONGEST_COLUMN = 1000, 10**6, 200
+"""Most columns of a row, runs that are in one, and characters of the name of a column."""
+
+ROW = _Row()
+"""What a row is, see :func:`_written`."""
+
+FIELDS = Fields({}, {"members": Whole(1), "values": Items(Number(), most=MOST_RUNS)}, open=True)
+"""What of a run's fields is read here; all are checked where a run is made of them."""
+
+LINE = Fields({"key": Text(200), "cell": FIELDS, "row": ROW, "maker": Text(200), "took": NOT_NEGATIVE})
+"""What a line is, see :func:`as_json`."""
 
 
 Kept = StoredRow  # the name of the release before; it goes with the next one

@@ -21,12 +21,14 @@ from daebench.studies.grid.checkpoint import (
     load,
     load_group,
     progress_of,
+    require_fitting,
     resumed,
     save,
     save_group,
 )
 from daebench.studies.grid.interrupts import held_back
 from daebench.studies.grid.schedulers import local_processes
+from daebench.studies.long.blocks import BLOCK
 from daebench.studies.long.initial_conditions import starts_of
 from daebench.studies.long.lanes import AT_ONCE, GROUP, LaneStream, in_lanes
 from daebench.studies.long.run import LongRun, Stream
@@ -257,6 +259,7 @@ def _run_lanes(piece: Piece, tell: Tell | None) -> list[int]:
     stream = LaneStream(spec, piece.members, piece.steps)
     if piece.path.exists():
         group = load_group(piece.path, who)
+        require_fitting(piece.path, group.numbers.shape, stream.numbers().shape, len(group.waiting), BLOCK - 1)
         stream.restore(group.done, group.seconds, group.numbers, group.waiting, group.windows, group.blocks)
 
     def advance() -> None:
@@ -275,7 +278,7 @@ def run_member(spec: LongRun, steps: int, path: Path, tell: Tell | None = None) 
     who = identity(spec)
     stream = Stream(spec, steps)
     if path.exists():
-        resumed(stream, load(path, who))
+        resumed(stream, load(path, who), path)
     _march(stream, stream.advance, lambda: save(path, who, stream), tell)
 
 

@@ -5,6 +5,7 @@ import sys
 import traceback
 import types
 from collections.abc import Callable, Iterable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 
 from daebench.errors import BadInput, DaebenchError
@@ -31,9 +32,30 @@ def existing(name: str, what: str, listed: str) -> Path:
     return path
 
 
+_REFUSAL: ContextVar[str] = ContextVar("refusal", default="")
+"""Why no code is executed that does not come with daebench; "" where it may be."""
+
+
+@contextlib.contextmanager
+def executing_nothing(refusal: str) -> Iterator[None]:
+    """Refuse, for the time of a block, all code that does not come with daebench, with these words after its name."""
+    before = _REFUSAL.set(refusal)
+    try:
+        yield
+    finally:
+        _REFUSAL.reset(before)
+
+
+def require_allowed(name: str) -> None:
+    """Accept code that may be executed here; raise BadInput with its name if it may not."""
+    if refusal := _REFUSAL.get():
+        raise BadInput(f"{name} {refusal}")
+
+
 def executed(path: Path, name: str) -> types.ModuleType:
     """Return the module of a file, executed once under a name that no other file or content of this file has."""
     if name not in sys.modules:
+        require_allowed(str(path))
         module = types.ModuleType(name, None)
         module.__file__ = str(path)
         sys.modules[name] = module

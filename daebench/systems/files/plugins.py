@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.systems.files.execute import is_path
+from daebench.systems.files.execute import is_path, require_allowed
 from daebench.systems.files.imports import imported
 from daebench.systems.files.read import Problem, read
 from daebench.systems.files.user import call, naming, own_files
@@ -117,5 +117,6 @@ def _files(module: str, path: Path) -> list[Path]:
 
 
 def _run(point: EntryPoint, problem: Problem, structure: Mapping[str, int]) -> "Definition":
+    require_allowed(f"{problem.name} of {_package(point)}")
     with naming(problem):
         return call(problem, importlib.import_module(point.module), structure)

@@ -1,0 +1,110 @@
+"""ZIP files from elsewhere, read with bounds: how large they become is looked at before anything is unpacked."""
+
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput
+from daebench.runs.schema import shown
+
+MOST_MEMBERS = 10_000
+"""Largest number of files in a ZIP file."""
+
+UNREADABLE = (
+    OSError,
+    EOFError,
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    SyntaxError,  # from a header of an array
+    RuntimeError,  # a file that is encrypted, or nested too deeply
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What is raised where a damaged ZIP file, an array or a text in it is read."""
+
+KINDS = "fiubU"
+"""Kinds of numbers and texts of arrays, none of which is an object."""
+
+
+def unpacked(source: Path | IO[bytes], name: str, *, small: int, ratio: float, most: int = 2**31) -> dict[str, bytes]:
+    """Return the files in a ZIP file.
+
+    Parameters
+    ----------
+    source : Path or binary file
+        The file.
+    name : str
+        What messages call it.
+    small : int
+        Bytes that the files may have together in any case.
+    ratio : float
+        Largest ratio of their bytes to those of the ZIP file, if they have more.
+    most : int
+        Bytes that they may have at most.
+
+    Raises
+    ------
+    BadInput
+        If they have more, are too many, or two have one name.
+    OSError, zipfile.BadZipFile, ...
+        Those of :data:`UNREADABLE`, if the file is damaged.
+    """
+    with zipfile.ZipFile(source) as archive:
+        members = [member for member in archive.infolist() if not member.is_dir()]
+        if len(members) > MOST_MEMBERS or len({member.filename for member in members}) < len(members):
+            raise BadInput(f"{name} has over {MOST_MEMBERS} files, or two of one name; it is not unpacked.")
+        size, packed = sum(member.file_size for member in members), _size(source)
+        allowed = int(min(most, max(small, ratio * packed)))
+        if size > allowed:
+            raise BadInput(f"{name} has {packed} bytes and {size} when it is unpacked, and at most {allowed} are; it is not unpacked.")
+        return {member.filename: archive.read(member) for member in members}
+
+
+def _size(source: Path | IO[bytes]) -> int:
+    if isinstance(source, Path):
+        return source.stat().st_size
+    return source.seek(0, io.SEEK_END)
+
+
+def arrays_in(source: Path | IO[bytes], name: str, *, small: int = 2**28, ratio: float = 100.0) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an NPZ file by their names; nothing is unpickled, and no array is made that its file has not the bytes of.
+
+    Parameters and errors are those of :func:`unpacked`.
+    """
+    files = unpacked(source, name, small=small, ratio=ratio)
+    return {file.removesuffix(".npy"): _array(file, content) for file, content in files.items()}
+
+
+def _array(name: str, content: bytes) -> NDArray[Any]:
+    """Return the array of an NPY file."""
+    stream = io.BytesIO(content)
+    version = np.lib.format.read_magic(stream)
+    if version not in HEADERS:
+        raise ValueError(f"{shown(name)} is of another version of the format of arrays")
+    shape, fortran, dtype = HEADERS[version](stream)
+    if dtype.kind not in KINDS:
+        raise ValueError(f"{shown(name)} has entries of type {str(dtype)[:20]}, which are no numbers")
+    size = dtype.itemsize
+    for length in shape:
+        size *= length
+    rest = content[stream.tell() :]
+    if size != len(rest) or any(length < 0 for length in shape) or len(shape) > 8:
+        raise ValueError(f"{shown(name)} has not the bytes that its shape says")
+    if not size:
+        return np.zeros(shape, dtype)
+    return np.frombuffer(bytearray(rest), dtype).reshape(shape, order="F" if fortran else "C")
+
+
+HEADERS: Mapping[tuple[int, int], Any] = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+"""Readers of headers, by the version of the format."""

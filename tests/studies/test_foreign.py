@@ -1,0 +1,416 @@
+"""What others' files name is not run without trust, and whatever their fields say is one sentence: archives, stores and checkpoints."""
+
+import hashlib
+import io
+import json
+import random
+import shutil
+import sqlite3
+import subprocess
+import sys
+
+import contestants
+import forged
+import numpy as np
+import pytest
+from own_files import RING
+
+import daebench as package
+from daebench.cli.endings import FAULT
+from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.foreign import ForeignName, Trust, admit, is_own_method
+from daebench.methods.names import CONSTRAINED, POISSON
+from daebench.methods.outside.read import content_of, method_from
+from daebench.reference.keep.store import checksum
+from daebench.studies.certificate.code import code_of, put
+from daebench.studies.certificate.make import make
+from daebench.studies.certificate.record import NAME, digests, write
+from daebench.studies.grid import store as store_file
+from daebench.studies.grid.archive import write_archive
+from daebench.studies.grid.checkpoint import LAYOUT
+from daebench.studies.grid.run_specification import ivp_of
+from daebench.studies.grid.store import opened
+from daebench.studies.grid.study import Study
+
+SEED = 45
+SHORT, WHOLE = 60, 2500
+"""Forged files of a quick test, and of a slow one."""
+
+LONGEST = 1100
+
+
+class Uncompiled(FixedStep):
+    """Fixed steps run as Python."""
+
+    def __init__(self, *settings, **more):
+        super().__init__(*settings, **more | {"compiled": False})
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Make a folder with a store of two runs of a problem of daebench, and its archive."""
+    folder = tmp_path_factory.mktemp("study")
+    with pytest.MonkeyPatch.context() as patch, opened(folder / "s.db") as store:
+        patch.chdir(folder)
+        patch.setattr("daebench.methods.names.FixedStep", Uncompiled)
+        pendulum = {"problem": "planar_pendulum", "cases": ["rotating"], "metrics": ("q", "energy")}
+        Study(**pendulum, methods=["rattle"], values={"h": [1 / 8, 1 / 16]}, t_end=2.0).table(store)
+        write_archive(store, folder / "s.zip")
+    return folder
+
+
+@pytest.fixture
+def here(study, tmp_path, monkeypatch, uncompiled_schemes):
+    """Return a folder to work in, with copies of the store and of the archive."""
+    for name in ("s.db", "s.zip"):
+        shutil.copy(study / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    ivp_of.cache_clear()
+    return tmp_path
+
+
+def require_sentence(status, out, err, what):
+    """Require a known status that is no fault, and at most one sentence of limited length."""
+    assert status in (0, 1, 2), (what, err)
+    assert status != FAULT
+    assert "Traceback" not in out + err, what
+    assert len(err.splitlines()) <= 1, (what, err)
+    assert len(err) <= LONGEST, what
+    if status == 2:
+        assert out == "", what
+        assert err.startswith("daebench: "), (what, err)
+
+
+# ---- whatever a field says ------------------------------------------------------------------------------------------------------
+
+
+def forgeries(files, count):
+    """Give pairs of a place in one of some nested values and a name of what is put there, drawn from all of them; None is nothing."""
+    everything = [(k, place, name) for k, value in enumerate(files) for place in forged.places_of(value) for name in [*forged.ABSURD, None]]
+    yield from random.Random(SEED).sample(everything, min(count, len(everything)))
+
+
+@pytest.mark.parametrize("count", [SHORT, pytest.param(WHOLE, marks=pytest.mark.slow)], ids=["some", "many"])
+def test_whatever_a_field_of_an_archive_says_is_a_sentence(here, daebench, count):
+    manifest, files = forged.unpack(here / "s.zip")
+    first, *others = files["rows.jsonl"].decode().splitlines()
+    refused = 0
+    for which, place, name in forgeries([json.loads(first), manifest], count):
+        text = forged.ABSURD.get(name)
+        line = forged.altered(json.loads(first), place, text) if which == 0 else first
+        changed = forged.altered(manifest, place, text) if which == 1 else json.dumps(manifest)
+        forged.pack(here / "f.zip", files | {"rows.jsonl": "\n".join([line, *others]).encode()}, changed)
+        status, out, err = daebench("reproduce", "f.zip")
+        require_sentence(status, out, err, (place, name))
+        refused += status == 2
+        assert status != 0 or which == 1 or name is None or place[0] in ("key", "maker", "took") or place[-1] in UNSEEN, (place, name)
+    assert refused > count / 2
+
+
+UNSEEN = ("seconds", "callback_seconds", "beside", "calls", "repeat", "anyway", "newton", "sweeps", "spread", "start", "outputs")
+UNSEEN += ("on_singular", "compensated", "precision", "parameters", "options", "metrics", "failure", "steps", "problem", "method")
+"""Fields whose absurd values can be right ones, as 0 for null, or are not compared."""
+
+
+def forge_store(path, cell=None, row=None):
+    """Rewrite the first row of a store, with a digest that fits."""
+    with sqlite3.connect(path) as base:
+        key, *texts, maker, took, _ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
+        new = (key, cell or texts[0], row or texts[1], maker, took)
+        base.execute("UPDATE rows SET cell = ?, row = ?, digest = ? WHERE key = ?", (*new[1:3], store_file._digest(*new), key))
+    base.close()
+
+
+@pytest.mark.parametrize("count", [SHORT // 2, pytest.param(WHOLE // 2, marks=pytest.mark.slow)], ids=["some", "many"])
+def test_whatever_a_field_of_a_store_says_is_a_sentence(here, study, daebench, count):
+    with sqlite3.connect(here / "s.db") as base:
+        _, cell, row, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
+    base.close()
+    for k, (which, place, name) in enumerate(forgeries([json.loads(cell), json.loads(row)], count)):
+        shutil.copy(study / "s.db", here / "f.db")
+        text = forged.altered(json.loads([cell, row][which]), place, forged.ABSURD.get(name))
+        forge_store(here / "f.db", **{["cell", "row"][which]: text})
+        words = ("export", "f.db", "f.csv") if k % 4 else ("archive", "f.db", "--out", "f.zip")
+        require_sentence(*daebench(*words), (words, place, name))
+        for path in here.glob("f.*"):
+            path.unlink()
+
+
+@pytest.fixture(scope="module")
+def long_run(tmp_path_factory):
+    """Make a folder with the checkpoint of a long run, and return the words that make it."""
+    folder = tmp_path_factory.mktemp("long")
+    return folder, ("long", "planar_pendulum", "--case", "rotating", "--methods", "rattle", "--h", "0.01", "--out", str(folder))
+
+
+def forge_checkpoint(path, about=None, **arrays):
+    """Rewrite a checkpoint, with a seal that fits."""
+    with np.load(path) as old:
+        content = dict(old) | arrays
+    content["about"] = content["about"] if about is None else np.array(about)
+    written = io.BytesIO()
+    np.savez(written, **content)
+    path.write_bytes(written.getvalue() + hashlib.sha256(written.getvalue()).digest())
+
+
+def test_whatever_a_field_of_a_checkpoint_says_is_a_sentence(long_run, daebench):
+    folder, words = long_run
+    status, _, err = daebench(*words, "--steps", "2000")
+    assert (status, err) == (0, "")
+    (path,) = folder.rglob("*.npz")
+    whole = path.read_bytes()
+    with np.load(path) as old:
+        about, arrays = json.loads(str(old["about"])), {name: old[name] for name in old if name != "about"}
+    again = (*words, "--steps", "4000")
+    for _, place, name in forgeries([about], 15):
+        path.write_bytes(whole)
+        forge_checkpoint(path, forged.altered(about, place, forged.ABSURD.get(name)))
+        require_sentence(*daebench(*again), (place, name))
+    for name, array in arrays.items():
+        for change in (array[..., None], np.full(array.shape, np.nan), array.astype("U8")):
+            path.write_bytes(whole)
+            forge_checkpoint(path, **{name: change})
+            require_sentence(*daebench(*again), (name, change.shape, change.dtype))
+    assert about["layout"] == LAYOUT
+
+
+# ---- what a file names is not run -----------------------------------------------------------------------------------------------
+
+EVIL_PY = """
+from pathlib import Path
+Path({marker!r}).touch()
+def step(p, q, h):
+    return p, q
+def problem(*, mass: float = 1.0) -> "ConstrainedHamiltonian":
+    return None
+"""
+EVIL_C = """
+#include <stdio.h>
+__attribute__((constructor)) static void begin(void) {{ FILE *f = fopen("{marker}", "w"); if (f) fclose(f); }}
+int step(double *p, double *q, double h) {{ return 0; }}
+"""
+
+
+@pytest.fixture
+def planted(here):
+    """Plant code of each kind that writes a marker when it is run; return the marker, and names that lead to the code."""
+    marker = here / "pwned"
+    (here / "evil.py").write_text(EVIL_PY.format(marker=str(marker)))
+    (here / "lifted:.").mkdir()
+    shutil.copy(here / "evil.py", here / "lifted:." / "evil.py")
+    (here / "evil.sh").write_text(f"#!/bin/sh\ntouch {marker}\n")
+    (here / "evil.sh").chmod(0o755)
+    names = ["./evil.py:step", f"{here}/evil.py:step", "evil.py:step", "./evil.py", f"{here}/evil.py", "lifted:./evil.py:step"]
+    names += [f"exec:{here}/evil.sh", "exec:./evil.sh", f"exec:touch {marker}", f"exec:/bin/sh -c 'touch {marker}'", "exec:sh ./evil.sh"]
+    names += ["lifted:exec:./evil.sh", f"lifted:exec:touch {marker}", "rattle+exec:./evil.sh", "code/1/evil.py:step"]
+    names += ["./code/1/../../evil.py:step"]
+    if compiler := shutil.which("cc"):
+        (here / "evil.c").write_text(EVIL_C.format(marker=marker))
+        subprocess.run([compiler, "-shared", "-fPIC", "-o", "evil.so", "evil.c"], cwd=here, check=True)
+        names += ["./evil.so:step", f"{here}/evil.so:step"]
+    return marker, names
+
+
+def test_the_planted_code_writes_its_marker_when_it_is_run(planted, daebench):
+    marker, names = planted
+    for name in ("./evil.py:step", f"exec:touch {marker}", *[name for name in names if name.startswith("./evil.so")]):
+        daebench("run", "planar_pendulum", "--method", name, "--h", "0.1", "--steps", "1")
+        assert marker.exists(), name
+        marker.unlink()
+
+
+def test_nothing_that_an_archive_or_a_store_names_is_run(here, planted, study, daebench):
+    marker, names = planted
+    manifest, files = forged.unpack(here / "s.zip")
+    first, *others = map(json.loads, files["rows.jsonl"].decode().splitlines())
+    with sqlite3.connect(here / "s.db") as base:
+        _, cell, *_ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
+    base.close()
+    fields = [("cell", name) for name, value in first["cell"].items() if isinstance(value, str | list)]
+    for group, field in [*fields, ("row", "problem"), ("row", "method")]:
+        for name in names:
+            value = [[name, 1.0]] if field in ("parameters", "options") else [name] if field == "metrics" else name
+            forged_row = {**first, group: {**first[group], field: value}}
+            if field in ("problem", "method"):
+                forged_row["row"] = {**forged_row["row"], field: value}
+            lines = "\n".join(map(json.dumps, [forged_row, *others])).encode()
+            for own in ([], [name]):
+                forged.pack(here / "f.zip", files | {"rows.jsonl": lines}, json.dumps(manifest | {"own": own, "executable": [name]}))
+                status, out, err = daebench("reproduce", "f.zip")
+                require_sentence(status, out, err, (field, name))
+                assert not marker.exists(), (field, name)
+                assert status == 2 or field == "case", (field, name)
+    for field in ("problem", "method", "case", "precision", "on_singular"):
+        for name in names:
+            shutil.copy(study / "s.db", here / "f.db")
+            forge_store(here / "f.db", cell=json.dumps(json.loads(cell) | {field: name}))
+            for words in (("archive", "f.db", "--out", "g.zip"), ("export", "f.db", "g.csv")):
+                require_sentence(*daebench(*words), (words, field, name))
+                assert not marker.exists(), (words, field, name)
+
+
+def test_nothing_that_a_certificate_names_is_run(here, planted, daebench, monkeypatch):
+    marker, names = planted
+    contestants.measure_briefly(monkeypatch)
+    made = make("rattle", problems=["planar_pendulum:rotating"])
+    content = json.loads(write(here, made.content).read_text())
+    for name in names:
+        for changes in ({"method": name}, {"problem": name}):
+            problem = content["problems"][0] | {key: value for key, value in changes.items() if key == "problem"}
+            changed = content | {"problems": [problem]} | {key: value for key, value in changes.items() if key == "method"}
+            (here / NAME).write_text(json.dumps(changed | {"checksum": checksum(changed)}))
+            status, out, err = daebench("certificate", "verify", str(here))
+            assert status in (1, 2), (changes, out, err)
+            assert not marker.exists(), changes
+
+
+def test_code_beside_a_certificate_is_run_if_it_is_trusted_or_named(here, planted, daebench, monkeypatch):
+    marker, _ = planted
+    contestants.measure_briefly(monkeypatch)
+    code = code_of("./evil.py:step")
+    put(code.files, here / "code")
+    made = make("rattle", problems=["planar_pendulum:rotating"])
+    whole = {"hash": code.digest, "files": digests(code.files), "executable": []}
+    write(here, made.content | {"method": code.method, "code": whole})
+    (here / "other.py").write_text("other")
+    for words in ((), ("--code", "other.py")):
+        status, _, err = daebench("certificate", "verify", str(here), *words)
+        assert (status, marker.exists()) == (2, False)
+        assert "names code that does not come with daebench, ./evil.py:step, which would be executed; read it, and add --trust" in err
+    for words in (("--trust",), ("--code", "evil.py")):
+        status, _, err = daebench("certificate", "verify", str(here), *words)
+        assert (status, marker.exists()) == (1, True), err
+        marker.unlink()
+
+
+def test_a_trajectory_file_runs_no_problem_that_it_names(here, planted):
+    marker, _ = planted
+    run = package.run("planar_pendulum", case="rotating", method="rattle", h=0.1, steps=3)
+    run.save(here / "run.npz")
+    with np.load(here / "run.npz") as old:
+        arrays = dict(old)
+    about = json.loads(str(arrays["about"])) | {"problem": "./evil.py"}
+    np.savez(here / "run.npz", **arrays | {"about": np.array(json.dumps(about))})
+    assert package.load(here / "run.npz").ivp is None
+    assert not marker.exists()
+
+
+# ---- the gate -------------------------------------------------------------------------------------------------------------------
+
+
+def test_every_method_of_daebench_passes_and_nothing_else(planted):
+    _, names = planted
+    listed = {method.name for kind in (CONSTRAINED, POISSON) for method in kind.listed()}
+    more = ["rattle/kahan_li8+proj", "cvode:bdf:projected", "ida:index1:suppress", "strang@12/suzuki4", "lifted:rattle", "local:rk4"]
+    assert all(is_own_method(name) for name in [*listed, *more])
+    assert not any(is_own_method(name) for name in names)
+    for name in [*names, "", " rattle", "rattle\n", "exec", "a/exec:b", "exec:rattle"]:
+        with pytest.raises(BadInput, match="nothing is run"):
+            admit("FILE", [ForeignName(name, is_method=True)], Trust(everything=True))
+
+
+def test_a_program_is_not_trusted_by_a_file_that_it_is_given(here):
+    files = {"code/1/x": "0" * 64}
+    trust = Trust(digests=frozenset(files.values()))
+    admit("FILE", [ForeignName("exec:./code/1/x", True, files)], trust)
+    with pytest.raises(BadInput, match="would be executed"):
+        admit("FILE", [ForeignName("exec:sh -c 'rm -rf /' ./code/1/x", True, files, whole=False)], trust)
+
+
+def test_the_digest_of_code_is_that_of_its_method_and_executes_nothing(planted):
+    marker, names = planted
+    for name in ("./evil.py:step", "exec:./evil.sh", *[name for name in names if name.startswith("./evil.so")]):
+        digest = content_of(name)
+        assert not marker.exists()
+        assert digest == method_from(name).content
+        marker.unlink(missing_ok=True)
+
+
+# ---- an archive of a study with code of one's own ---------------------------------------------------------------------------------
+
+SAME = "def same(p, q, h):\n    from beside import scale\n    return scale * p, scale * q\n"
+PROGRAM = f"""#!{sys.executable}
+import json, sys
+asked = json.loads(sys.stdin.readline())
+for _ in range(asked["steps"] // (asked["every"] or asked["steps"])):
+    print(*asked["p"], *asked["q"])
+print(json.dumps({{"seconds": 0.0}}))
+"""
+
+
+def test_an_archive_has_the_code_of_its_methods_and_is_reproduced_elsewhere(here, daebench, monkeypatch):
+    (here / "m.py").write_text(SAME)
+    (here / "beside.py").write_text("scale = 1.0\n")
+    (here / "program").write_text(PROGRAM)
+    (here / "program").chmod(0o755)
+    (here / "ring.py").write_text(RING)
+    with opened(here / "o.db") as store:
+        for problem in ("planar_pendulum", "./ring.py"):
+            codes = ["./m.py:same", "exec:./program"]
+            Study(problem=problem, methods=codes, values={"h": [0.1]}, metrics=("energy",), t_end=1.0).table(store)
+    status, out, err = daebench("archive", "o.db", "--out", "o.zip")
+    assert (status, err) == (0, "")
+    assert out.startswith("written: o.zip, 4 runs; hold it")
+    manifest, files = forged.unpack(here / "o.zip")
+    assert {"code/1/m.py", "code/1/beside.py", "code/2/program"} <= set(files)
+    elsewhere = here / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    ivp_of.cache_clear()
+    status, _, err = daebench("reproduce", "../o.zip")
+    assert status == 2
+    assert "which would be executed" in err
+    named = [word for file in ("m.py", "beside.py", "program", "ring.py") for word in ("--code", f"../{file}")]
+    for trust in (["--trust"], named):
+        status, out, err = daebench("reproduce", "../o.zip", *trust)
+        assert (status, err) == (0, "")
+        assert "equal to the bit: 4 of 4 runs.\n" in out
+    (here / "m.py").write_text(SAME + "# read by nobody\n")
+    assert daebench("reproduce", "../o.zip", *named)[0] == 2
+    assert manifest["without"] == {}
+
+
+def test_an_archive_without_the_code_of_a_method_says_so(here, daebench):
+    with opened(here / "o.db") as store:
+        program = PROGRAM.partition("\n")[2].replace("\n", ";", 1)
+        (here / "line.py").write_text(program)
+        method = f"exec:{sys.executable} -c \"exec(open('line.py').read().replace(';', chr(10), 1))\""
+        Study(problem="planar_pendulum", methods=[method, "rattle"], values={"h": [0.1]}, metrics=("energy",), t_end=1.0).table(store)
+    status, out, err = daebench("archive", "o.db", "--out", "o.zip")
+    assert (status, err) == (0, "")
+    assert "2 runs, without the code of exec:" in out
+    assert "whose runs cannot be repeated from it" in out
+    assert b"Not in it: the code of exec:" in forged.unpack(here / "o.zip")[1]["README.txt"]
+    status, out, err = daebench("reproduce", "o.zip", "--trust")
+    require_sentence(status, out, err, "without")
+    assert "which is not in it; nothing is run." in err
+
+
+def test_no_runs_are_no_success(here, daebench):
+    manifest, files = forged.unpack(here / "s.zip")
+    forged.pack(here / "f.zip", files | {"rows.jsonl": b""}, json.dumps(manifest))
+    status, out, err = daebench("reproduce", "f.zip")
+    assert (status, out) == (2, "")
+    assert "f.zip has no runs, so that there is nothing to compare" in err
+
+
+def test_a_row_without_its_numbers_is_not_equal(here, daebench):
+    manifest, files = forged.unpack(here / "s.zip")
+    rows = [json.loads(line) for line in files["rows.jsonl"].decode().splitlines()]
+    bare = [row | {"row": {name: row["row"][name] for name in ("problem", "case", "method", "value", "t_end")}} for row in rows]
+    forged.pack(here / "f.zip", files | {"rows.jsonl": "\n".join(map(json.dumps, bare)).encode()}, json.dumps(manifest))
+    status, out, err = daebench("reproduce", "f.zip")
+    assert (status, out) == (2, "")
+    assert "row has no" in err
+
+
+def test_a_forged_archive_keeps_no_machine_busy(here, daebench):
+    manifest, files = forged.unpack(here / "s.zip")
+    rows = [json.loads(line) for line in files["rows.jsonl"].decode().splitlines()]
+    for row in rows:
+        row["cell"]["value"] = row["row"]["value"] = 1e-12
+    forged.pack(here / "f.zip", files | {"rows.jsonl": "\n".join(map(json.dumps, rows)).encode()}, json.dumps(manifest))
+    status, _, err = daebench("reproduce", "f.zip")
+    assert status == 2
+    assert "is to take 2e+12 steps in the archive" in err
