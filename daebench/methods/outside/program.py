@@ -151,13 +151,12 @@ class _Program:
 
     def ending(self, *, ended: bool) -> str:
         """Return how the program ended, where it has, and the last line that it wrote on standard error."""
-        try:
-            status = self._process.wait(PATIENCE) if ended else 0
-        except subprocess.TimeoutExpired:
-            status = 0
+        how = ""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            how = f": it {ending(self._process.wait(PATIENCE))}" if ended else ""
         self._errors.seek(0)
         last = foreign(self._errors.read().decode(errors="replace").strip().rpartition("\n")[2])
-        return (f": it {ending(status)}" if status else "") + (f": {last}" if last else "")
+        return how + (f": {last}" if last else "")
 
 
 PATIENCE = 2.0
