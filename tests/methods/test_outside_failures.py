@@ -94,7 +94,10 @@ def test_a_status_of_a_library_stops_the_run(library):
         ("exit 3", "stopped after t = 0 (step 0 of 200, h = 0.01): the program ended after 0 of 200 states: it exited with status 3."),
         ("echo some trouble >&2; exit 1", "it exited with status 1: some trouble."),
         ("kill -9 $$", "ended after 0 of 200 states: it was ended by signal SIGKILL (killed, as the system does where memory runs out)."),
-        ("yes 1 2 3 4 5 6 | head -3", "stopped after t = 0.03 (step 3 of 200, h = 0.01): the program ended after 3 of 200 states: it exited with status 0."),
+        (
+            "yes 1 2 3 4 5 6 | head -3",
+            "stopped after t = 0.03 (step 3 of 200, h = 0.01): the program ended after 3 of 200 states: it exited with status 0.",
+        ),
     ],
 )
 def test_a_program_that_dies_is_said_to_have(folder, text, sentence):

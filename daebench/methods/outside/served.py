@@ -53,6 +53,7 @@ def main() -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
     sys.stdout = sys.stderr
+    _bound_memory()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     asked: queue.SimpleQueue[frames.Frame] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(questions, asked), daemon=True).start()
@@ -70,6 +71,16 @@ def main() -> None:
         except BaseException as error:  # noqa: BLE001 - code from outside can raise any
             answer = _told(Stopped(f"the code raises {in_words(error)}")), None
         frames.write(answers, *answer)
+
+
+def _bound_memory() -> None:
+    """Let the code have as much memory as the machine has: more is refused to it, where otherwise the system would end what it likes."""
+    if sys.platform == "linux":
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_DATA)
+        there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        resource.setrlimit(resource.RLIMIT_DATA, (there if most < 0 else min(there, most), most))
 
 
 def _listen(questions: IO[bytes], asked: "queue.SimpleQueue[frames.Frame]") -> None:
