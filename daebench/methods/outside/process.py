@@ -44,6 +44,10 @@ PROGRAM = "import sys; sys.path.append(sys.argv[1]); from daebench.methods.outsi
 """What a process runs: it looks for modules neither where the code is nor where it is asked from, until the code is loaded."""
 
 
+ended: dict[str, str] = {}
+"""How processes have ended that were asked something, by the name of the code."""
+
+
 class Exited(Stopped):
     """The process of the code has ended; the text says how."""
 
@@ -151,7 +155,8 @@ class Process:
         except queue.Empty:
             raise Stopped(limit.over) from None
         if frame is None:
-            raise Exited(f"the process of the code {self._how_it_ended()}")
+            ended[self.place.name] = how = f"the process of the code {self._how_it_ended()}"
+            raise Exited(how)
         return frame
 
     def _how_it_ended(self) -> str:

@@ -57,7 +57,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     asked: queue.SimpleQueue[frames.Frame] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(questions, asked), daemon=True).start()
-    served = None
+    served, own = None, os.getpid()
     while True:
         question, numbers = asked.get()
         try:
@@ -70,6 +70,8 @@ def main() -> None:
             answer = _told(error), None
         except BaseException as error:  # noqa: BLE001 - code from outside can raise any
             answer = _told(Stopped(f"the code raises {in_words(error)}")), None
+        if os.getpid() != own:  # a process that the code has started by a fork
+            os._exit(0)
         frames.write(answers, *answer)
 
 
@@ -118,13 +120,13 @@ class _Shared:
 
     def clear(self) -> None:
         """Begin anew, with no row."""
-        self._count[0] = 0
+        self._kept = self._count[0] = 0
 
     def keep(self, row: Array) -> None:
         """Store a row after those that there are."""
-        k = int(self._count[0])
-        self._numbers[k * len(row) : (k + 1) * len(row)] = row
-        self._count[0] = k + 1
+        self._numbers[self._kept * len(row) : (self._kept + 1) * len(row)] = row
+        self._kept += 1
+        self._count[0] = self._kept
 
 
 class _Python:
