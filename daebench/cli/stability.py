@@ -1,6 +1,6 @@
 """``daebench stability``: the limits of methods."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -109,7 +109,7 @@ def _made(extreme: "Extreme", asked: "Asked", run_store: "RunStore", executors: 
 
     with making(run_store, executors, f"{extreme.name} on {asked.problem}") as runs:
         table = extreme.measure(asked, runs)
-    limits = table.groupby("method")["h"].max() if extreme.name == "step-limit" else {}
+    limits: Mapping[str, float] = dict(table.groupby("method")["h"].max()) if extreme.name == "step-limit" else {}
     ended = any(is_outside(str(method)) and not h > 0 for method, h in limits.items())
     return extreme.says(table), extreme.draw(out, extreme.name, table), ended
 
