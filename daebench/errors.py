@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from typing import Any
 
-LONGEST = 2000
+LONGEST = 1000
 """Largest number of characters of a message, because quoted names and values may have any length."""
 
 
@@ -15,6 +15,25 @@ def bounded(text: str) -> str:
         return text
     part = LONGEST // 2 - 40
     return f"{text[:part]} ... ({len(text)} characters) ... {text[-part:]}"
+
+
+MOST_OF_OTHERS = 400
+"""Largest number of characters of a text that is not daebench's own within a sentence."""
+
+
+def foreign(text: str, most: int = MOST_OF_OTHERS) -> str:
+    """Return what code from outside says as a part of a sentence: one line, without control characters, and not too long."""
+    line = " ".join("".join(c if c.isprintable() else " " for c in text[: 10 * most]).split())
+    return line if len(line) <= most else f"{line[:most]}..."
+
+
+def in_words(error: BaseException) -> str:
+    """Return the name of an exception that code from outside raised, and what it says."""
+    try:
+        text = foreign(str(error)).rstrip(".")
+    except Exception:  # noqa: BLE001 - the text of an exception is code from outside, too
+        text = ""
+    return foreign(type(error).__name__) + (f": {text}" if text else "")
 
 
 class DaebenchError(Exception):

@@ -92,6 +92,10 @@ app.add_typer(reference, name="reference")
 app.add_typer(certificate, name="certificate")
 
 
+PROCESSES = "daebench.methods.outside.process"
+"""The module of processes of code from outside, which is loaded only where there is such code."""
+
+
 def main() -> None:
     """Run the command line; exit 2 on bad input, 1 on a run that stopped early, 130 on Ctrl-C, and never with a traceback."""
     warnings.showwarning = _say
@@ -99,8 +103,10 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a character that the terminal's encoding lacks is no reason to stop
+    if PROCESSES in sys.modules:
+        sys.modules[PROCESSES].ended.clear()
     try:
-        status = _called()
+        status = _called() or _ended()
     except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  each ends as a sentence of its own
         message, status = ending(error)
         complain(message)
@@ -123,6 +129,14 @@ def _called() -> int | None:
     if sys.stdout is not None:  # it is None if standard output is closed
         sys.stdout.flush()
     return status
+
+
+def _ended() -> int:
+    """Say which code from outside has ended its process, where the command itself has not failed; return the status of that."""
+    ended = sys.modules[PROCESSES].ended if PROCESSES in sys.modules else {}
+    for name, how in ended.items():
+        complain(f"{name}: {how}.")
+    return 1 if ended else 0
 
 
 def _say(message: Warning | str, *_: object, **__: object) -> None:

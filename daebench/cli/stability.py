@@ -1,6 +1,6 @@
 """``daebench stability``: the limits of methods."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -61,6 +61,7 @@ def stability(
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
     make_folder(out)
+    status = 0
     summary: dict[str, Any] = {"said": {}, "left_out": refused, "written": []}
     with opened(store or out / "studies.db") as run_store:
         if dry_run:
@@ -70,7 +71,8 @@ def stability(
             [specification for extreme in extremes for specification in extreme.specifications(asked)], run_store
         )
         for extreme in extremes:
-            summary["said"][extreme.name], path = _made(extreme, asked, run_store, executors, out)
+            summary["said"][extreme.name], path, ended = _made(extreme, asked, run_store, executors, out)
+            status = max(status, int(ended))
             summary["written"].append(str(path))
             if not as_json:
                 print(f"{extreme.name}: {extreme.about}")
@@ -80,6 +82,7 @@ def stability(
         print_json(summary)
     else:
         _tell_rest(summary)
+    raise typer.Exit(status)
 
 
 def _tell_rest(summary: dict[str, Any]) -> None:
@@ -100,11 +103,15 @@ def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", run_store: "RunSto
         print("step-limit makes about twenty further runs for each of these, by bisection.")
 
 
-def _made(extreme: "Extreme", asked: "Asked", run_store: "RunStore", executors: Executors, out: Path) -> tuple[list[str], Path]:
-    """Return the findings of an extreme, and its picture."""
+def _made(extreme: "Extreme", asked: "Asked", run_store: "RunStore", executors: Executors, out: Path) -> tuple[list[str], Path, bool]:
+    """Return the findings of an extreme, its picture, and whether code from outside has no step that can be made."""
+    from daebench.methods.outside.read import is_outside
+
     with making(run_store, executors, f"{extreme.name} on {asked.problem}") as runs:
         table = extreme.measure(asked, runs)
-    return extreme.says(table), extreme.draw(out, extreme.name, table)
+    limits: Mapping[str, float] = dict(table.groupby("method")["h"].max()) if extreme.name == "step-limit" else {}
+    ended = any(is_outside(str(method)) and not h > 0 for method, h in limits.items())
+    return extreme.says(table), extreme.draw(out, extreme.name, table), ended
 
 
 def _varied(param: str | None, problem: str, case: str | None) -> dict[str, list[float]]:

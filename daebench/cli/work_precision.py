@@ -103,6 +103,7 @@ def work_precision(
 
 def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
     """Make the runs from the start of the case, write table and picture, and print which method is the cheapest."""
+    from daebench.methods.outside.read import is_outside
     from daebench.studies.work_precision.study import with_costs
 
     specifications = study.specifications()
@@ -113,6 +114,7 @@ def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
     _tell(table, error, "seconds" if study.repeat else "evaluations", command.left_out, again, json=command.json)
     if not command.json:
         print_written((command.out / "work_precision.csv", path))
+    raise typer.Exit(1 if any(map(is_outside, _without_run(table))) else 0)
 
 
 def _refuse_of_no_use(given: list[str]) -> None:
@@ -139,6 +141,7 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
     best, references = cheapest(table, error, cost, LEVELS), _references(table, error)
     uncounted = [str(method) for method, rows in table.groupby("method") if rows[cost].isna().all() and (rows["failure"] == "").any()]
     left_out = {**left_out, **{method: f"{method}: its work is not counted; give --repeat to rank it by time." for method in uncounted}}
+    left_out |= _without_run(table)
     if json:
         failed = int((table["failure"] != "").sum())
         summary = {"best": best.to_dict("records"), "left_out": left_out, "runs": len(table), "failed": failed, "made_again": again}
@@ -151,6 +154,11 @@ def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, s
         print(f"left out: {why}")
     if again:
         print(again)
+
+
+def _without_run(table: "pd.DataFrame") -> dict[str, str]:
+    """Return why methods have no run that reached its end."""
+    return {str(method): str(rows["failure"].iloc[-1]) for method, rows in table.groupby("method") if (rows["failure"] != "").all()}
 
 
 def _column(error: str | None, study: "Study") -> str:

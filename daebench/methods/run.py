@@ -40,7 +40,9 @@ def run(
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     method : str or callable
         Name in the grammar of :mod:`daebench.methods.names`, for example "rattle" or "ida:index2"; or code from outside, for example
-        "./mine.py:step" or a callable, see :func:`daebench.methods.outside.callables.method_of_callable`.
+        "./mine.py:step" or a callable, see :func:`daebench.methods.outside.callables.method_of_callable`. What is named by its place runs
+        in a process of its own, and what ends that ends this run alone. A callable runs in this process: ``SystemExit`` ends its run, but
+        ``os._exit`` and signals, as of a segmentation fault, end Python, and cannot be caught.
     case : str, optional
         Named initial values; by default the problem's first.
     h, tol : float

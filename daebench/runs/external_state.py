@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from daebench.errors import BadInput
-from daebench.runs.ivp import Array
+from daebench.errors import BadInput, foreign, in_words
 
 
-def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> list[Array]:
+def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> list[NDArray[np.float64]]:
     """Return the parts of a state as new arrays of these shapes; a state of one part is that part itself.
 
     Raises
@@ -26,7 +26,13 @@ def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> 
             raise BadInput(f"{duty}, of shape {expected_shape}; {'they are' if len(shapes) > 1 else 'it is'} complex.")
         arrays = [array.astype(float) for array in arrays]
     except (TypeError, ValueError):
-        raise BadInput(f"{duty}, of shape {expected_shape}; it returned {type(state).__name__}.") from None
+        raise BadInput(f"{duty}, of shape {expected_shape}; it returned {foreign(type(state).__name__)}.") from None
+    except OverflowError:
+        raise BadInput(f"{duty}, of shape {expected_shape}; a number in it is too large for double precision.") from None
+    except BadInput:
+        raise
+    except (Exception, SystemExit) as error:
+        raise BadInput(f"{duty}, of shape {expected_shape}; reading what it returned raises {in_words(error)}.") from error
     if [array.shape for array in arrays] != list(shapes):
         actual_shapes = " and ".join(str(array.shape) for array in arrays)
         raise BadInput(f"{duty}, of shape {expected_shape}; {'their shapes are' if len(shapes) > 1 else 'its shape is'} {actual_shapes}.")

@@ -91,10 +91,13 @@ def test_a_status_of_a_library_stops_the_run(library):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("exit 3", "stopped after t = 0 (step 0 of 200, h = 0.01): the program ended after 0 of 200 states, with status 3."),
-        ("echo some trouble >&2; exit 1", "with status 1: some trouble."),
-        ("kill -9 $$", "ended after 0 of 200 states, with status -9."),
-        ("yes 1 2 3 4 5 6 | head -3", "stopped after t = 0.03 (step 3 of 200, h = 0.01): the program ended after 3 of 200 states."),
+        ("exit 3", "stopped after t = 0 (step 0 of 200, h = 0.01): the program ended after 0 of 200 states: it exited with status 3."),
+        ("echo some trouble >&2; exit 1", "it exited with status 1: some trouble."),
+        ("kill -9 $$", "ended after 0 of 200 states: it was ended by signal SIGKILL (killed, as the system does where memory runs out)."),
+        (
+            "yes 1 2 3 4 5 6 | head -3",
+            "stopped after t = 0.03 (step 3 of 200, h = 0.01): the program ended after 3 of 200 states: it exited with status 0.",
+        ),
     ],
 )
 def test_a_program_that_dies_is_said_to_have(folder, text, sentence):
@@ -191,12 +194,16 @@ def test_a_library_that_hangs_is_left_and_keeps_its_states(library):
     assert np.allclose(found.p[:, 0], 0.06 + 0.01 * np.arange(5), rtol=0, atol=1e-15)
 
 
-def test_a_timer_that_was_set_before_goes_on_afterwards(mine):
+def test_a_timer_that_was_set_before_goes_on_afterwards():
+    def hangs(p, q, h):
+        while True:
+            pass
+
     rung = []
     before = signal.signal(signal.SIGALRM, lambda *_: rung.append(1))
     signal.setitimer(signal.ITIMER_REAL, 0.5)
     try:
-        assert "the limit of 0.2 s" in run("./mine.py:hangs", seconds_limit=0.2).failure
+        assert "the limit of 0.2 s" in run(hangs, seconds_limit=0.2).failure
         assert 0 < signal.getitimer(signal.ITIMER_REAL)[0] < 0.5
         time.sleep(0.6)
     finally:
@@ -302,10 +309,10 @@ def test_arguments_are_copies(mine):
 
 
 @pytest.mark.parametrize("kind", [float, complex])
-def test_what_a_file_prints_goes_to_standard_error(mine, capsys, kind):
+def test_what_a_file_prints_goes_to_standard_error(mine, capfd, kind):
     ivp = package.initial_value_problem(BALL["problem"], BALL["case"])
     parse("./mine.py:prints").flow(ivp, 0.01, 2)(ivp.p0.astype(kind), ivp.q0.astype(kind))
-    out, err = capsys.readouterr()
+    out, err = capfd.readouterr()
     assert (out, err) == ("", "a step\na step\n")
 
 

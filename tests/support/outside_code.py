@@ -93,9 +93,9 @@ def reduced(p, q, h):
     return p, q + h * p
 
 def interrupted(p, q, h):
-    import signal, time
+    import os, signal, time
     for _ in range(3):
-        signal.raise_signal(signal.SIGINT)
+        os.kill(os.getppid(), signal.SIGINT)  # daebench waits for this process
         time.sleep(0.15)
     while True: pass
 

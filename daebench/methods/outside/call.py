@@ -6,11 +6,15 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from daebench.errors import BadInput, RunFailed
+import numpy as np
+from numpy.typing import NDArray
+
+from daebench.errors import BadInput, RunFailed, in_words
 from daebench.methods.outside.limit import Alarm, Limit, Overdue
-from daebench.methods.solvers.monitor import Stopped
+from daebench.methods.solvers.stopped import Stopped
 from daebench.runs.external_state import external_state
-from daebench.runs.trajectory import Array
+
+Array = NDArray[np.float64]
 
 Guard = Callable[[], AbstractContextManager[None]]
 """Turns what goes wrong in a file of the user's own into a :class:`RunFailed` that names its line."""
@@ -53,6 +57,8 @@ class Code:
         See :data:`Guard`.
     limit : Limit
         The time that the run may take.
+    cpu : bool
+        Whether its cost is the CPU time of this process, which then does nothing else; otherwise it is wall time.
 
     Raises
     ------
@@ -60,8 +66,9 @@ class Code:
         If there is no callable to be had.
     """
 
-    def __init__(self, name: str, fresh: Callable[[], Callable[..., Any]], guard: Guard, limit: Limit) -> None:
-        self.name, self.guard, self.limit, self.alarm = name, guard, limit, Alarm()
+    def __init__(self, name: str, fresh: Callable[[], Callable[..., Any]], guard: Guard, limit: Limit, *, cpu: bool = False) -> None:
+        self.name, self.guard, self.limit, self.cpu = name, guard, limit, cpu
+        self.alarm = Alarm(Code._armed.__code__)
         with self.limited():
             self.callable, _ = self._timed(fresh)
 
@@ -104,11 +111,12 @@ class Code:
             return self._armed(function, *arguments)
 
     def _armed(self, function: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
-        began = time.perf_counter()
+        clock = time.process_time if self.cpu else time.perf_counter
+        began = clock()
         try:
             self.alarm.armed = True
             result = function(*arguments)
-            return result, time.perf_counter() - began
+            return result, clock() - began
         except Overdue as overdue:
             raise RunFailed(self.limit.over).with_traceback(overdue.__traceback__) from None
         finally:
@@ -122,6 +130,28 @@ class Code:
                 yield
         except RunFailed as error:
             raise Stopped(str(error)) from error
-        except Exception as error:
-            text = " ".join(str(error).split())
-            raise Stopped(f"the code raises {type(error).__name__}{': ' * bool(text)}{text}") from error
+        except (Exception, SystemExit) as error:
+            raise Stopped(f"the code raises {in_words(error)}") from error
+
+
+def stepped(
+    code: Code, kind: Kind, state: Sequence[Array], h: float, most: int, seconds: float, keep: Callable[[Array], None]
+) -> tuple[Sequence[Array], float, BaseException | None]:
+    """Take so many steps, or as many as are taken in so many seconds of wall time; the last one may have numbers that are not finite.
+
+    ``keep`` is called with each state, p and q or y in one vector. Returned are the last state, the time that the code took, and what
+    ended the steps early; it is to be raised when the states before it are kept.
+    """
+    took, until = 0.0, time.perf_counter() + seconds
+    with code.limited():
+        try:
+            for _ in range(most):
+                state, one = code.step(kind, state, h)
+                row = np.concatenate(state)
+                keep(row)
+                took += one
+                if time.perf_counter() > until or not np.isfinite(row).all():
+                    break
+        except (Stopped, BadInput, KeyboardInterrupt) as error:
+            return state, took, error
+    return state, took, None

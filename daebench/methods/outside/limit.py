@@ -1,15 +1,11 @@
-"""The wall-clock limit of code from outside, and the ways to end code that exceeds it."""
+"""The wall-clock limit of code from outside, and how Python code that exceeds it is ended."""
 
 import contextlib
-import queue
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future
-from typing import Any
-
-from daebench.methods.solvers.monitor import Stopped
+import types
+from collections.abc import Iterator
 
 SILENCE = 600.0
 """Seconds that code may go on without giving a state, where its run has no limit."""
@@ -28,20 +24,28 @@ class Limit:
     ----------
     seconds : float, optional
         That of the run, s; by default there is none, and code may go on for :data:`SILENCE` without giving a state.
+    silence : float, optional
+        These seconds, in place of :data:`SILENCE`.
+    over : str
+        What is said when the time is over; by default the limit is named.
     """
 
-    def __init__(self, seconds: float | None) -> None:
-        self.seconds = seconds
+    def __init__(self, seconds: float | None, silence: float | None = None, over: str = "") -> None:
+        self.seconds, self._silence, self._over = seconds, silence, over
         self._end = None if seconds is None else time.perf_counter() + seconds
 
     @property
     def left(self) -> float:
         """Seconds that code may still go on without giving a state."""
-        return SILENCE if self._end is None else max(0.0, self._end - time.perf_counter())
+        if self._end is None:
+            return SILENCE if self._silence is None else self._silence
+        return max(0.0, self._end - time.perf_counter())
 
     @property
     def over(self) -> str:
         """What is said when the time is over, and what to do."""
+        if self._over:
+            return self._over
         if self.seconds is None:
             return f"the code has given no state for {SILENCE:g} s; check whether it hangs, or allow more time by seconds_limit"
         return f"the limit of {self.seconds:g} s is reached; allow more time, or check whether the code hangs"
@@ -55,10 +59,19 @@ class Alarm:
     """Ends Python code that goes on for too long, by an exception that is raised where the code is.
 
     That takes the main thread, and a system that has interval timers, as Windows has not; elsewhere, and within a function of C that does
-    not return, code goes on. It is raised only while :attr:`armed`, so that nothing of daebench itself is torn.
+    not return, code goes on. It is raised only while :attr:`armed`, and not in the function that calls the code, so that nothing of
+    daebench itself is torn.
+
+    Parameters
+    ----------
+    caller : code
+        The function of daebench that calls the code.
     """
 
     armed = False
+
+    def __init__(self, caller: types.CodeType) -> None:
+        self._caller = caller
 
     @contextlib.contextmanager
     def after(self, seconds: float) -> Iterator[None]:
@@ -76,36 +89,6 @@ class Alarm:
             if left:
                 signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - began), SOON), interval)
 
-    def _ring(self, *_: Any) -> None:
-        if self.armed:
+    def _ring(self, _: int, frame: types.FrameType | None) -> None:
+        if self.armed and frame is not None and frame.f_code is not self._caller:
             raise Overdue
-
-
-class Worker:
-    """A thread that makes calls one after another, so that one which does not return can be left."""
-
-    def __init__(self) -> None:
-        self._calls: queue.SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None] = queue.SimpleQueue()
-        threading.Thread(target=self._work, daemon=True).start()
-
-    def __enter__(self) -> "Worker":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._calls.put(None)
-
-    def _work(self) -> None:
-        for future, call in iter(self._calls.get, None):
-            try:
-                future.set_result(call())
-            except BaseException as error:  # noqa: BLE001 - it is raised where the result is asked for
-                future.set_exception(error)
-
-    def result(self, call: Callable[[], Any], limit: Limit) -> Any:
-        """Return what a call returns; raise :class:`Stopped` where it takes too long, and leave it."""
-        future: Future[Any] = Future()
-        self._calls.put((future, call))
-        try:
-            return future.result(limit.left)
-        except TimeoutError:
-            raise Stopped(limit.over) from None

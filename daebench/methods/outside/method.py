@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, RunFailed
+from daebench.methods.outside.described import Step as Step
 from daebench.methods.outside.record import Blocks, Record
 from daebench.methods.outside.sampled import SampledRun
+from daebench.methods.outside.stated import Stated as Stated
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
@@ -17,32 +19,11 @@ from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 
-@dataclass(frozen=True, kw_only=True)
-class Stated:
-    """Claims of code from outside, see :class:`daebench.schemes.kernels.claims.Claims`; None if it claims nothing."""
-
-    order: int | None = None
-    symmetric: bool | None = None
-    symplectic: bool | None = None
-    keeps_g: bool | None = None
-    keeps_Gv: bool | None = None
-    conserves_energy: bool | None = None
-
-    @property
-    def on_manifold(self) -> bool:
-        """Whether it claims that both constraints hold to round-off after every step."""
-        return bool(self.keeps_g and self.keeps_Gv)
-
-
-Step = Callable[..., Any]
-"""``step(p, q, h)`` or ``step(y, h)``, of real or complex vectors."""
-
-
 @dataclass(frozen=True)
 class OutsideMethod:
     """Code from outside, run with constant step size.
 
-    Its cost is the wall-clock time of its steps; its work is not counted.
+    Its cost is the time of its steps, CPU time where it runs in a process of its own, or what a program says; its work is not counted.
 
     Parameters
     ----------
@@ -68,7 +49,7 @@ class OutsideMethod:
     every_step: bool = True
     remembers: bool = False
     step: Callable[[], Step] | None = field(default=None, repr=False)
-    claims: Stated = Stated()
+    claims: Stated = field(default_factory=Stated)
     knob = "h"
 
     def refusal(self, ivp: Ivp) -> str | None:

@@ -4,7 +4,6 @@ import contextlib
 import json
 import os
 import queue
-import signal
 import subprocess
 import tempfile
 import threading
@@ -14,8 +13,9 @@ from typing import IO, Any, Self
 
 import numpy as np
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, foreign
 from daebench.methods.outside.callables import outputs
+from daebench.methods.outside.ending import ending, kill, lifeline, tie
 from daebench.methods.outside.limit import Limit
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.record import Block
@@ -27,9 +27,6 @@ from daebench.runs.trajectory import Array
 
 BATCH = 4096
 """Largest number of rows of a block."""
-
-LONGEST = 400
-"""Most characters of a line that a sentence quotes."""
 
 
 def method_of_program(name: str, words: list[str], content: str) -> OutsideMethod:
@@ -64,8 +61,7 @@ def _blocks(words: list[str], ivp: Ivp, grid: Grid, request: Request) -> Iterato
             if fault:  # after the states before it, which are not to be lost
                 raise BadInput(fault)
             if len(rows) < len(lines) or not lines:
-                ending = program.ending(ended=not lines)
-                raise Stopped(f"the program ended after {done} of {len(steps)} states{ending}")
+                raise Stopped(f"the program ended after {done} of {len(steps)} states{program.ending(ended=not lines)}")
         line = program.line(limit)
         yield Block(steps[:0], rows[:0], _seconds(line, program.ending(ended=line is None)))
         if (more := program.line(limit)) is not None:
@@ -82,9 +78,13 @@ class _Program:
         self._errors = errors
         pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": errors}
         group = hasattr(os, "killpg")  # a group of its own, so that what it has started is ended with it
+        pipes |= {"text": True, "encoding": "utf-8", "errors": "replace"}
         try:
-            self._process = subprocess.Popen(words, text=True, encoding="utf-8", errors="replace", start_new_session=group, **pipes)
+            with lifeline() as (ends, self._held):
+                self._process = subprocess.Popen(words, start_new_session=group, pass_fds=ends, **pipes)
+                tie(self._process, ends)
         except OSError as error:
+            self._let_go()
             raise BadInput(f"exec:{words[0]} cannot be started: {error.strerror}; check whether it may be executed.") from None
         self._lines: queue.Queue[str | None] = queue.Queue(maxsize=BATCH)
         self._left, self._over = threading.Event(), False
@@ -101,14 +101,14 @@ class _Program:
     def __exit__(self, *_: object) -> None:
         """End the program with all that it has started, and wait until its pipes are closed."""
         self._left.set()
-        with contextlib.suppress(ProcessLookupError):
-            if hasattr(os, "killpg"):
-                os.killpg(self._process.pid, signal.SIGKILL)
-            else:
-                self._process.kill()
-        self._process.wait()
+        kill(self._process)
+        self._let_go()
         for thread in self._threads:
             thread.join(PATIENCE)
+
+    def _let_go(self) -> None:
+        for held in self._held:
+            os.close(held)
 
     def _ask(self, question: str) -> None:
         assert self._process.stdin is not None
@@ -151,13 +151,12 @@ class _Program:
 
     def ending(self, *, ended: bool) -> str:
         """Return how the program ended, where it has, and the last line that it wrote on standard error."""
-        try:
-            status = self._process.wait(PATIENCE) if ended else 0
-        except subprocess.TimeoutExpired:
-            status = 0
+        how = ""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            how = f": it {ending(self._process.wait(PATIENCE))}" if ended else ""
         self._errors.seek(0)
-        last = self._errors.read().decode(errors="replace").strip().rpartition("\n")[2]
-        return (f", with status {status}" if status else "") + (f": {last[:LONGEST]}" if last else "")
+        last = foreign(self._errors.read().decode(errors="replace").strip().rpartition("\n")[2])
+        return how + (f": {last}" if last else "")
 
 
 PATIENCE = 2.0
@@ -198,12 +197,11 @@ def _seconds(line: str | None, ending: str) -> float:
         seconds = float(json.loads(line or "")["seconds"])
         if not 0.0 <= seconds < float("inf"):
             raise ValueError
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         what = _quoted(line) if line else f"nothing{ending}"
         raise BadInput(f'after its states the program writes {what}; it must write its seconds, for example {{"seconds": 0.25}}.') from None
     return seconds
 
 
 def _quoted(text: str) -> str:
-    text = text.strip()
-    return repr(text[:LONGEST]) + ("..." if len(text) > LONGEST else "")
+    return repr(foreign(text))

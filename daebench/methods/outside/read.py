@@ -4,17 +4,15 @@ import re
 import shlex
 import shutil
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
-from functools import partial
 from pathlib import Path
 
-from daebench.errors import BadInput, RunFailed
-from daebench.methods.outside.callables import method_of_callable
-from daebench.methods.outside.library import method_of_library
+from daebench.errors import BadInput
 from daebench.methods.outside.method import OutsideMethod
+from daebench.methods.outside.place import method_at
+from daebench.methods.outside.process import Place
 from daebench.methods.outside.program import method_of_program
 from daebench.systems.files import execute
-from daebench.systems.files.imports import importable, imported
+from daebench.systems.files.imports import imported
 from daebench.systems.files.package import digest_of_files
 
 PROGRAM = "exec:"
@@ -35,8 +33,7 @@ def method_from(name: str) -> OutsideMethod:
     Parameters
     ----------
     name : str
-        ``FILE.py:NAME``, see :func:`daebench.methods.outside.callables.method_of_callable`; ``LIBRARY:NAME``, see
-        :func:`daebench.methods.outside.library.method_of_library`; or ``exec:PROGRAM [ARGUMENTS]``, see
+        ``FILE.py:NAME`` or ``LIBRARY:NAME``, see :func:`daebench.methods.outside.place.method_at`; or ``exec:PROGRAM [ARGUMENTS]``, see
         :func:`daebench.methods.outside.program.method_of_program`.
 
     Raises
@@ -52,24 +49,8 @@ def method_from(name: str) -> OutsideMethod:
     path, function = execute.existing(place["path"], "method", "daebench list methods"), place["name"]
     if not function.isidentifier():
         raise BadInput(f"{name}: {function!r} is not a name; give the name of a function in {path.name}, for example {place['path']}:step.")
-    if place["ending"] != "py":
-        return method_of_library(name, path, function, _content([path]))
-    return _python(name, path, function)
-
-
-def _python(name: str, path: Path, function: str) -> OutsideMethod:
-    files = [path, *imported(path)]
-    content = _content(files)
-
-    def naming(wrong: type[Exception]) -> AbstractContextManager[None]:
-        return execute.naming(name, path, lambda: files, wrong)  # type: ignore[arg-type]
-
-    with importable(path.parent), naming(BadInput):
-        module = execute.executed(path, f"daebench_method_{path.stem}_{content[:16]}")
-    if not hasattr(module, function):
-        functions = [key for key, value in vars(module).items() if callable(value) and getattr(value, "__module__", "") == module.__name__]
-        raise BadInput(f"{name}: {path.name} has no {function}; it has {', '.join(functions) or 'no function'}.")
-    return method_of_callable(getattr(module, function), name, content, partial(naming, RunFailed))
+    files = [path, *imported(path)] if place["ending"] == "py" else [path]
+    return method_at(Place(name, path, function, _content(files), str(Path.cwd())))
 
 
 def _program(name: str) -> OutsideMethod:

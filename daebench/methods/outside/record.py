@@ -137,7 +137,7 @@ class Record:
 
 def stopped_sentence(name: str, ivp: Ivp, grid: Grid, done: int, why: Exception, *, every_step: bool = True) -> str:
     """Return where and why a run stopped after so many steps; where states are known at outputs alone, after which of them."""
-    when, step = ("at", done + 1) if every_step else ("after", done)
+    when, step = ("at", min(done + 1, grid.steps)) if every_step else ("after", done)
     where = f"stopped {when} t = {done * grid.h:.9g} (step {step} of {grid.steps}, h = {grid.h:g})"
     advice = f"; {why.advice}" if isinstance(why, Stopped) and why.advice else ""
     return f"{name} on {ivp.problem}, case {ivp.case}, {where}: {str(why).rstrip('.')}{advice}."

@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.compiler.linear.health import SINGULAR
 from daebench.methods.solvers.monitored import NAMES, Monitored
+from daebench.methods.solvers.stopped import Stopped as Stopped
 from daebench.methods.solvers.thresholds import COLLAPSE, LEAST, SUDDEN
 from daebench.runs.request import WorkLimit
 
@@ -18,24 +19,6 @@ LEFT = "end the run earlier, and check whether the motion leaves the domain of H
 
 OVER = "end the run earlier, and check whether bodies collide there, an entry of the mass matrix vanishes, or g has a cusp"
 """What to do where a step has gone over a singularity."""
-
-
-class Stopped(Exception):
-    """The run cannot go on; the text says why, ``t`` where, and ``advice`` what to do.
-
-    Parameters
-    ----------
-    why : str
-        Reason, as the end of a sentence.
-    t : float, optional
-        Time reached, if it is not that of the last step.
-    advice : str, optional
-        What to do, in place of the method's own advice.
-    """
-
-    def __init__(self, why: str, t: float | None = None, advice: str | None = None) -> None:
-        super().__init__(why)
-        self.t, self.advice = t, advice
 
 
 class Monitor:

@@ -8,6 +8,7 @@ import numpy as np
 
 from daebench.diagnostics.along import errors_along
 from daebench.methods.fixed_step.stepping import Run, next_piece
+from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import EPS
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Progress, Request
@@ -67,14 +68,19 @@ def requested(ivp: Ivp, method: Any, value: float, times: Array) -> Request:
     if method.knob == "tol":
         return Request(value=value, t_end=t_end, points=WITHIN * (len(times) - 1) + 1, watch=())
     steps = t_end / value if value > 0 else 0.0
-    every = 0 if hasattr(method, "begin") else max(1, int(min(steps, 2.0**52) / MOST_OUTPUTS))
+    every = 0 if _has_steps(method) else max(1, int(min(steps, 2.0**52) / MOST_OUTPUTS))
     return Request(value=value, t_end=t_end, every=every, watch=kinds)
+
+
+def _has_steps(method: Any) -> bool:
+    """Return whether each step of a method is monitored as it is taken; code from outside is monitored in its outputs."""
+    return hasattr(method, "begin") and not isinstance(method, OutsideMethod)
 
 
 def recorded_run(ivp: Ivp, method: Any, value: float, times: Array, progress: Progress) -> RecordedRun:
     """Return a run of a method as it is shown at these times, the first 0."""
     request = requested(ivp, method, value, times)
-    if hasattr(method, "begin"):
+    if _has_steps(method):
         grid = method.grid(ivp, request)
         return _stepped(ivp, method.begin(ivp, request, grid, request.watch), times, progress)
     run = method.solve(ivp, request)

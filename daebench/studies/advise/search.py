@@ -103,7 +103,8 @@ def _next(
     if _stuck(errors, question.size):
         return None, f"its error stays at {min(errors):.1e} for any step size or tolerance"
     if low >= resolutions.most:
-        return None, f"its error is {errors[-1]:.1e} with the finest step size or tolerance that is tried"
+        why = str(rows[max(rows)]["failure"]).rstrip(".")
+        return None, why or f"its error is {errors[-1]:.1e} with the finest step size or tolerance that is tried"
     number = min(resolutions.most, resolutions.finer(low, errors[-1], question.accuracy))
     known = [k for k in sorted(rows) if math.isfinite(float(rows[k]["seconds"]))]
     limit = DEARER * min(longest, 2 * question.budget)

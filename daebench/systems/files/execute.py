@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
 
-from daebench.errors import BadInput, DaebenchError
+from daebench.errors import LONGEST, BadInput, DaebenchError, foreign, in_words
 from daebench.systems.files.imports import Fresh
 
 MODELS = (".xml", ".mjcf", ".urdf", ".xacro", ".sdf", ".mo")
@@ -82,16 +82,14 @@ def naming(
     except passing:
         raise
     except DaebenchError as error:
-        raise wrong(f"{_place(name, path, user_files, error)}: {error}") from error
+        raise wrong(f"{_place(name, path, user_files, error)}: {foreign(str(error), LONGEST)}") from error
     except SyntaxError as error:
         where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
         raise wrong(f"{name}: {where} is not Python: {error.msg}.") from error
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        text = " ".join(str(error).split()).rstrip(".")
-        what = type(error).__name__ + (f": {text}" if text else "")
-        raise wrong(f"{_place(name, path, user_files, error)}: {what}; correct the file.") from error
+        raise wrong(f"{_place(name, path, user_files, error)}: {in_words(error)}; correct the file.") from error
 
 
 def _place(name: str, path: Path, user_files: Callable[[], Iterable[Path]], error: BaseException) -> str:
