@@ -13,9 +13,6 @@ if TYPE_CHECKING:
     from daebench.studies.baumgarte.cells import Cell
     from daebench.studies.baumgarte.run import BaumgarteMap
 
-TABLE = "baumgarte.csv"
-"""Name of the written table, one row per run."""
-
 
 def baumgarte(
     problem: Problem,
@@ -44,8 +41,8 @@ def baumgarte(
     from daebench.studies.baumgarte.run import SCHEMES, TOLERANCES
     from daebench.studies.baumgarte.run import baumgarte as made
 
-    folder = Folder(out, "daebench baumgarte", (TABLE,))
-    folder.check(overwrite=overwrite)
+    folder = Folder(out, pictures=("baumgarte",))
+    folder.check()
     asked: dict[str, Any] = {
         "methods": words(methods) if methods else (*SCHEMES, "rattle"),
         "tolerances": numbers("--tol", tol) or TOLERANCES,
@@ -66,7 +63,9 @@ def _write(folder: Folder, found: "BaumgarteMap") -> list[str]:
         return []
     from daebench.studies.baumgarte.figure import draw
 
-    return folder.described(found.ivp, {}, draw(folder.out, found))
+    with folder.described(found.ivp, {}) as written:
+        draw(folder.out, found)
+    return written
 
 
 def _print(found: "BaumgarteMap") -> None:

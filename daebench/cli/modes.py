@@ -12,9 +12,6 @@ from daebench.cli.folder import Folder
 if TYPE_CHECKING:
     from daebench.studies.modes.run import Modes
 
-TABLE = "modes.csv"
-"""Name of the written table, one row per eigenvalue."""
-
 
 def modes(
     problem: Problem,
@@ -37,8 +34,8 @@ def modes(
     from daebench.studies.modes.run import modes as made
     from daebench.studies.modes.usable import METHODS
 
-    folder = Folder(out, "daebench modes", (TABLE,))
-    folder.check(overwrite=overwrite)
+    folder = Folder(out, pictures=("modes",))
+    folder.check()
     asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": words(methods) if methods else METHODS}
     found = made(problem, case=case, parameters=pairs("param", param or []), **asked)
     written = _write(folder, found)
@@ -55,7 +52,9 @@ def _write(folder: Folder, found: "Modes") -> list[str]:
         return []
     from daebench.studies.modes.figure import draw
 
-    return folder.described(found.ivp, {}, draw(folder.out, found))
+    with folder.described(found.ivp, {}) as written:
+        draw(folder.out, found)
+    return written
 
 
 def _print(found: "Modes") -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from daebench.pages.report.versions import versions
 from daebench.runs.files import atomic
+from daebench.runs.outputs import require_own_folder
 from daebench.systems.files import package
 
 STAMP = "made.json"
@@ -65,6 +66,17 @@ def write(folder: Path, *, title: str, kind: str, about: str, command: str, dige
     stamp = BuildStamp(title, kind, about, command, digest, round(seconds, 1), datetime.now(UTC).date().isoformat(), contents(folder))
     with atomic(folder / STAMP) as scratch:
         scratch.write_text(json.dumps(asdict(stamp), indent=1), encoding="utf-8")
+
+
+def begin(folder: Path, *, title: str, kind: str, about: str, command: str) -> None:
+    """Mark a folder, before anything else is written to it, as that of a page; an interrupted page is then recognised, and is not fresh.
+
+    BadInput is raised if the folder has files and no stamp, unless any file may be replaced.
+    """
+    require_own_folder(folder, own=(folder / STAMP).exists())
+    folder.mkdir(parents=True, exist_ok=True)
+    if read(folder) is None:
+        write(folder, title=title, kind=kind, about=about, command=command, digest="", seconds=0.0)
 
 
 def is_fresh(folder: Path, digest: str) -> bool:
