@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from typing import Any
 
-LONGEST = 2000
+LONGEST = 1000
 """Largest number of characters of a message, because quoted names and values may have any length."""
 
 
@@ -42,6 +42,10 @@ class RunFailed(DaebenchError):
 
 class LostMotion(UserWarning):
     """A run that reached its end but is of no use: its energy or its constraints are lost."""
+
+
+class Overdue(BaseException):
+    """Python code of somebody else has gone on for too long; what catches any Exception in it does not catch this."""
 
 
 class Interrupted(DaebenchError):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import OUTSIDE, Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import bar, pairs, print_json, print_table, print_written, words
+from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
 from daebench.cli.whole import whole
 
@@ -43,7 +43,7 @@ def advise(
 
     asked: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "case": case, "starts": ensemble, "seed": seed, "store": store}
     asked |= {"keep": [name.replace("-", "_") for name in words(keep)] if keep else (), "budget": _seconds(budget)}
-    asked |= {"methods": words(methods) if methods else None, "also": words(also) if also else ()}
+    asked |= {"methods": methods_if_given(methods), "also": words(also) if also else ()}
     folder = Folder(out, pictures=("advise",))
     folder.check()
     with bar(f"advice on {problem}") as progress:

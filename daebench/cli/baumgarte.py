@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import bar, numbers, pairs, print_json, print_table, print_written, words
+from daebench.cli.console import bar, methods_if_given, numbers, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def baumgarte(
     folder = Folder(out, pictures=("baumgarte",))
     folder.check()
     asked: dict[str, Any] = {
-        "methods": words(methods) if methods else (*SCHEMES, "rattle"),
+        "methods": methods_if_given(methods) or (*SCHEMES, "rattle"),
         "tolerances": numbers("--tol", tol) or TOLERANCES,
     }
     with bar(f"runs on {problem}") as progress:

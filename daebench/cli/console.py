@@ -63,6 +63,11 @@ def method_names(text: str) -> list[str]:
     return names
 
 
+def methods_if_given(text: str | None) -> list[str] | None:
+    """Return the names of methods of an option that may be left out."""
+    return None if text is None else method_names(text)
+
+
 def print_json(value: Any) -> None:
     """Print exactly one JSON value on standard output."""
     encoding = (getattr(sys.stdout, "encoding", None) or "utf-8").lower()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from daebench.cli.console import bar, numbers, words
+from daebench.cli.console import bar, methods_if_given, numbers
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.errors import BadInput, positive
@@ -57,7 +57,7 @@ def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | No
     return Asked(
         problem=problem,
         case=case,
-        methods=words(methods) if methods else (),
+        methods=methods_if_given(methods) or (),
         t_end=None if t_end is None else positive("--t-end", t_end),
         h=[positive("--h", value) for value in numbers("--h", h) or ()],
         **more,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import pairs, print_json, print_table, print_written, words
+from daebench.cli.console import methods_if_given, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def modes(
 
     folder = Folder(out, pictures=("modes",))
     folder.check()
-    asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": words(methods) if methods else METHODS}
+    asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": methods_if_given(methods) or METHODS}
     found = made(problem, case=case, parameters=pairs("param", param or []), **asked)
     written = _write(folder, found)
     if as_json:

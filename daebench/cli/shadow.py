@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import pairs, print_json, print_table, print_written, words
+from daebench.cli.console import method_names, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def shadow(
     folder = Folder(out, pictures=("shadow",))
     folder.check()
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "case": case, "parameters": pairs("param", param or []), "orders": numbers}
-    energies = [computed(problem, method=method, compare=compare, **asked) for method in words(methods)]
+    energies = [computed(problem, method=method, compare=compare, **asked) for method in method_names(methods)]
     written = _write(folder, energies)
     if as_json:
         print_json({"runs": [run.summary() for run in energies], "written": written})

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import numbers, pairs, print_frame, print_json, print_written, words
+from daebench.cli.console import methods_if_given, numbers, pairs, print_frame, print_json, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.grids import StudyCommand
@@ -88,7 +88,7 @@ def work_precision(
 
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
-    asked: dict[str, Any] = {"case": case, "methods": words(methods) if methods else None, "repeat": repeat, "beside": executors.beside}
+    asked: dict[str, Any] = {"case": case, "methods": methods_if_given(methods), "repeat": repeat, "beside": executors.beside}
     asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
     study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
     column = _column(error, study)

@@ -6,8 +6,8 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from daebench.errors import BadInput, RunFailed
-from daebench.methods.outside.limit import Alarm, Limit, Overdue
+from daebench.errors import BadInput, Overdue, RunFailed
+from daebench.methods.outside.limit import Alarm, Limit
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.external_state import external_state
 from daebench.runs.trajectory import Array
@@ -61,7 +61,7 @@ class Code:
     """
 
     def __init__(self, name: str, fresh: Callable[[], Callable[..., Any]], guard: Guard, limit: Limit) -> None:
-        self.name, self.guard, self.limit, self.alarm = name, guard, limit, Alarm()
+        self.name, self.guard, self.limit, self.alarm = name, guard, limit, Alarm(Code._armed.__code__)
         with self.limited():
             self.callable, _ = self._timed(fresh)
 
@@ -110,6 +110,7 @@ class Code:
             result = function(*arguments)
             return result, time.perf_counter() - began
         except Overdue as overdue:
+            self.alarm.armed = False
             raise RunFailed(self.limit.over).with_traceback(overdue.__traceback__) from None
         finally:
             self.alarm.armed = False

@@ -7,8 +7,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from types import CodeType, FrameType
 from typing import Any
 
+from daebench.errors import Overdue
 from daebench.methods.solvers.monitor import Stopped
 
 SILENCE = 600.0
@@ -47,18 +49,21 @@ class Limit:
         return f"the limit of {self.seconds:g} s is reached; allow more time, or check whether the code hangs"
 
 
-class Overdue(BaseException):
-    """Python code has gone on for too long; what catches any Exception in it does not catch this."""
-
-
 class Alarm:
     """Ends Python code that goes on for too long, by an exception that is raised where the code is.
 
     That takes the main thread, and a system that has interval timers, as Windows has not; elsewhere, and within a function of C that does
-    not return, code goes on. It is raised only while :attr:`armed`, so that nothing of daebench itself is torn.
+    not return, code goes on. It is raised only while :attr:`armed` and not in the function that calls the code, so that nothing of daebench
+    itself is torn.
+
+    Parameters
+    ----------
+    caller : code
+        The function that calls the code.
     """
 
-    armed = False
+    def __init__(self, caller: CodeType) -> None:
+        self.caller, self.armed = caller, False
 
     @contextlib.contextmanager
     def after(self, seconds: float) -> Iterator[None]:
@@ -76,8 +81,8 @@ class Alarm:
             if left:
                 signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - began), SOON), interval)
 
-    def _ring(self, *_: Any) -> None:
-        if self.armed:
+    def _ring(self, _: int, frame: FrameType | None) -> None:
+        if self.armed and not (frame and frame.f_code is self.caller):
             raise Overdue
 
 

@@ -7,7 +7,7 @@ import types
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from daebench.errors import BadInput, DaebenchError
+from daebench.errors import BadInput, DaebenchError, Overdue
 from daebench.systems.files.imports import Fresh
 
 
@@ -61,7 +61,7 @@ def naming(
     except SyntaxError as error:
         where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
         raise wrong(f"{name}: {where} is not Python: {error.msg}.") from error
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Overdue):
         raise
     except BaseException as error:
         text = " ".join(str(error).split()).rstrip(".")
