@@ -120,7 +120,7 @@ def _print(table: "pd.DataFrame", written: list[str]) -> None:
     print_narrow(table)
     for note in notes(table):
         print(note)
-    for failure in table["failure"]:
+    for failure in table["failure"].dropna():  # pandas 3 has NaN in place of None
         if failure:
             print(failure)
     print_written(written)

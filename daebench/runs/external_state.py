@@ -25,7 +25,7 @@ def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> 
         if any(map(np.iscomplexobj, arrays)):
             raise BadInput(f"{duty}, of shape {expected_shape}; {'they are' if len(shapes) > 1 else 'it is'} complex.")
         arrays = [array.astype(float) for array in arrays]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise BadInput(f"{duty}, of shape {expected_shape}; it returned {type(state).__name__}.") from None
     if [array.shape for array in arrays] != list(shapes):
         actual_shapes = " and ".join(str(array.shape) for array in arrays)

@@ -2,18 +2,23 @@
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from daebench.pages.report.versions import versions
 from daebench.runs.files import atomic
+from daebench.runs.json_values import strict
 from daebench.runs.outputs import require_own_folder
 from daebench.systems.files import package
 
 STAMP = "made.json"
+
+KINDS: Mapping[str, Callable[[Any], Any]] = dict.fromkeys(("title", "kind", "about", "command", "digest", "day"), str) | {"seconds": float, "files": dict}
+"""Fields of a build stamp and their types."""
 
 SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
 """Endings of the package's files that decide a page: code, templates and certified references."""
@@ -56,8 +61,9 @@ class BuildStamp:
 def read(folder: Path) -> BuildStamp | None:
     """Return the build stamp of a folder; None where there is none that can be read."""
     try:
-        return BuildStamp(**json.loads((folder / STAMP).read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        content = strict((folder / STAMP).read_text(encoding="utf-8"))
+        return BuildStamp(**{name: kind(content[name]) for name, kind in KINDS.items()})
+    except (OSError, ValueError, TypeError, KeyError):
         return None
 
 

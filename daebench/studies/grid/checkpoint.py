@@ -197,7 +197,7 @@ def progress_of(path: Path) -> tuple[int, int, bool]:
         with np.load(path, allow_pickle=False) as arrays:
             about = json.loads(str(arrays["about"]))
         return len(about.get("members", [0])), about["counts"][0], bool(about["failure"])
-    except UNREADABLE:
+    except (*UNREADABLE, RecursionError, TypeError, AttributeError, IndexError):
         return 0, 0, False  # load says what is wrong with it
 
 
