@@ -15,6 +15,8 @@ from daebench.pages.report.reports import Report
 from daebench.runs import files
 from daebench.runs.files import atomic, atomic_folder
 from daebench.runs.outputs import described, writing
+from daebench.studies.ensemble.run import ensemble
+from daebench.studies.grid.store import opened
 
 PENDULUM = ("planar_pendulum", "--case", "horizontal")
 RATTLE = (*PENDULUM, "--method", "rattle", "--h", "0.1")
@@ -89,7 +91,8 @@ def test_no_command_with_an_output_is_without_a_test_and_a_way_to_overwrite():
 def store(tmp_path_factory):
     """Return a store of runs."""
     path = tmp_path_factory.mktemp("store") / "studies.db"
-    ensemble("planar_pendulum", case="horizontal", method="rattle", h=0.1, steps=3, members=4, store=path)
+    with opened(path) as runs:
+        ensemble("planar_pendulum", case="horizontal", method="rattle", h=0.1, steps=3, members=4, store=runs)
     return path
 
 

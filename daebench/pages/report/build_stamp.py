@@ -17,7 +17,11 @@ from daebench.systems.files import package
 
 STAMP = "made.json"
 
-KINDS: Mapping[str, Callable[[Any], Any]] = dict.fromkeys(("title", "kind", "about", "command", "digest", "day"), str) | {"seconds": float, "files": dict}
+WORDS = ("title", "kind", "about", "command", "digest", "day")
+KINDS: Mapping[str, Callable[[Any], Any]] = {**dict.fromkeys(WORDS, str), "seconds": float, "files": dict}
+    "seconds": float,
+    "files": dict,
+}
 """Fields of a build stamp and their types."""
 
 SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
