@@ -54,8 +54,8 @@ def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float 
 
     A closed form is evaluated in mpmath numbers and rounded once; its bound is the rounding of the largest state. Without one, or where it
     has no values for these parameters, the index-reduced ODE, HLW (1.18), or a Poisson system itself, is integrated by SciPy's DOP853 at
-    2.5e-14 from time to time, without interpolation; multipliers of redundant constraints are those of least norm where the case says so. The bound is then 10 times the
-    difference from a run at 1e-13, or that rounding if it is larger.
+    2.5e-14 from time to time, without interpolation; multipliers of redundant constraints are those of least norm where the case says so.
+    The bound is then 10 times the difference from a run at 1e-13, or that rounding if it is larger.
 
     Parameters
     ----------

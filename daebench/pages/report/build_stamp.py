@@ -19,9 +19,6 @@ STAMP = "made.json"
 
 WORDS = ("title", "kind", "about", "command", "digest", "day")
 KINDS: Mapping[str, Callable[[Any], Any]] = {**dict.fromkeys(WORDS, str), "seconds": float, "files": dict}
-    "seconds": float,
-    "files": dict,
-}
 """Fields of a build stamp and their types."""
 
 SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
