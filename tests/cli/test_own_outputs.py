@@ -116,11 +116,14 @@ def written(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
-def slowly(names):
-    return [pytest.param(name, id=name, marks=[pytest.mark.slow] if name in SLOW else []) for name in names]
+def slowly(names, quick):
+    return [pytest.param(name, id=name, marks=[] if name in quick else [pytest.mark.slow]) for name in names]
 
 
-@pytest.mark.parametrize("name", slowly([*FAST, *SLOW]))
+QUICK = ("reference export", "export", "archive")
+
+
+@pytest.mark.parametrize("name", slowly([*FAST, *SLOW], (*QUICK, "run", "animate", "ensemble")))
 def test_a_file_of_somebody_else_is_named_and_kept_whichever_it_is(call, tmp_path, name):
     status, _, error = call(name, "first")
     assert status == 0, error
@@ -175,9 +178,9 @@ def dying(monkeypatch):
     return called
 
 
-@pytest.mark.parametrize("name", slowly([name for name in (*FAST, *SLOW) if name not in ("long", "advise", "baumgarte", "modes")]))
-def test_a_command_that_is_killed_at_any_moment_can_be_given_again(call, dying, tmp_path, name, request):
-    every = 1 if name in ("run", "reference export", "export", "archive", "animate") or request.config.option.markexpr == "slow" else 3
+@pytest.mark.parametrize("name", slowly([name for name in (*FAST, *SLOW) if name not in ("long", "advise", "baumgarte", "modes")], QUICK))
+def test_a_command_that_is_killed_at_any_moment_can_be_given_again(call, dying, tmp_path, name):
+    every = 1 if name in (*QUICK, "run", "animate", "ensemble") else 3
     for k in range(0, 99, every):
         if dying(lambda k=k: call(name, str(k)), k):
             break
@@ -236,6 +239,7 @@ def test_a_folder_that_cannot_be_written_is_named_and_the_old_one_kept(tmp_path)
     assert (tmp_path / "out" / "a").read_text() == "old"
 
 
+@pytest.mark.slow
 def test_a_certificate_that_is_killed_at_any_moment_can_be_made_again(daebench, dying, tmp_path, monkeypatch):
     monkeypatch.setattr(certify, "make", cache_of(certify.make))
     monkeypatch.chdir(tmp_path)
