@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Iterable
 from difflib import get_close_matches
+from sys import float_info
 from typing import Any
 
 LONGEST = 1000
@@ -63,9 +64,16 @@ class LostMotion(UserWarning):
     """A run that reached its end but is of no use: its energy or its constraints are lost."""
 
 
+class Overdue(BaseException):
+    """Python code of somebody else has gone on for too long; what catches any Exception in it does not catch this."""
+
+
 class Interrupted(DaebenchError):
     """An interruption by the user or the system; the message says which results are stored."""
 
+
+LARGEST = 2**63
+"""Least whole number that arrays cannot have."""
 
 LONGEST_NAME = 200
 """Largest length of a name that is compared with others, because the time of a comparison grows with the product of the lengths."""
@@ -122,7 +130,7 @@ def real(name: str, value: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise BadInput(f"{name} = {value!r} must be a finite number.")
+        raise BadInput(f"{name} = {_shown(value)} must be a finite number.")
     return float(number)
 
 
@@ -132,11 +140,13 @@ def positive(name: str, value: Any) -> float:
     Raises
     ------
     BadInput
-        If it is none.
+        If it is none, or is so small that its quotients overflow and it has few digits.
     """
     number = real(name, value)
     if number <= 0:
         raise BadInput(f"{name} = {number:g} must be greater than 0.")
+    if number < float_info.min:
+        raise BadInput(f"{name} = {number:g} must be at least {float_info.min:.3g}; smaller numbers have fewer digits.")
     return number
 
 
@@ -149,5 +159,15 @@ def whole(name: str, value: Any) -> int:
         If it is none.
     """
     if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise BadInput(f"{name} = {value!r} must be a whole number.")
+        raise BadInput(f"{name} = {_shown(value)} must be a whole number.")
+    if abs(int(value)) >= LARGEST:
+        raise BadInput(f"{name} = {_shown(value)} must be a whole number of a modulus below 2^63.")
     return int(value)
+
+
+def _shown(value: Any) -> str:
+    """Return a value as Python writes it; Python refuses to write very large whole numbers."""
+    try:
+        return repr(value)
+    except ValueError:
+        return "a number of thousands of digits"

@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import OUTSIDE, Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import bar, pairs, print_json, print_table, print_written, words
+from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
 from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     from daebench.studies.advise.advice import Advice, Choice
     from daebench.studies.advise.work import Progress
-
-TABLE = "advise.csv"
-"""Name of the written table, one row per run."""
 
 
 def advise(
@@ -46,9 +43,9 @@ def advise(
 
     asked: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "case": case, "starts": ensemble, "seed": seed, "store": store}
     asked |= {"keep": [name.replace("-", "_") for name in words(keep)] if keep else (), "budget": _seconds(budget)}
-    asked |= {"methods": words(methods) if methods else None, "also": words(also) if also else ()}
-    folder = Folder(out, "daebench advise", (TABLE,))
-    folder.check(overwrite=overwrite)
+    asked |= {"methods": methods_if_given(methods), "also": words(also) if also else ()}
+    folder = Folder(out, pictures=("advise",))
+    folder.check()
     with bar(f"advice on {problem}") as progress:
         advice = made(problem, **asked, parameters=pairs("param", param or []), progress=_planned(progress))
     written = _write(folder, advice)
@@ -92,7 +89,9 @@ def _write(folder: Folder, advice: "Advice") -> list[str]:
     from daebench.studies.advise.figure import draw
 
     about = {"Accuracy": f"{advice.question.accuracy:g}", "Seed": str(advice.question.seed)}
-    return folder.described(advice.question.ivp, about, draw(folder.out, advice))
+    with folder.described(advice.question.ivp, about) as written:
+        draw(folder.out, advice)
+    return written
 
 
 def _print(advice: "Advice") -> None:

@@ -17,6 +17,7 @@ from daebench.cli.certificate import app as certificate
 from daebench.cli.certify import certify
 from daebench.cli.chaos import chaos
 from daebench.cli.check import check
+from daebench.cli.commands import Command
 from daebench.cli.compare import compare
 from daebench.cli.diagnose import diagnose
 from daebench.cli.endings import INTERRUPTED, complain, ending, keep_interrupts
@@ -58,7 +59,7 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
         raise typer.Exit
 
 
-app.command("list")(listing)
+app.command("list", cls=Command)(listing)
 for command in (
     advise,
     show,
@@ -84,10 +85,10 @@ for command in (
     archive,
     reproduce,
 ):
-    app.command()(command)
-app.command("step-for")(step_for)
-app.command("tolerance-for")(tolerance_for)
-app.command("work-precision")(work_precision)
+    app.command(cls=Command)(command)
+app.command("step-for", cls=Command)(step_for)
+app.command("tolerance-for", cls=Command)(tolerance_for)
+app.command("work-precision", cls=Command)(work_precision)
 app.add_typer(reference, name="reference")
 app.add_typer(certificate, name="certificate")
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Json, Trusted, TrustedCode
+from daebench.cli.arguments import Json, Overwrite, Trusted, TrustedCode
 from daebench.cli.console import print_json, printable
 from daebench.cli.grids import require_store
 
@@ -15,18 +15,22 @@ def archive(
     out: Annotated[Path | None, typer.Option("--out", help="FILE.zip to write; STORE.zip if left out.", show_default=False)] = None,
     trust: Trusted = False,
     code: TrustedCode = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and a text that says how they were made."""
     from daebench.methods.foreign import Trust
     from daebench.runs.files import check_zip
+    from daebench.runs.outputs import described, require_own
     from daebench.studies.grid.archive import write_archive
     from daebench.studies.grid.store import opened
 
     require_store(store)
     path = store.with_suffix(".zip") if out is None else out
     check_zip(path)
-    with opened(store) as run_store:
+    require_own(path)
+    about = {"Runs": f"those of {store}", "To hold it against a new run": f"daebench reproduce {path.name}"}
+    with opened(store) as run_store, described([path], about):
         contents = write_archive(run_store, path, Trust.of(trust, code or ()))
     if json:
         print_json(

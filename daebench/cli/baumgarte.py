@@ -6,15 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import bar, numbers, pairs, print_json, print_table, print_written, words
+from daebench.cli.console import bar, methods_if_given, numbers, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
     from daebench.studies.baumgarte.cells import Cell
     from daebench.studies.baumgarte.run import BaumgarteMap
-
-TABLE = "baumgarte.csv"
-"""Name of the written table, one row per run."""
 
 
 def baumgarte(
@@ -44,10 +41,10 @@ def baumgarte(
     from daebench.studies.baumgarte.run import SCHEMES, TOLERANCES
     from daebench.studies.baumgarte.run import baumgarte as made
 
-    folder = Folder(out, "daebench baumgarte", (TABLE,))
-    folder.check(overwrite=overwrite)
+    folder = Folder(out, pictures=("baumgarte",))
+    folder.check()
     asked: dict[str, Any] = {
-        "methods": words(methods) if methods else (*SCHEMES, "rattle"),
+        "methods": methods_if_given(methods) or (*SCHEMES, "rattle"),
         "tolerances": numbers("--tol", tol) or TOLERANCES,
     }
     with bar(f"runs on {problem}") as progress:
@@ -66,7 +63,9 @@ def _write(folder: Folder, found: "BaumgarteMap") -> list[str]:
         return []
     from daebench.studies.baumgarte.figure import draw
 
-    return folder.described(found.ivp, {}, draw(folder.out, found))
+    with folder.described(found.ivp, {}) as written:
+        draw(folder.out, found)
+    return written
 
 
 def _print(found: "BaumgarteMap") -> None:

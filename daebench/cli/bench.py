@@ -6,7 +6,7 @@ import typer
 
 from daebench.cli.arguments import Algebra, Anyway, Case, Json, Param
 from daebench.cli.benchmarks import MEASUREMENTS, cell
-from daebench.cli.console import bar, pairs, print_json, print_table, words
+from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table
 from daebench.cli.whole import whole
 from daebench.errors import BadInput
 
@@ -66,7 +66,7 @@ def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, re
     from daebench.studies.timing import hand_written, measure
 
     registry = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
-    names = words(methods) if methods else list(registry)
+    names = methods_if_given(methods) or list(registry)
     rows = []
     with bar("bench") as progress:
         for k, name in enumerate(names):

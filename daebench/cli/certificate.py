@@ -7,6 +7,7 @@ import typer
 
 from daebench.cli.arguments import Json, Trusted, TrustedCode
 from daebench.cli.certify import SecondsLimit
+from daebench.cli.commands import Command
 from daebench.cli.console import bar, print_json, printable
 
 app = typer.Typer(no_args_is_help=True, help="Certificates of codes: verify them.")
@@ -17,7 +18,7 @@ def top() -> None:
     """Certificates of codes: verify them."""
 
 
-@app.command()
+@app.command(cls=Command)
 def verify(
     file: Annotated[Path, typer.Argument(help="A certificate that daebench certify wrote, or its folder.")],
     trust: Trusted = False,

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Free, Json, Param
+from daebench.cli.arguments import Anyway, Free, Json, Overwrite, Param
 from daebench.cli.console import bar, pairs, print_json, printable
 from daebench.errors import BadInput
 
@@ -32,6 +32,7 @@ def certify(
     option: Free = None,
     anyway: Anyway = False,
     seconds_limit: SecondsLimit = 300.0,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Certify a code: write a page and a JSON certificate with measurements, beside copies of its files.
@@ -54,6 +55,7 @@ def certify(
             anyway=anyway,
             files=include or [],
             seconds_limit=seconds_limit,
+            overwrite=overwrite,
             progress=progress,
         )
     if as_json:

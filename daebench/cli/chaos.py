@@ -15,9 +15,6 @@ from daebench.cli.whole import whole
 if TYPE_CHECKING:
     from daebench.studies.chaos.result import Chaos
 
-TABLE = "chaos.csv"
-"""Name of the written table, one row per cell."""
-
 
 def chaos(
     problem: Problem,
@@ -57,8 +54,8 @@ def chaos(
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "steps": steps, "plane": _plane(plane), "cells": cells, "energy": _energy(energy)}
     asked |= {"section": pairs("section", [section]) if section else None, "case": case, "anyway": anyway}
     asked |= {"parameters": pairs("param", param or []), "options": pairs("option", option or [])}
-    folder = Folder(out, "daebench chaos", (TABLE,))
-    folder.check(overwrite=overwrite)
+    folder = Folder(out, pictures=("chaos",))
+    folder.check()
     with bar(f"{method} on {problem}") as progress:
         result = made(problem, method=method, **asked, seed=seed, progress=progress)
     summary, written = result.summary(), _write(folder, result)
@@ -92,7 +89,9 @@ def _write(folder: Folder, result: "Chaos") -> list[str]:
     if folder.out is None:
         return []
     about = {"Method": result.method, "Starts": result.plane.about, "Seed": str(result.seed)}
-    return folder.described(result.ivp, about, draw(folder.out, "chaos", result))
+    with folder.described(result.ivp, about) as written:
+        draw(folder.out, "chaos", result)
+    return written
 
 
 def _print(summary: Mapping[str, Any], result: "Chaos") -> None:

@@ -24,6 +24,7 @@ from daebench.cli.arguments import (
 )
 from daebench.cli.comparison_picture import PictureFile
 from daebench.cli.console import bar, method_names, pairs, print_json, print_written
+from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,14 +66,13 @@ def compare(
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import methods_of
     from daebench.methods.run import singular_as
-    from daebench.runs.files import make_folder
 
     wanted = method_names(methods)
     picture = PictureFile.of(out, len(wanted), size=size, labels=labels, colors=colors)
     if picture is not None:
-        picture.check(overwrite=overwrite)
-    elif out is not None:
-        make_folder(out)
+        picture.check()
+    else:
+        Folder(out, ("comparison.csv",), pictures=("comparison_drift",)).check()
     ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)
     chosen = methods_of(ivp, wanted, pairs("option", option or []), anyway=anyway)
     runs, table = _compared(ivp, chosen, h=h, tol=tol, t_end=t_end)
@@ -120,7 +120,7 @@ def _print(table: "pd.DataFrame", written: list[str]) -> None:
     print_narrow(table)
     for note in notes(table):
         print(note)
-    for failure in table["failure"]:
+    for failure in table["failure"].dropna():  # pandas 3 has NaN in place of None
         if failure:
             print(failure)
     print_written(written)

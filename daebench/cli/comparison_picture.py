@@ -11,9 +11,6 @@ from daebench.errors import BadInput
 if TYPE_CHECKING:
     from daebench.studies.comparison.figure import Look
 
-COMMAND = "daebench compare"
-"""The command that made a file, as the text beside it says."""
-
 LEAST, MOST = 2.0, 60.0
 """Widths and heights, inches."""
 
@@ -46,26 +43,28 @@ class PictureFile:
         _check_colors(painted)
         return cls(out, Look(_size(size), named, painted))
 
-    def check(self, *, overwrite: bool) -> None:
-        """Refuse, before the runs, a path that cannot be written to, and files of other commands."""
-        from daebench.runs import provenance
-        from daebench.runs.files import check_place
+    @property
+    def _files(self) -> tuple[Path, Path]:
+        return self.path, self.path.with_suffix(".csv")
 
-        for path in (self.path, self.path.with_suffix(".csv")):
+    def check(self) -> None:
+        """Refuse, before the runs, a path that cannot be written to, and files that the command did not write."""
+        from daebench.runs.files import check_place
+        from daebench.runs.outputs import require_own
+
+        for path in self._files:
             check_place(path)
-            provenance.require_own(path, COMMAND, overwrite=overwrite)
+            require_own(path)
 
     def written(self, ivp: Any, runs: Sequence[Any]) -> list[str]:
         """Write picture and data, and beside each how it was made; return their paths."""
-        from daebench.runs import provenance
+        from daebench.runs.outputs import described
+        from daebench.runs.provenance import definition
         from daebench.studies.comparison.figure import write_picture
 
-        paths = write_picture(self.path, ivp, runs, self.look)
-        about = provenance.made_by(COMMAND) | provenance.definition(ivp)
-        about |= {"Methods": ", ".join(f"{run.method} with {run.knob} = {run.value:g}" for run in runs)}
-        for path in paths:
-            provenance.write_beside(path, about)
-        return list(map(str, paths))
+        methods = ", ".join(f"{run.method} with {run.knob} = {run.value:g}" for run in runs)
+        with described(self._files, {**definition(ivp), "Methods": methods}):
+            return [str(path) for path in write_picture(self.path, ivp, runs, self.look)]
 
 
 def _of_each(option: str, text: str | None, methods: int) -> list[str]:

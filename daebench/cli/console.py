@@ -63,6 +63,11 @@ def method_names(text: str) -> list[str]:
     return names
 
 
+def methods_if_given(text: str | None) -> list[str] | None:
+    """Return the names of methods of an option that may be left out."""
+    return None if text is None else method_names(text)
+
+
 def print_json(value: Any) -> None:
     """Print exactly one JSON value on standard output."""
     encoding = (getattr(sys.stdout, "encoding", None) or "utf-8").lower()
@@ -114,8 +119,13 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
 
 
 def print_frame(frame: "pd.DataFrame", title: str) -> None:
-    """Print a frame as a table, floats with three digits."""
-    rows = [[f"{value:.3g}" if isinstance(value, float) else str(value) for value in row] for row in frame.itertuples(index=False)]
+    """Print a frame as a table, floats with three digits, and nothing where a value is missing."""
+    import pandas as pd
+
+    def cell(value: Any) -> str:
+        return "" if pd.isna(value) else f"{value:.3g}" if isinstance(value, float) else str(value)
+
+    rows = [[cell(value) for value in row] for row in frame.itertuples(index=False)]
     print_table(list(frame.columns), rows, title)
 
 

@@ -14,6 +14,7 @@ import typer
 
 from daebench.cli.console import printable
 from daebench.errors import BadInput, DaebenchError, Interrupted, bounded
+from daebench.runs.files import FULL
 
 ClickException: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
 """Base of the errors of the command line itself, in any version of typer."""
@@ -26,6 +27,8 @@ FAULT = 70
 
 TRACEBACK = "DAEBENCH_TRACEBACK"
 """Environment variable that prints the traceback of a fault."""
+
+STANDARD_OUTPUT = "standard output"
 
 AGAIN = 0.02
 """Seconds after which a Ctrl-C that could not be raised is repeated."""
@@ -44,7 +47,7 @@ def complain(message: str) -> None:
     """Print one sentence on standard error, if it is open."""
     if message and sys.stderr is not None:
         try:
-            print(f"daebench: {bounded(printable(' '.join(message.split())))}", file=sys.stderr, flush=True)
+            print(bounded(f"daebench: {printable(' '.join(message.split()))}"), file=sys.stderr, flush=True)
         except OSError:  # no reader
             _discard(sys.stderr)
 
@@ -124,9 +127,10 @@ def _of_file(error: BaseException) -> Ending:
     assert isinstance(error, OSError)
     place = error.filename
     if place is None and _printing(error):
-        place = "standard output"
+        place = STANDARD_OUTPUT
         _discard(sys.stdout)
-    return f"{place or 'a file or connection'}: {error.strerror or error}.", 2
+    advice = "; make room, and run again" if error.errno in FULL and place != STANDARD_OUTPUT else ""
+    return f"{place or 'a file or connection'}: {error.strerror or error}{advice}.", 2
 
 
 def _of_memory(error: BaseException) -> Ending:

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from daebench.studies.grid.store import Store as GridStore
 
 
-TABLES = ("starts.csv", "ends.csv", "bands.csv")
-"""Names of the written tables: one row per member, and one row per stored time."""
+TABLES = ("starts.csv", "ends.csv")
+"""Names of the written tables, of one row per member."""
 
 
 Workers = Annotated[
@@ -90,8 +90,8 @@ def ensemble(
     asked |= {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
     asked |= {"compensated": compensated, "on_singular": on_singular, "anyway": anyway}
     executors = _executors(workers, scheduler, Tls(tls_ca_file, tls_cert, tls_key), kept=bool(store or out))
-    folder = Folder(out, "daebench ensemble", TABLES)
-    folder.check(overwrite=overwrite)
+    folder = Folder(out, TABLES, pictures=("bands",))
+    folder.check()
     with _kept(store, out) as opened, executors.opened() as executor, bar(f"{method} on {problem}") as progress:
         result = made(problem, method=method, **asked, progress=progress, store=opened, executor=executor)
     _tell(result, _write(folder, result), as_json=as_json)
@@ -134,11 +134,13 @@ def _write(folder: Folder, result: "Ensemble") -> list[str]:
 
     if folder.out is None:
         return []
-    for name, table in zip(TABLES, (result.start_table, result.end_table), strict=False):
-        with atomic(folder.out / name) as scratch:
-            write_frame(scratch, table)
     about = {"Method": result.run.method, "Starts": result.starts, "Seed": str(result.seed)}
-    return folder.described(result.ivp, about, draw(folder.out, "bands", result))
+    with folder.described(result.ivp, about) as written:
+        for name, table in zip(TABLES, (result.start_table, result.end_table), strict=True):
+            with atomic(folder.out / name) as scratch:
+                write_frame(scratch, table)
+        draw(folder.out, "bands", result)
+    return written
 
 
 def _print(summary: Mapping[str, Any], result: "Ensemble") -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Json
+from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import print_json
 from daebench.cli.grids import require_store
 
@@ -13,20 +13,22 @@ from daebench.cli.grids import require_store
 def export(
     store: Annotated[Path, typer.Argument(help="File of the stored runs of a study, such as output/work-precision/studies.db.")],
     file: Annotated[Path, typer.Argument(help="FILE.csv or FILE.parquet to write.")],
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Write all runs of a store as one table, one row per run, with its provenance and time; CSV, or Parquet (extra scale)."""
-    from daebench.runs import provenance
-    from daebench.studies.grid.export import check_file, described, table_of, write
+    from daebench.runs.outputs import described, require_own
+    from daebench.studies.grid import export as tables
     from daebench.studies.grid.run_specification import code_version
     from daebench.studies.grid.store import opened
 
     require_store(store)
-    check_file(file)
+    tables.check_file(file)
+    require_own(file, "")
     with opened(store) as run_store:
-        table = table_of(run_store)
-    write(table, file)
-    provenance.write_beside(file, described(table))
+        table = tables.table_of(run_store)
+    with described([file], tables.described(table)):
+        tables.write(table, file)
     others = int((table["maker"] != code_version()).sum())
     if json:
         print_json({"file": str(file), "rows": len(table), "columns": list(table.columns), "of_other_versions": others})

@@ -1,6 +1,7 @@
-"""Tables that commands write to a folder, each with a text beside it that says how it was made."""
+"""Tables and pictures that commands write to a folder, each table with a text beside it that says how it was made."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,39 +9,50 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Folder:
-    """The folder of --out, if it is given, and the tables that a command writes there.
+    """The folder of --out, if it is given, and what a command writes there.
 
     Parameters
     ----------
     out : Path, optional
         The folder.
-    command : str
-        The command, as the texts beside its tables name it.
-    tables : sequence of str
-        Names of the tables.
+    tables : tuple of str
+        Names of tables without pictures.
+    pictures : tuple of str
+        Stems of pictures: STEM.svg and STEM.png, with their table STEM.csv.
     """
 
     out: Path | None
-    command: str
-    tables: Sequence[str]
+    tables: tuple[str, ...] = ()
+    pictures: tuple[str, ...] = ()
 
-    def check(self, *, overwrite: bool) -> None:
-        """Refuse, before the runs, a folder that cannot be written to, and tables of other commands."""
-        from daebench.runs import provenance
+    def check(self) -> None:
+        """Refuse, before the runs, a folder that cannot be written to, and files that the command did not write."""
         from daebench.runs.files import make_folder
+        from daebench.runs.outputs import require_own
 
         if self.out is None:
             return
         make_folder(self.out)
-        for name in self.tables:
-            provenance.require_own(self.out / name, self.command, overwrite=overwrite)
+        drawings = (f"{stem}{ending}" for stem in self.pictures for ending in (".svg", ".png"))
+        for name in (*self._tables, *drawings):
+            require_own(self.out / name)
 
-    def described(self, ivp: Any, about: Mapping[str, str], picture: Path) -> list[str]:
-        """Write how each table was made into a text beside it; return the paths of tables and picture."""
-        from daebench.runs import provenance
-
+    @property
+    def place(self) -> Path:
+        """The folder, of a command that always has one."""
         assert self.out is not None
-        paths = [self.out / name for name in self.tables]
-        for path in paths:
-            provenance.write_beside(path, provenance.made_by(self.command) | provenance.definition(ivp) | dict(about))
-        return list(map(str, (*paths, picture)))
+        return self.out
+
+    @property
+    def _tables(self) -> tuple[str, ...]:
+        return (*self.tables, *(f"{stem}.csv" for stem in self.pictures))
+
+    @contextmanager
+    def described(self, ivp: Any, about: Mapping[str, str]) -> Iterator[list[str]]:
+        """Write, with each table of a block, how it was made; yield the paths of tables and pictures."""
+        from daebench.runs.outputs import described
+        from daebench.runs.provenance import definition
+
+        tables = [self.place / name for name in self._tables]
+        with described(tables, definition(ivp) | dict(about)):
+            yield [*map(str, tables), *(str(self.place / f"{stem}.svg") for stem in self.pictures)]

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from daebench.cli.console import bar, numbers, words
+from daebench.cli.console import bar, methods_if_given, numbers
 from daebench.cli.executors import Executors
+from daebench.cli.folder import Folder
 from daebench.errors import BadInput, positive
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ class StudyCommand:
     ----------
     store : Path, optional
         The store of its runs; ``studies.db`` in the folder if left out.
-    out : Path
+    folder : Folder
         Folder of tables and pictures.
     executors : Executors
         Executors of the runs.
@@ -38,7 +39,7 @@ class StudyCommand:
     """
 
     store: Path | None
-    out: Path
+    folder: Folder
     executors: Executors
     left_out: Mapping[str, str]
     dry_run: bool
@@ -46,7 +47,7 @@ class StudyCommand:
 
     def runs(self, specifications: "Sequence[GridRun]", label: str) -> "AbstractContextManager[tuple[Runs, str]]":
         """Yield the function that makes the rows of a study, see :func:`study_runs`."""
-        return study_runs(specifications, self.store, self.out, self.executors, label, dry_run=self.dry_run)
+        return study_runs(specifications, self.store, self.folder, self.executors, label, dry_run=self.dry_run)
 
 
 def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
@@ -56,7 +57,7 @@ def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | No
     return Asked(
         problem=problem,
         case=case,
-        methods=words(methods) if methods else (),
+        methods=methods_if_given(methods) or (),
         t_end=None if t_end is None else positive("--t-end", t_end),
         h=[positive("--h", value) for value in numbers("--h", h) or ()],
         **more,
@@ -107,14 +108,13 @@ def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]"
 
 @contextmanager
 def study_runs(
-    specifications: "Sequence[GridRun]", store: Path | None, out: Path, executors: Executors, label: str, *, dry_run: bool
+    specifications: "Sequence[GridRun]", store: Path | None, folder: Folder, executors: Executors, label: str, *, dry_run: bool
 ) -> "Iterator[tuple[Runs, str]]":
     """Yield the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and exits."""
-    from daebench.runs.files import make_folder
     from daebench.studies.grid.store import opened
 
-    make_folder(out)
-    with opened(store or out / "studies.db") as run_store:
+    folder.check()
+    with opened(store or folder.place / "studies.db") as run_store:
         if dry_run:
             print(plan(specifications, run_store, executors))
             raise typer.Exit

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Json
+from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import bar, print_json, print_table, print_written
 from daebench.errors import BadInput
 
@@ -15,6 +15,7 @@ def lesson(
     port: Annotated[int | None, typer.Option("--port", help="Port of 127.0.0.1; any free port if left out.")] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether the browser is opened.")] = True,
     export: Annotated[Path | None, typer.Option("--export", help="Write a static page below this folder instead.")] = None,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Open a lesson in the browser: sliders, pictures that respond to them, questions with answers.

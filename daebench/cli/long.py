@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Param, Precision, Problem
+from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Overwrite, Param, Precision, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
+from daebench.cli.folder import Folder
 from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def long(
     out: Annotated[Path, typer.Option("--out", help="Folder for tables, pictures and checkpoints.")] = Path("output/long"),
     workers: Annotated[int | None, typer.Option("--workers", help="Number of processes; by default one per core.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the number of steps to do and about how long they take.")] = False,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Follow the energy error over very many steps, and say whether it is bounded, a random walk, or drifts.
@@ -60,6 +62,8 @@ def long(
     ensembles = [Ensemble(spec, ensemble, _whole(steps), out / "checkpoints") for spec in specs]
     for method_ensemble in ensembles:
         method_ensemble.check()
+    stems = tuple(group.stem for group in ensembles)
+    Folder(out, tuple(f"{stem}-members.csv" for stem in stems), stems).check()
     make_folder(out / "checkpoints")
     at_once = _at_once(workers, ensemble)
     with terminated_as_interrupted():

@@ -6,14 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import pairs, print_json, print_table, print_written, words
+from daebench.cli.console import methods_if_given, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
     from daebench.studies.modes.run import Modes
-
-TABLE = "modes.csv"
-"""Name of the written table, one row per eigenvalue."""
 
 
 def modes(
@@ -37,9 +34,9 @@ def modes(
     from daebench.studies.modes.run import modes as made
     from daebench.studies.modes.usable import METHODS
 
-    folder = Folder(out, "daebench modes", (TABLE,))
-    folder.check(overwrite=overwrite)
-    asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": words(methods) if methods else METHODS}
+    folder = Folder(out, pictures=("modes",))
+    folder.check()
+    asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": methods_if_given(methods) or METHODS}
     found = made(problem, case=case, parameters=pairs("param", param or []), **asked)
     written = _write(folder, found)
     if as_json:
@@ -55,7 +52,9 @@ def _write(folder: Folder, found: "Modes") -> list[str]:
         return []
     from daebench.studies.modes.figure import draw
 
-    return folder.described(found.ivp, {}, draw(folder.out, found))
+    with folder.described(found.ivp, {}) as written:
+        draw(folder.out, found)
+    return written
 
 
 def _print(found: "Modes") -> None:

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, Overwrite, Param, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
+from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
     from daebench.studies.orders.series import OrderStudy, Series
@@ -23,6 +24,7 @@ def order(
     option: Free = None,
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Write the tables and the picture to a folder.")] = None,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Measure the orders of methods; exit 1 if a method fails at every step size.
@@ -34,11 +36,9 @@ def order(
     chosen = method_names(methods)
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import methods_of
-    from daebench.runs.files import make_folder
     from daebench.studies.orders.study import study
 
-    if out is not None:
-        make_folder(out)
+    Folder(out, ("orders.csv",), pictures=("order",)).check()
     ivp = initial_value_problem(problem, case, pairs("param", param or []))
     given = methods_of(ivp, chosen, pairs("option", option or []), anyway=anyway)
     with bar(f"order on {problem}") as progress:

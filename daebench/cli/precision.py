@@ -8,6 +8,7 @@ import typer
 from daebench.cli import arguments
 from daebench.cli.console import print_frame, print_json, words
 from daebench.cli.executors import Executors
+from daebench.cli.folder import Folder
 from daebench.cli.grids import asked_of, study_runs
 from daebench.studies.grid.tls import Tls
 
@@ -40,6 +41,7 @@ def precision(
     tls_key: arguments.TlsKey = None,
     side_by_side: arguments.SideBySide = False,
     dry_run: arguments.DryRun = False,
+    overwrite: arguments.Overwrite = False,
     as_json: arguments.Json = False,
 ) -> None:
     """Compare single, double and compensated arithmetic, and Newton's iteration ended early, in error, energy, two-form and time.
@@ -54,7 +56,12 @@ def precision(
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     specifications, refused = specifications_of(asked, words(ways) if ways else (), repeat=repeat, beside=executors.beside)
     with study_runs(
-        [specification for _, specification in specifications], store, out, executors, f"precision on {problem}", dry_run=dry_run
+        [specification for _, specification in specifications],
+        store,
+        Folder(out, pictures=("precision",)),
+        executors,
+        f"precision on {problem}",
+        dry_run=dry_run,
     ) as (runs, again):
         table = table_of(specifications, runs)
     path = draw(out, "precision", table)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Json
+from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import bar, print_json, print_written
 from daebench.errors import BadInput, Interrupted
 
@@ -25,6 +25,7 @@ def report(
     anew: Annotated[bool, typer.Option("--anew", help="With all: make every page, not only stale ones.")] = False,
     archive: Annotated[Path | None, typer.Option("--archive", help="With all: also put the pages into this ZIP file.")] = None,
     trust: Annotated[bool, typer.Option("--trust", help="With court: execute the code of the certificates; read it first.")] = False,
+    overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Write a report: one HTML page, its figures as SVG and PNG, and every figure's data as CSV; or all pages and an index.
@@ -70,9 +71,11 @@ def _all(out: Path, anew: bool, archive: Path | None, *, as_json: bool) -> None:
     from daebench.pages.report.archive import write_archive
     from daebench.pages.report.gallery import PagesFailed
     from daebench.runs.files import check_zip, make_folder
+    from daebench.runs.outputs import described, require_own
 
     if archive:
         check_zip(archive, "--archive")
+        require_own(archive, "--archive")
     make_folder(out)
     made: list[Made] = []
     summary: dict[str, Any] = {"missing": missing(), "written": [str(out / "index.html")]}
@@ -83,7 +86,8 @@ def _all(out: Path, anew: bool, archive: Path | None, *, as_json: bool) -> None:
             print_json({"pages": list(map(_plain, made)), **summary})
         raise
     if archive:
-        summary["written"].append(str(write_archive(out, archive)))
+        with described([archive], {"Pages": f"those of {out}"}):
+            summary["written"].append(str(write_archive(out, archive)))
     if as_json:
         print_json({"pages": list(map(_plain, made)), **summary})
         return

@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from daebench.runs.trajectory import Passage
 
 
-MAKER = "daebench run"
-"""The command that made a file, as the text beside it says."""
-
 MOST_PASSAGES = 6
 """Largest number of printed rank-loss events; JSON has all."""
 
@@ -107,7 +104,7 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early."""
-    _check_place(out, steps_out, raw=raw, overwrite=overwrite)
+    _check_place(out, steps_out, raw=raw)
     with bar(f"{method} on {problem}") as progress:
         start = _start(case, param, algebra, q0, p0)
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
@@ -146,19 +143,20 @@ def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
 
 def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
     """Write a trajectory and a record of steps to the given paths, and beside each file a text on how it was made."""
-    from daebench.runs import provenance
-    from daebench.runs.trajectory_files import write_trajectory
+    from daebench.runs.outputs import described
+    from daebench.runs.provenance import definition
+    from daebench.runs.trajectory_files import write_trajectory, written
 
     if out is None and steps_out is None:
         return
-    about = provenance.made_by(MAKER) | provenance.definition(ivp) | {"Method": method}
-    about["Run"] = _settings(request, trajectory.steps, trajectory.failure)
-    files = [] if out is None else write_trajectory(out, trajectory)
-    if steps_out is not None:
-        title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
-        files += steps_files.write(steps_out, trajectory.solver_steps, title)
-    for path in files:
-        provenance.write_beside(path, about)
+    about = {**definition(ivp), "Method": method, "Run": _settings(request, trajectory.steps, trajectory.failure)}
+    files = [] if out is None else written(out, raw=request.raw)
+    with described([*files, *steps_files.files(steps_out)], about):
+        if out is not None:
+            write_trajectory(out, trajectory)
+        if steps_out is not None:
+            title = f"{trajectory.method} on {ivp.problem}, case {ivp.case}, tol = {request.value:g}"
+            steps_files.write(steps_out, trajectory.solver_steps, title)
 
 
 def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compensated: bool, as_json: bool) -> None:
@@ -184,9 +182,9 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
         print_summary(summary)
 
 
-def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool, overwrite: bool) -> None:
+def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool) -> None:
     """Refuse, before the run, files that cannot be written or that another command made."""
-    from daebench.runs import provenance
+    from daebench.runs.outputs import require_own
     from daebench.runs.trajectory_files import check_writable, written
 
     if raw and out is None:
@@ -194,11 +192,11 @@ def _check_place(out: Path | None, steps_out: Path | None, *, raw: bool, overwri
     if out is not None:
         check_writable(out)
         for file in written(out, raw=raw):
-            provenance.require_own(file, MAKER, overwrite=overwrite)
+            require_own(file)
     if steps_out is not None:
         if out is not None and out.resolve() == steps_out.resolve():
             raise BadInput(f"--out and --steps-out both name {out}; choose two files.")
-        steps_files.check_place(steps_out, MAKER, overwrite=overwrite)
+        steps_files.check_place(steps_out)
 
 
 def _settings(request: "Request", steps: int, failure: str | None) -> str:

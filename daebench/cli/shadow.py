@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
-from daebench.cli.console import pairs, print_json, print_table, print_written, words
+from daebench.cli.console import method_names, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from daebench.studies.shadow.run import Shadow
-
-TABLE = "shadow.csv"
-"""Name of the written table, one row per scheme and order."""
 
 
 def shadow(
@@ -44,10 +41,10 @@ def shadow(
         numbers = [int(word) for word in words(orders)]
     except ValueError:
         raise BadInput(f"--orders {orders}: give even numbers separated by commas, for example 2,4,8.") from None
-    folder = Folder(out, "daebench shadow", (TABLE,))
-    folder.check(overwrite=overwrite)
+    folder = Folder(out, pictures=("shadow",))
+    folder.check()
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "case": case, "parameters": pairs("param", param or []), "orders": numbers}
-    energies = [computed(problem, method=method, compare=compare, **asked) for method in words(methods)]
+    energies = [computed(problem, method=method, compare=compare, **asked) for method in method_names(methods)]
     written = _write(folder, energies)
     if as_json:
         print_json({"runs": [run.summary() for run in energies], "written": written})
@@ -62,7 +59,9 @@ def _write(folder: Folder, energies: "Sequence[Shadow]") -> list[str]:
         return []
     from daebench.studies.shadow.figure import draw
 
-    return folder.described(energies[0].ivp, {}, draw(folder.out, energies))
+    with folder.described(energies[0].ivp, {}) as written:
+        draw(folder.out, energies)
+    return written
 
 
 def _print(energies: "Sequence[Shadow]") -> None:

@@ -9,6 +9,7 @@ import typer
 from daebench.cli import arguments
 from daebench.cli.console import numbers, print_json, print_written, words
 from daebench.cli.executors import Executors
+from daebench.cli.folder import Folder
 from daebench.cli.grids import asked_of, making, outdated, plan
 from daebench.studies.grid.tls import Tls
 
@@ -45,6 +46,7 @@ def stability(
     tls_cert: arguments.TlsCert = None,
     tls_key: arguments.TlsKey = None,
     dry_run: arguments.DryRun = False,
+    overwrite: arguments.Overwrite = False,
     as_json: arguments.Json = False,
 ) -> None:
     """Find where methods break: steps too large and too small, masses, penalties, chaos; runs are stored.
@@ -53,14 +55,13 @@ def stability(
     (outcome-map); mass ratios from 1e-8 to 1e8 or any parameter (parameter-range); a penalty in place of the constraint (penalty); steps
     and tolerances to 0 (round-off); the time for which a method follows a motion that amplifies errors (lost-motion).
     """
-    from daebench.runs.files import make_folder
     from daebench.studies.grid.store import opened
     from daebench.studies.stability.study import chosen
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, parameters=_varied(param, problem, case), near=near)
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
-    make_folder(out)
+    Folder(out, pictures=tuple(extreme.name for extreme in extremes)).check()
     status = 0
     summary: dict[str, Any] = {"said": {}, "left_out": refused, "written": []}
     with opened(store or out / "studies.db") as run_store:

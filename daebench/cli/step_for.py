@@ -15,9 +15,6 @@ from daebench.cli.whole import whole
 if TYPE_CHECKING:
     from daebench.studies.step_for.result import StepFor
 
-TABLE = "steps.csv"
-"""Name of the written table, one row per step size and quantity."""
-
 
 def step_for(
     problem: Problem,
@@ -56,8 +53,8 @@ def step_for(
     asked |= {"halvings": halvings, "level": level, "starts": starts.value, "seed": seed, "case": case, "anyway": anyway}
     asked |= {"drawn": settings_of(starts.value, size=size, box=box, energy=energy)}
     asked |= {"parameters": pairs("param", param or []), "options": pairs("option", option or [])}
-    folder = Folder(out, "daebench step-for", (TABLE,))
-    folder.check(overwrite=overwrite)
+    folder = Folder(out, pictures=("steps",))
+    folder.check()
     with bar(f"{method} on {problem}") as progress:
         found = made(problem, **asked, progress=progress)
     summary, written = found.summary(), _write(folder, found)
@@ -76,7 +73,9 @@ def _write(folder: Folder, found: "StepFor") -> list[str]:
     if folder.out is None:
         return []
     about = {"Method": found.method, "Starts": found.starts, "Seed": str(found.seed)}
-    return folder.described(found.ivp, about, draw(folder.out, "steps", found))
+    with folder.described(found.ivp, about) as written:
+        draw(folder.out, "steps", found)
+    return written
 
 
 def _print(summary: Mapping[str, Any]) -> None:

@@ -16,15 +16,21 @@ MOST_UNKNOWNS = 400
 """Largest number of unknowns with columns in a table; in Python there is no limit."""
 
 
-def check_place(path: Path, maker: str, *, overwrite: bool) -> None:
+def files(path: Path | None) -> list[Path]:
+    """Return the files that are written for a path of the option."""
+    return [] if path is None else [path.with_suffix(ending) for ending in ENDINGS]
+
+
+def check_place(path: Path) -> None:
     """Refuse, before the run, files that cannot be written or that another command made; raise BadInput."""
-    from daebench.runs import files, provenance
+    from daebench.runs import outputs
+    from daebench.runs.files import check_place
 
     if path.suffix.lower() != ENDINGS[0]:
         raise BadInput(f"{OPTION} {path}: the file must end in {ENDINGS[0]}.")
-    for ending in ENDINGS:
-        files.check_place(path.with_suffix(ending), OPTION)
-        provenance.require_own(path.with_suffix(ending), maker, overwrite=overwrite, option=OPTION)
+    for file in files(path):
+        check_place(file, OPTION)
+        outputs.require_own(file, OPTION)
 
 
 def check_size(path: Path | None, ivp: Any) -> None:
@@ -36,8 +42,8 @@ def check_size(path: Path | None, ivp: Any) -> None:
         )
 
 
-def write(path: Path, steps: "SolverSteps", title: str) -> list[Path]:
-    """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it; return what was written."""
+def write(path: Path, steps: "SolverSteps", title: str) -> None:
+    """Write FILE.csv, all digits, and FILE.svg and FILE.png beside it."""
     from daebench.draw.figures import save_drawing
     from daebench.draw.solver_steps import draw
     from daebench.runs.csv_files import write_numbers
@@ -45,4 +51,4 @@ def write(path: Path, steps: "SolverSteps", title: str) -> list[Path]:
 
     with atomic(path) as scratch:
         write_numbers(scratch, steps.columns)
-    return [path, *save_drawing(draw(steps, title), path.parent, path.stem)]
+    save_drawing(draw(steps, title), path.parent, path.stem)

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import numbers, pairs, print_frame, print_json, print_written, words
+from daebench.cli.console import methods_if_given, numbers, pairs, print_frame, print_json, print_written
 from daebench.cli.executors import Executors
+from daebench.cli.folder import Folder
 from daebench.cli.grids import StudyCommand
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
-from daebench.cli.work_precision_starts import FromStarts, from_starts, without_slow
+from daebench.cli.work_precision_starts import FromStarts, folder_of, from_starts, without_slow
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.grid.tls import Tls
 
@@ -68,6 +69,7 @@ def work_precision(
     tls_key: arguments.TlsKey = None,
     side_by_side: arguments.SideBySide = False,
     dry_run: arguments.DryRun = False,
+    overwrite: arguments.Overwrite = False,
     json: arguments.Json = False,
 ) -> None:
     """Measure errors of many methods against time and work, and name the cheapest for each accuracy; runs are stored.
@@ -86,19 +88,21 @@ def work_precision(
 
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
-    asked: dict[str, Any] = {"case": case, "methods": words(methods) if methods else None, "repeat": repeat, "beside": executors.beside}
+    asked: dict[str, Any] = {"case": case, "methods": methods_if_given(methods), "repeat": repeat, "beside": executors.beside}
     asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
     study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
-    command = StudyCommand(store=store, out=out, executors=executors, left_out=left_out, dry_run=dry_run, json=json)
+    column = _column(error, study)
+    folder = Folder(out, ("work_precision.csv",), (f"work_precision_{column}",)) if ensemble is None else folder_of(out)
+    command = StudyCommand(store=store, folder=folder, executors=executors, left_out=left_out, dry_run=dry_run, json=json)
     if ensemble is not None:
         study = study if methods else without_slow(study, left_out)
         settings = settings_of(starts.value, size=size, box=box, energy=energy)
-        from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, _column(error, study), command)
+        from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, column, command)
         return
     of_no_use = {"--size": size is not None, "--box": bool(box), "--energy": energy is not None, "--seed": seed != 0}
     of_no_use |= {"--starts": starts is not Distribution.neighbourhood, "--solver-starts": solver_starts != SOLVER_STARTS}
     _refuse_of_no_use([name for name, given in of_no_use.items() if given])
-    _from_one_start(study, _column(error, study), command)
+    _from_one_start(study, column, command)
 
 
 def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
@@ -110,10 +114,10 @@ def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
     label = f"work against precision on {study.problem}"
     with command.runs(specifications, label) as (runs, again):
         table = with_costs(runs(specifications))
-    path = _drawn(command.out, table, error)
+    path = _drawn(command.folder.place, table, error)
     _tell(table, error, "seconds" if study.repeat else "evaluations", command.left_out, again, json=command.json)
     if not command.json:
-        print_written((command.out / "work_precision.csv", path))
+        print_written((command.folder.place / "work_precision.csv", path))
     raise typer.Exit(1 if any(map(is_outside, _without_run(table))) else 0)
 
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daebench.cli.console import print_json, print_table, print_written
+from daebench.cli.folder import Folder
 from daebench.cli.grids import StudyCommand
 from daebench.errors import BadInput
 
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
 SLOW = ("scipy:Radau", "solve_dae:Radau")
 """Methods in Python that take seconds per run: from many starts they run only on request."""
 
-STEM = "work_precision_starts"
-"""Name of the picture and of its table."""
+WINNERS, STEM = "winners.csv", "work_precision_starts"
+"""Names of the table of ranks, and of the picture with its table."""
 
 PRICES = (
     "costs are CPU times of runs of one start at a time: with fixed steps the median over a few starts, otherwise those of each start; "
@@ -58,6 +60,11 @@ class FromStarts:
         return runs_from_starts(study, members=self.members, solver_members=self.solver_members, **given)
 
 
+def folder_of(out: Path) -> Folder:
+    """Return the folder of :func:`from_starts`, with what is written there."""
+    return Folder(out, (WINNERS,), (STEM,))
+
+
 def without_slow(study: "Study", left_out: dict[str, str]) -> "Study":
     """Return a study without the methods of :data:`SLOW`, and note why these are left out."""
     why = "{0}: it takes seconds per run, which is long from many starts; name it in --methods to include it."
@@ -81,9 +88,9 @@ def from_starts(asked: FromStarts, study: "Study", error: str, command: StudyCom
         table = runs(specifications)
     curves = curves_of(table, error)
     ranks, quantiles = winners(curves), bands(curves)
-    save_table(command.out / "winners.csv", ranks)
+    save_table(command.folder.place / WINNERS, ranks)
     label = error.replace("_", " of ").replace("error", "largest error")
-    path = draw_bands(command.out, quantiles, families(table), label, sentences(ranks), STEM)
+    path = draw_bands(command.folder.place, quantiles, families(table), label, sentences(ranks), STEM)
     failures = {some.method: int(some.failed.sum()) for some in curves if some.failed.any()}
     summary = {"runs": sum(run.count for run in specifications), "failed": sum(failures.values()), "failures": failures}
     summary |= {"made_again": again, "left_out": dict(command.left_out)} | _about(specifications, table, curves)
@@ -92,7 +99,7 @@ def from_starts(asked: FromStarts, study: "Study", error: str, command: StudyCom
         print_json({"members": asked.members, "solver_starts": min(asked.members, asked.solver_members), **records, **summary})
         return
     _tell(ranks, summary, error)
-    print_written((command.out / "winners.csv", path))
+    print_written((command.folder.place / WINNERS, path))
 
 
 def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "list[Curves]") -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
-from daebench.runs.provenance import write_beside
+from daebench.runs.outputs import described
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -213,27 +213,40 @@ def save(figure: "Figure", directory: Path, stem: str, data: "pd.DataFrame | Map
         The numbers in the figure, by column.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    path, _ = save_drawing(figure, directory, stem)
-    save_table(directory / f"{stem}.csv", data)
-    return path
+    table, *pictures = (directory / f"{stem}{ending}" for ending in (".csv", ".svg", ".png"))
+    with described([table], _columns(data), pictures), atomic(pictures[0]) as svg, atomic(pictures[1]) as png, atomic(table) as scratch:
+        _draw_both(figure, svg, png)
+        write_frame(scratch, data, float_format="%.12g")
+    return pictures[0]
 
 
 def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Path]:
     """Write ``stem.svg`` and ``stem.png`` into an existing folder, each whole or not at all; return their paths."""
-    paths, layout = (directory / f"{stem}.svg", directory / f"{stem}.png"), figure.get_layout_engine()
-    save_picture(figure, paths[0])
-    figure.set_layout_engine("none")  # both have the places that were found for the first
-    save_picture(figure, paths[1])
-    figure.set_layout_engine(layout)
+    paths = (directory / f"{stem}.svg", directory / f"{stem}.png")
+    with atomic(paths[0]) as svg, atomic(paths[1]) as png:
+        _draw_both(figure, svg, png)
     return paths
+
+
+def _draw_both(figure: "Figure", svg: Path, png: Path) -> None:
+    layout = figure.get_layout_engine()
+    _draw(figure, svg)
+    figure.set_layout_engine("none")  # both have the places that were found for the first
+    _draw(figure, png)
+    figure.set_layout_engine(layout)
 
 
 def save_picture(figure: "Figure", path: Path) -> None:
     """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`. A vector drawing contains no date."""
+    with atomic(path) as scratch:
+        _draw(figure, scratch)
+
+
+def _draw(figure: "Figure", path: Path) -> None:
     undated: Any = {".svg": {"Date": None, "Creator": None, "Source": _drawn_by()}, ".pdf": {"CreationDate": None}}
     ending = path.suffix.lower()
-    with drawing(), atomic(path) as scratch:
-        figure.savefig(scratch, format=ending[1:], dpi=DPI, metadata=undated.get(ending))
+    with drawing():
+        figure.savefig(path, format=ending[1:], dpi=DPI, metadata=undated.get(ending))
 
 
 PICTURES = (".pdf", ".svg", ".png")
@@ -259,12 +272,12 @@ def save_table(path: Path, data: "pd.DataFrame | Mapping[str, Any]") -> None:
         The columns.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    with atomic(path) as scratch:
+    with described([path], _columns(data)), atomic(path) as scratch:
         write_frame(scratch, data, float_format="%.12g")
-    write_beside(path, {"Columns": ", ".join(map(str, data)), **_named(data)})
 
 
-def _named(data: "pd.DataFrame | Mapping[str, Any]") -> dict[str, str]:
+def _columns(data: "pd.DataFrame | Mapping[str, Any]") -> dict[str, str]:
     """Return the descriptions of the columns of a table."""
     names = {"problem": "Problems", "case": "Cases", "method": "Methods", "t_end": "Ends of runs [s]"}
-    return {words: ", ".join(dict.fromkeys(map(str, data[name]))) for name, words in names.items() if name in data}
+    described_by = {words: ", ".join(dict.fromkeys(map(str, data[name]))) for name, words in names.items() if name in data}
+    return {"Columns": ", ".join(map(str, data)), **described_by}

@@ -2,11 +2,31 @@
 
 import os
 import secrets
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
+from errno import EDQUOT, ENOSPC
 from pathlib import Path
 
 from daebench.errors import BadInput, DaebenchError
+
+Hook = Callable[[Path, Path], None]
+
+_before_rename: ContextVar[Hook | None] = ContextVar("_before_rename", default=None)
+
+FULL = (ENOSPC, EDQUOT)
+"""Numbers of errors of a disk that is full, and of a person's part of it."""
+
+
+@contextmanager
+def before_rename(hook: Hook) -> Iterator[None]:
+    """In a block, call a function with the path and the temporary path of each file that is written, before it gets its name."""
+    token = _before_rename.set(hook)
+    try:
+        yield
+    finally:
+        _before_rename.reset(token)
 
 
 @contextmanager
@@ -23,16 +43,63 @@ def atomic(path: Path) -> Iterator[Path]:
         If it cannot be written, for example on a full disk; the message names the path.
     """
     _refuse_foreign_link(path)
-    path = path.resolve()
+    given, path = path, path.resolve()
     if path.exists() and not path.is_file():
         raise BadInput(f"{path} is not a regular file and cannot be replaced; choose another path.")
     scratch = _beside(path)
     try:
         with named(path, scratch):
             yield scratch
+            if hook := _before_rename.get():
+                hook(given, scratch)
             scratch.replace(path)
     finally:
         scratch.unlink(missing_ok=True)
+
+
+@contextmanager
+def atomic_folder(path: Path) -> Iterator[Path]:
+    """Yield a temporary folder beside ``path``. It takes the place of that folder when all is written, and is removed otherwise.
+
+    What else an older folder of that name has in it is kept.
+
+    Raises
+    ------
+    DaebenchError
+        If it cannot be written, for example on a full disk; the message names the path.
+    """
+    path = path.resolve()
+    scratch, old = _beside(path), _beside(path)
+    try:
+        with named(path, scratch):
+            scratch.mkdir(parents=True)
+            yield scratch
+            if path.exists():
+                _copy_the_rest(path, scratch)
+                path.rename(old)
+            scratch.rename(path)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+        if path.exists():
+            shutil.rmtree(old, ignore_errors=True)
+
+
+def _copy_the_rest(old: Path, new: Path) -> None:
+    """Copy what a folder has and its successor has not."""
+    for entry in old.iterdir():
+        target = new / entry.name
+        if entry.is_dir() and not entry.is_symlink():
+            target.mkdir(exist_ok=True)
+            _copy_the_rest(entry, target)
+        elif not target.exists():
+            shutil.copy2(entry, target, follow_symlinks=False)
+
+
+def why(error: OSError) -> str:
+    """Return in words why the system cannot write, and what to do: on a full disk another name alone is of no help."""
+    if error.errno in FULL:
+        return f"({error.strerror}); make room, or choose another path"
+    return f"({error.strerror or error}); choose another path"
 
 
 @contextmanager
@@ -75,7 +142,7 @@ def check_place(path: Path, option: str = "--out") -> None:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"{option} {path}: cannot write there ({error.strerror}); choose another path.") from error
+        raise BadInput(f"{option} {path}: cannot write there {why(error)}.") from error
 
 
 def check_zip(path: Path, option: str = "--out") -> None:
@@ -93,4 +160,4 @@ def make_folder(path: Path) -> None:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as error:
-        raise BadInput(f"--out {path}: cannot write to that folder ({error.strerror}); choose another path.") from error
+        raise BadInput(f"--out {path}: cannot write to that folder {why(error)}.") from error

@@ -13,7 +13,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from daebench.errors import BadInput
 from daebench.runs.files import atomic
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.machine import machine
@@ -67,41 +66,17 @@ def text(name: str, about: Mapping[str, str]) -> str:
     return "\n".join([*lines, *(f"{key}: {value}" for key, value in {**command, **about, **made}.items()), ""])
 
 
-def write_beside(path: Path, about: Mapping[str, str]) -> Path:
-    """Write how a file was made into a text beside it, with the file's own digest; return the path of the text."""
-    beside = path.with_name(f"{path.name}.txt")
-    details = {**about, "SHA-256 of the file": hashlib.sha256(path.read_bytes()).hexdigest()}
-    with atomic(beside) as scratch:
-        scratch.write_text(text(path.name, details), encoding="utf-8")
-    return beside
+def beside(path: Path) -> Path:
+    """Return the path of the text on how a file was made."""
+    return path.with_name(f"{path.name}.txt")
 
 
-MAKER = "Made by: "
-"""Beginning of the line that says which command made a file."""
+def write_beside(path: Path, about: Mapping[str, str], content: Path | None = None) -> Path:
+    """Write how a file was made into a text beside it, with the file's own digest; return the path of the text.
 
-
-def made_by(command: str) -> dict[str, str]:
-    """Return the line that :func:`require_own` looks for, for :func:`write_beside`."""
-    return {MAKER.strip(": "): command}
-
-
-def require_own(path: Path, command: str, *, overwrite: bool, option: str = "--out") -> None:
-    """Check that an output file is new, or was made by the same command according to the text beside it.
-
-    BadInput is raised if another command made it, or if there is no such text, unless ``overwrite`` allows any file to be replaced.
+    ``content`` is the temporary path of a file that is still to be renamed.
     """
-    if overwrite or not path.exists():
-        return
-    maker = _maker(path.with_name(f"{path.name}.txt"))
-    if maker != command:
-        whose = f"{maker} made it" if maker else f"nothing beside it says that {command} made it"
-        raise BadInput(f"{option} {path}: the file exists, and {whose}; choose another name, or add --overwrite to replace it.")
-
-
-def _maker(beside: Path) -> str:
-    """Return the command that made a file, according to the text beside it; "" if there is none."""
-    try:
-        lines = beside.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return ""
-    return next((line.removeprefix(MAKER).strip() for line in lines if line.startswith(MAKER)), "")
+    details = {**about, "SHA-256 of the file": hashlib.sha256((content or path).read_bytes()).hexdigest()}
+    with atomic(beside(path)) as scratch:
+        scratch.write_text(text(path.name, details), encoding="utf-8")
+    return beside(path)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed
+from daebench.errors import BadInput, RunFailed, bounded
 from daebench.runs.interpolant import Interpolant
 from daebench.runs.shown import Shown
 from daebench.runs.solver_steps import SolverSteps
@@ -115,10 +115,15 @@ class Outcome(Shown):
         return {item.name: getattr(self, item.name) for item in fields(self)} | {"ivp": None}
 
     def __post_init__(self) -> None:
-        """Turn a run with a number that is not finite into a failure, for every method; this is the last of all checks."""
+        """Turn a run with a number that is not finite into a failure, for every method; this is the last of all checks.
+
+        A sentence of any length, which has words of code from outside, is shortened.
+        """
         if self.failure is None and (what := self._not_finite()):
             why = f"{self.method} on {self.problem}, case {self.case}: {what}, so the run is invalid; {DOUBTED}."
             object.__setattr__(self, "failure", why)
+        if self.failure is not None:
+            object.__setattr__(self, "failure", bounded(self.failure))
 
     def _not_finite(self) -> str | None:
         """Return which number is not finite, and when, as a sentence without a full stop; None if all are finite."""

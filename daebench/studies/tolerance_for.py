@@ -189,8 +189,11 @@ def _tried(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: 
     found = freedom(ivp)
     degrees = max(1, found.degrees if found else ivp.d - ivp.m)
     change = float(np.nanmax([abs(drift.change), drift.change_bound, 0.0])) if run.failure is None else np.inf
+    size = fluctuation(ivp, run)
+    ratio = change / size if size > 0 else np.inf
+    rate = change / t_end / degrees
     rounds = run.work.get("newton", 0) / max(1, run.steps)
-    return TriedTolerance(tolerance, drift, float(change / fluctuation(ivp, run)), float(change / run.t[-1] / degrees), rounds)
+    return TriedTolerance(tolerance, drift, float(ratio), float(rate), rounds)
 
 
 def fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> float:

@@ -2,6 +2,7 @@
 
 import typer
 
+from daebench.cli.commands import Command
 from daebench.cli.reference.at import at
 from daebench.cli.reference.build import build
 from daebench.cli.reference.compare import compare
@@ -11,6 +12,6 @@ from daebench.cli.reference.show import show
 from daebench.cli.reference.verify import verify
 
 app = typer.Typer(no_args_is_help=True, help="Certified reference trajectories: digits for your own tests.")
-app.command("list")(listing)
+app.command("list", cls=Command)(listing)
 for command in (show, at, verify, compare, export, build):
-    app.command()(command)
+    app.command(cls=Command)(command)

@@ -10,9 +10,6 @@ from daebench.cli.console import number, numbers, print_written
 from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput
 
-MAKER = "daebench reference export"
-"""The command that made a file, as the text beside it says."""
-
 MOST = 1_000_000
 """Largest number of times of a range."""
 
@@ -33,24 +30,25 @@ def export(
     from daebench.reference.keep.export import WRITERS, write
     from daebench.reference.keep.places import require_name
     from daebench.reference.keep.store import load
-    from daebench.runs import provenance
     from daebench.runs.files import check_place
+    from daebench.runs.outputs import described, require_own
 
     require_name(name)
     if kind not in WRITERS:
         raise unknown("format", kind, WRITERS)
     path = Path(f"{name}.{kind}") if out is None else out
     check_place(path)
-    provenance.require_own(path, MAKER, overwrite=overwrite)
+    require_own(path)
     reference = load(name, folder)
-    write(path, kind, reference, _times(times))
     certificate = reference.certificate
-    made = provenance.made_by(MAKER) | {
+    about = {
+        "Reference": f"{name}, certified, with an error bound for every number",
         "Certificate": f"checksum {certificate['checksum']}",
         "Definition": str(certificate["definition"]),
         "Times": times or "all stored",
     }
-    provenance.write_beside(path, {"Reference": f"{name}, certified, with an error bound for every number", **made})
+    with described([path], about):
+        write(path, kind, reference, _times(times))
     print_written([path], as_json=as_json, reference=name)
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed, in_words
-from daebench.methods.outside.limit import Alarm, Limit, Overdue
+from daebench.errors import BadInput, Overdue, RunFailed, in_words
+from daebench.methods.outside.limit import Alarm, Limit
 from daebench.methods.solvers.stopped import Stopped
 from daebench.runs.external_state import external_state
 
@@ -118,6 +118,7 @@ class Code:
             result = function(*arguments)
             return result, clock() - began
         except Overdue as overdue:
+            self.alarm.armed = False
             raise RunFailed(self.limit.over).with_traceback(overdue.__traceback__) from None
         finally:
             self.alarm.armed = False

@@ -7,6 +7,8 @@ import time
 import types
 from collections.abc import Iterator
 
+from daebench.errors import Overdue
+
 SILENCE = 600.0
 """Seconds that code may go on without giving a state, where its run has no limit."""
 
@@ -49,10 +51,6 @@ class Limit:
         if self.seconds is None:
             return f"the code has given no state for {SILENCE:g} s; check whether it hangs, or allow more time by seconds_limit"
         return f"the limit of {self.seconds:g} s is reached; allow more time, or check whether the code hangs"
-
-
-class Overdue(BaseException):
-    """Python code has gone on for too long; what catches any Exception in it does not catch this."""
 
 
 class Alarm:

@@ -22,6 +22,7 @@ from daebench.methods.outside.record import Block
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.json_values import strict
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 
@@ -194,7 +195,7 @@ def _states(lines: Sequence[str], size: int) -> tuple[Array, str]:
 def _seconds(line: str | None, ending: str) -> float:
     """Return the seconds that a program says its steps took."""
     try:
-        seconds = float(json.loads(line or "")["seconds"])
+        seconds = float(strict(line or "")["seconds"])
         if not 0.0 <= seconds < float("inf"):
             raise ValueError
     except (ValueError, KeyError, TypeError, RecursionError):

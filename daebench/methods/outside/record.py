@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, bounded
 from daebench.methods.fixed_step.base import monitored_errors, monitored_names
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.methods.solvers.monitor import Stopped
@@ -140,7 +140,7 @@ def stopped_sentence(name: str, ivp: Ivp, grid: Grid, done: int, why: Exception,
     when, step = ("at", min(done + 1, grid.steps)) if every_step else ("after", done)
     where = f"stopped {when} t = {done * grid.h:.9g} (step {step} of {grid.steps}, h = {grid.h:g})"
     advice = f"; {why.advice}" if isinstance(why, Stopped) and why.advice else ""
-    return f"{name} on {ivp.problem}, case {ivp.case}, {where}: {str(why).rstrip('.')}{advice}."
+    return bounded(f"{name} on {ivp.problem}, case {ivp.case}, {where}: {str(why).rstrip('.')}{advice}.")
 
 
 def finite(rows: Array) -> int:

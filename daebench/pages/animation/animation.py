@@ -18,7 +18,8 @@ from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.recorded_run import recorded_run, requested
 from daebench.runs.files import check_place
 from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.runs.provenance import definition, made_by, require_own, write_beside
+from daebench.runs.outputs import described, require_own, writing
+from daebench.runs.provenance import definition
 from daebench.runs.request import Progress, resolution_value
 from daebench.studies.comparison.table import TOLERANCE
 
@@ -172,10 +173,10 @@ def animation(
     parts = [_part(callback, share * k / len(chosen), share / len(chosen), method.name) for k, method in enumerate(chosen)]
     runs = [recorded_run(ivp, method, value, times, part) for method, value, part in zip(chosen, values, parts, strict=True)]
     animated = AnimatedRuns(ivp.problem, ivp.case, dict(ivp.parameters), layout, runs, times, length, title, size)
-    form.write(path, animated, _part(callback, share, 1 - share, f"drawing {path.name}"))
-    save_table(beside := _numbers(path), animated.table())
-    for file in (path, beside):
-        write_beside(file, made_by(MAKER) | definition(ivp))
+    beside = _numbers(path)
+    with writing(MAKER, overwrite=overwrite), described([path, beside], definition(ivp)):
+        form.write(path, animated, _part(callback, share, 1 - share, f"drawing {path.name}"))
+        save_table(beside, animated.table())
     return Animated((path, beside), tuple(run.failure for run in runs if run.failure))
 
 
@@ -206,9 +207,10 @@ def _form(path: Path, title: str, size: tuple[int, int] | None, *, overwrite: bo
         raise BadInput(f"--out {path}: a drawing has no title; leave out the title, or write .html, .gif or .mp4.")
     if path.suffix.lower() == ".mp4":
         mp4.require()
-    for target in (path, _numbers(path)):
-        check_place(target)
-        require_own(target, MAKER, overwrite=overwrite)
+    with writing(MAKER, overwrite=overwrite):
+        for target in (path, _numbers(path)):
+            check_place(target)
+            require_own(target)
     return form
 
 

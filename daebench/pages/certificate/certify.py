@@ -6,7 +6,7 @@ from typing import Any
 
 from daebench.errors import BadInput
 from daebench.pages.certificate.page import write_page_of
-from daebench.runs.files import make_folder
+from daebench.runs.files import atomic_folder, make_folder
 from daebench.runs.json_values import plain
 from daebench.studies.certificate import process
 from daebench.studies.certificate.code import put
@@ -27,6 +27,7 @@ def certify(
     anyway: bool = False,
     files: Iterable[str | Path] = (),
     seconds_limit: float = process.SECONDS,
+    overwrite: bool = False,
     progress: process.Progress = process.silent,
 ) -> Certificate:
     """Measure a code on some problems, and write its certificate: a page, a JSON file, and copies of all files that it is made of.
@@ -64,6 +65,8 @@ def certify(
         Other files that the code reads or loads.
     seconds_limit : float
         Wall-clock limit on each problem, s.
+    overwrite : bool
+        Whether files may be replaced in a folder that has something else in it; other files there are kept.
     progress : callable
         Called with the fraction done and a label of the current task.
 
@@ -88,7 +91,11 @@ def certify(
     []
     """
     out = Path(out)
-    _require_free(out)
+    if out.exists() and not out.is_dir():
+        raise BadInput(f"--out {out}: that is not a folder; choose another path.")
+    if not overwrite:
+        _require_free(out)
+    make_folder(out.parent)
     made = make(
         method,
         problems=problems,
@@ -101,24 +108,24 @@ def certify(
         seconds_limit=seconds_limit,
         progress=progress,
     )
-    make_folder(out)
-    if made.code.files:
-        (out / "code").mkdir(exist_ok=True)
-        made.code.put(out / "code")
-    put(made.files, out)
-    write_page_of(Certificate(out, plain(made.content)))
-    return read(write(out, made.content))
+    with atomic_folder(out) as folder:
+        if made.code.files:
+            (folder / "code").mkdir()
+            made.code.put(folder / "code")
+        put(made.files, folder)
+        write_page_of(Certificate(folder, plain(made.content)))
+        write(folder, made.content)
+    return read(out / NAME)
 
 
 def _require_free(out: Path) -> None:
     """Refuse a folder that has anything in it but a certificate."""
     if not out.exists():
         return
-    if not out.is_dir():
-        raise BadInput(f"--out {out}: that is not a folder; choose another path.")
     if next(out.iterdir(), None) is None:
         return
     try:
         read(out / NAME)
     except (BadInput, Unverified) as error:
-        raise BadInput(f"--out {out}: the folder is not empty and has no certificate to replace; choose a new one.") from error
+        why = "the folder is not empty and has no certificate to replace"
+        raise BadInput(f"--out {out}: {why}; choose a new one, or add --overwrite to replace its files.") from error

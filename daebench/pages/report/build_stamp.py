@@ -2,17 +2,24 @@
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from daebench.pages.report.versions import versions
 from daebench.runs.files import atomic
+from daebench.runs.json_values import strict
+from daebench.runs.outputs import require_own_folder
 from daebench.systems.files import package
 
 STAMP = "made.json"
+
+WORDS = ("title", "kind", "about", "command", "digest", "day")
+KINDS: Mapping[str, Callable[[Any], Any]] = {**dict.fromkeys(WORDS, str), "seconds": float, "files": dict}
+"""Fields of a build stamp and their types."""
 
 SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
 """Endings of the package's files that decide a page: code, templates and certified references."""
@@ -55,8 +62,9 @@ class BuildStamp:
 def read(folder: Path) -> BuildStamp | None:
     """Return the build stamp of a folder; None where there is none that can be read."""
     try:
-        return BuildStamp(**json.loads((folder / STAMP).read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        content = strict((folder / STAMP).read_text(encoding="utf-8"))
+        return BuildStamp(**{name: kind(content[name]) for name, kind in KINDS.items()})
+    except (OSError, ValueError, TypeError, KeyError):
         return None
 
 
@@ -65,6 +73,17 @@ def write(folder: Path, *, title: str, kind: str, about: str, command: str, dige
     stamp = BuildStamp(title, kind, about, command, digest, round(seconds, 1), datetime.now(UTC).date().isoformat(), contents(folder))
     with atomic(folder / STAMP) as scratch:
         scratch.write_text(json.dumps(asdict(stamp), indent=1), encoding="utf-8")
+
+
+def begin(folder: Path, *, title: str, kind: str, about: str, command: str) -> None:
+    """Mark a folder, before anything else is written to it, as that of a page; an interrupted page is then recognised, and is not fresh.
+
+    BadInput is raised if the folder has files and no stamp, unless any file may be replaced.
+    """
+    require_own_folder(folder, own=(folder / STAMP).exists())
+    folder.mkdir(parents=True, exist_ok=True)
+    if read(folder) is None:
+        write(folder, title=title, kind=kind, about=about, command=command, digest="", seconds=0.0)
 
 
 def is_fresh(folder: Path, digest: str) -> bool:

@@ -1,6 +1,7 @@
 """The gallery: pages in one folder, each with a build stamp of what it was made of, and an index of all that is there."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from daebench.pages.report.index import write_index
 from daebench.pages.report.page import Progress
 from daebench.pages.report.put_off import Waiting, clock, putting_off
 from daebench.pages.report.reports import Report, find
+from daebench.runs.outputs import require_own, writing
 
 SECONDS = {
     "index-reduction": 30,
@@ -85,20 +87,36 @@ def put(report: Report, out: Path, progress: Progress | None = None) -> Path:
     out = Path(out)
     began = clock()
     digest = build_stamp.digest(report.files())
-    page = report.make(out / report.name, progress or (lambda fraction, label: None))
-    _stamp(report, out, digest, clock() - began)
-    write_index(out, order(out), {})
+    with _own(out, [report]):
+        page = report.make(out / report.name, progress or (lambda fraction, label: None))
+        _stamp(report, out, digest, clock() - began)
+        write_index(out, order(out), {})
     return page
 
 
+@contextmanager
+def _own(out: Path, reports: Iterable[Report]) -> Iterator[None]:
+    """Mark the folders of pages as theirs before they are written; refuse folders and an index of somebody else."""
+    index = out / "index.html"
+    if index.exists() and not any(out.glob(f"*/{build_stamp.STAMP}")):
+        require_own(index)
+    for report in reports:
+        build_stamp.begin(out / report.name, **_about(report))
+    with writing("", overwrite=True):
+        yield
+
+
+def _about(report: Report) -> dict[str, str]:
+    return {"title": report.name, "kind": report.kind, "about": report.summary, "command": report.command}
+
+
 def _stamp(report: Report, out: Path, digest: str, seconds: float) -> None:
-    about = {"title": report.name, "kind": report.kind, "about": report.summary, "command": report.command}
-    build_stamp.write(out / report.name, **about, digest=digest, seconds=seconds)
+    build_stamp.write(out / report.name, **_about(report), digest=digest, seconds=seconds)
 
 
 def order(out: Path) -> list[str]:
     """Return the names of the pages that are in a folder in the order in which they are best read."""
-    return in_order(path.parent.name for path in out.glob(f"*/{build_stamp.STAMP}"))
+    return in_order(path.parent.name for path in out.glob(f"*/{build_stamp.STAMP}") if (path.parent / "index.html").is_file())
 
 
 def in_order(names: Iterable[str]) -> list[str]:
@@ -149,7 +167,7 @@ def build_all(
         reached = max(reached, fraction)
         progress(reached, label)
 
-    with putting_off() as waiting:
+    with _own(out, [page for page in reports if page.name in stale]), putting_off() as waiting:
         for page in reports:
             if page.name not in stale:
                 told(Made(page.name, out / page.name / "index.html", 0.0))

@@ -102,8 +102,9 @@ class Ensemble(Shown):
         """Distance of positions, or of y, from their mean over the members that go on, as a root of the mean square, shape(k,)."""
         x = self.q if isinstance(self.ivp, ConstrainedIvp) else self.run.states
         with np.errstate(all="ignore"):
-            mean = np.nanmean(x, axis=1, keepdims=True)
-            distance: Array = np.sqrt(np.nanmean(np.sum((x - mean) ** 2, axis=2), axis=1))
+            mean = np.nansum(x, axis=1, keepdims=True) / np.sum(~np.isnan(x), axis=1, keepdims=True)  # NaN where no member goes on
+            squares = np.sum((x - mean) ** 2, axis=2)
+            distance: Array = np.sqrt(np.nansum(squares, axis=1) / np.sum(~np.isnan(squares), axis=1))
         return distance
 
     @cached_property

@@ -210,7 +210,7 @@ def progress_of(path: Path) -> tuple[int, int, bool]:
     try:
         about = _about(arrays_in(path, str(path)))
         return len(about.get("members", [0])), about["counts"][0], bool(about["failure"])
-    except (*UNREADABLE, BadInput):
+    except (*UNREADABLE, BadInput, RecursionError, TypeError, AttributeError, IndexError):
         return 0, 0, False  # load says what is wrong with it
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
+from daebench.runs.files import FULL
 from daebench.runs.json_values import strict
 from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong
 from daebench.studies.grid.salvage import COLUMNS, damaged_beside, readable
@@ -80,6 +81,12 @@ class StoredRow:
     cell = OldAttribute("specification")
 
 
+def _of_disk(error: sqlite3.Error | OSError) -> bool:
+    """Return whether an error is of a disk that is full, or that cannot be written, and not of the file on it."""
+    code: str = getattr(error, "sqlite_errorname", "")
+    return code.startswith(("SQLITE_FULL", "SQLITE_IOERR")) or getattr(error, "errno", None) in FULL
+
+
 class StoreFull(DaebenchError):
     """The file cannot grow; what was written before is whole."""
 
@@ -106,6 +113,8 @@ class Store:
             if lost := self._lost():
                 self._renew(lost)
         except (sqlite3.Error, OSError) as error:
+            if _of_disk(error):
+                raise StoreFull(f"{path} cannot be opened: {error}; make room, or name a file on another disk.") from error
             raise BadInput(f"{path} is not a store of a study, or cannot be opened: {error}; name another file.") from error
 
     def _connected(self) -> sqlite3.Connection:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
 
-from daebench.errors import LONGEST, BadInput, DaebenchError, foreign, in_words
+from daebench.errors import LONGEST, BadInput, DaebenchError, Overdue, foreign, in_words
 from daebench.systems.files.imports import Fresh
 
 MODELS = (".xml", ".mjcf", ".urdf", ".xacro", ".sdf", ".mo")
@@ -86,7 +86,7 @@ def naming(
     except SyntaxError as error:
         where = f"{Path(error.filename).name}, line {error.lineno}" if error.filename else "a file that it imports"
         raise wrong(f"{name}: {where} is not Python: {error.msg}.") from error
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Overdue):
         raise
     except BaseException as error:
         raise wrong(f"{_place(name, path, user_files, error)}: {in_words(error)}; correct the file.") from error

@@ -26,6 +26,9 @@ __all__ = ["ADAMS", "BDF", "IDA", "PLAIN", "Settings", "begin"]
 PIECE = 0.02
 """Time after which the loop comes back, s: signals, limits and progress are seen then."""
 
+TICK = 1e-9
+"""Least time that a clock tells of a piece, s."""
+
 FIRST = 20_000
 """Steps of the first piece, of one unknown; of more unknowns as many fewer."""
 
@@ -121,7 +124,8 @@ class _Run:
             self.solver("SetStopTime", self.solver.end)
             while True:
                 began = time.perf_counter()
-                reason = self._advance(times, rows, min(budget, ROWS) if self.recorder else budget)
+                budget = min(budget, ROWS) if self.recorder else budget
+                reason = self._advance(times, rows, budget)
                 lasted = time.perf_counter() - began
                 if self.counts[loop.OUTPUTS] > given:
                     yield self._in_blocks(rows[given : self.counts[loop.OUTPUTS]])
@@ -131,7 +135,7 @@ class _Run:
                     return
                 self.monitor.require_time()
                 if reason == loop.BUDGET:
-                    budget = max(1, min(4 * budget, int(budget * PIECE / lasted)))
+                    budget = max(1, min(4 * budget, int(budget * PIECE / max(lasted, TICK))))
 
     @contextmanager
     def _looks_aside(self) -> Iterator[None]:

@@ -1,0 +1,320 @@
+"""Every command with an output: files that it did not write are kept, and after an interruption at any moment it can be given again."""
+
+import os
+import shutil
+import typing
+from pathlib import Path
+
+import pytest
+
+from daebench.cli.app import app
+from daebench.errors import BadInput, DaebenchError
+from daebench.pages.certificate import certify
+from daebench.pages.report import gallery
+from daebench.pages.report.reports import Report
+from daebench.runs import files
+from daebench.runs.files import atomic, atomic_folder
+from daebench.runs.outputs import described, writing
+from daebench.studies.ensemble.run import ensemble
+from daebench.studies.grid.store import opened
+
+PENDULUM = ("planar_pendulum", "--case", "horizontal")
+RATTLE = (*PENDULUM, "--method", "rattle", "--h", "0.1")
+STUDY = (*RATTLE, "--t-end", "1", "--repeat", "0", "--workers", "1")
+
+FAST = {
+    "run": (("run", *RATTLE, "--t-end", "1", "--raw", "--out", "OUT"), "a.csv"),
+    "run --steps-out": (("run", *PENDULUM, "--method", "ida:index2", "--tol", "1e-4", "--t-end", "1", "--steps-out", "OUT"), "a.csv"),
+    "compare": (("compare", *RATTLE, "--t-end", "1", "--out", "OUT"), "o"),
+    "compare, one picture": (("compare", *RATTLE, "--t-end", "1", "--out", "OUT"), "a.pdf"),
+    "order": (("order", *PENDULUM, "--method", "rattle", "--t-end", "1", "--halvings", "2", "--out", "OUT"), "o"),
+    "ensemble": (("ensemble", *RATTLE, "--steps", "3", "--members", "4", "--out", "OUT"), "o"),
+    "shadow": (("shadow", *RATTLE, "--t-end", "1", "--orders", "2", "--out", "OUT"), "o"),
+    "animate": (("animate", *PENDULUM, "--methods", "rattle", "--h", "0.1", "--t-end", "1", "--out", "OUT"), "a.svg"),
+    "reference export": (("reference", "export", "planar_pendulum-horizontal", "--times", "0,1", "--out", "OUT"), "a.csv"),
+    "export": (("export", "STORE", "OUT"), "a.csv"),
+    "archive": (("archive", "STORE", "--out", "OUT"), "a.zip"),
+}
+"""Commands with an output, and its name."""
+
+SLOW = {
+    "work-precision": (("work-precision", *STUDY, "--out", "OUT"), "o"),
+    "precision": (("precision", *STUDY, "--ways", "float64,compensated", "--out", "OUT"), "o"),
+    "stability": (("stability", *RATTLE, "--t-end", "1", "--only", "round-off", "--workers", "1", "--out", "OUT"), "o"),
+    "long": (("long", *RATTLE, "--steps", "2000", "--workers", "1", "--out", "OUT"), "o"),
+    "chaos": (("chaos", *RATTLE, "--steps", "20", "--cells", "2", "--out", "OUT"), "o"),
+    "step-for": (("step-for", *RATTLE, "--t-end", "1", "--statistic", "energy", "--margin", "9", "--members", "64", "--out", "OUT"), "o"),
+    "advise": (("advise", *PENDULUM, "--accuracy", "1e-2", "--t-end", "1", "--methods", "rattle", "--ensemble", "4", "--out", "OUT"), "o"),
+    "modes": (("modes", "spherical_pendulum_spring", "--out", "OUT"), "o"),
+    "baumgarte": (("baumgarte", *PENDULUM, "--methods", "rk4", "--h", "0.1", "--t-end", "1", "--out", "OUT"), "o"),
+}
+"""Those that take seconds."""
+
+ELSEWHERE = {"report", "lesson", "certify", "reference build"}
+"""Commands whose pages, certificates and references are folders with a mark of their own: see the tests at the end, and those of each."""
+
+INPUTS = {"store", "tls_ca_file", "tls_cert", "tls_key", "include", "file", "folder", "certificates", "theirs"}
+"""Names of arguments that are read, and of stores, which are refused where they are something else."""
+
+KEPT = (".db", ".db-wal", ".db-shm", ".npz")
+"""What commands leave beside their outputs to go on from."""
+
+
+def commands(group, path=()):
+    """Give all commands, as they are called, with their functions."""
+    for info in group.registered_commands:
+        yield " ".join((*path, info.name or info.callback.__name__.replace("_", "-"))), info
+    for sub in group.registered_groups:
+        yield from commands(sub.typer_instance, (*path, sub.name))
+
+
+def outputs_of(function):
+    """Return the names of a command's arguments that are paths, without those that are read."""
+    hints = typing.get_type_hints(function)
+    return {name for name, kind in hints.items() if kind in (Path, Path | None)} - INPUTS
+
+
+def test_no_command_with_an_output_is_without_a_test_and_a_way_to_overwrite():
+    from daebench.cli.commands import Command
+
+    tested = {name.split(",")[0].split(" --")[0] for name in (*FAST, *SLOW)} | ELSEWHERE
+    found = dict(commands(app))
+    assert all(info.cls is Command for info in found.values())
+    named = ("export", "reference build")
+    with_output = {name: info.callback for name, info in found.items() if name in named or outputs_of(info.callback)}
+    assert with_output.keys() == tested
+    for name, function in with_output.items():
+        assert "overwrite" in typing.get_type_hints(function), name
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """Return a store of runs."""
+    path = tmp_path_factory.mktemp("store") / "studies.db"
+    with opened(path) as runs:
+        ensemble("planar_pendulum", case="horizontal", method="rattle", h=0.1, steps=3, members=4, store=runs)
+    return path
+
+
+@pytest.fixture
+def call(daebench, tmp_path, monkeypatch, store):
+    """Return what calls a command in a folder of its own."""
+
+    def called(name, folder, *more):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        monkeypatch.chdir(tmp_path / folder)
+        words, out = (FAST | SLOW)[name]
+        given = [str(store) if word == "STORE" else out if word == "OUT" else word for word in words]
+        return daebench(*given, *more)
+
+    return called
+
+
+def written(folder):
+    """Return the files below a folder but what commands go on from, by their paths there."""
+    paths = [path for path in folder.rglob("*") if path.is_file() and not (path.suffix in KEPT and path.name != "a.npz")]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+def slowly(names, quick):
+    return [pytest.param(name, id=name, marks=[] if name in quick else [pytest.mark.slow]) for name in names]
+
+
+QUICK = ("reference export", "export", "archive")
+
+
+@pytest.mark.parametrize("name", slowly([*FAST, *SLOW], (*QUICK, "run", "animate", "ensemble")))
+def test_a_file_of_somebody_else_is_named_and_kept_whichever_it_is(call, tmp_path, name):
+    status, _, error = call(name, "first")
+    assert status == 0, error
+    outputs = written(tmp_path / "first")
+    assert outputs
+    for k, file in enumerate(outputs):
+        theirs = tmp_path / str(k) / file
+        theirs.parent.mkdir(parents=True)
+        theirs.write_text("mine")
+        status, _, error = call(name, str(k))
+        assert (status, len(error.splitlines())) == (2, 1), file
+        assert theirs.name in error
+        assert "--overwrite" in error
+        assert written(tmp_path / str(k)) == {file: b"mine"}  # refused before the work
+    assert call(name, "0", "--overwrite")[0] == 0
+    assert written(tmp_path / "0").keys() == outputs.keys()
+    assert b"mine" not in written(tmp_path / "0").values()
+    assert call(name, "0")[0] == 0  # its own now
+
+
+class Killed(BaseException):
+    """The end of a process that nothing outlives."""
+
+
+@pytest.fixture
+def dying(monkeypatch):
+    """Return what calls a function that is killed before the k-th file or folder gets its name; True where it came to its end."""
+
+    def called(function, k):
+        left = [k]
+
+        def counted(original):
+            def rename(self, target):
+                left[0] -= 1
+                if left[0] < 0:
+                    raise Killed
+                return original(self, target)
+
+            return rename
+
+        with monkeypatch.context() as patch:
+            for name in ("replace", "rename"):
+                patch.setattr(Path, name, counted(getattr(Path, name)))
+            patch.setattr(Path, "unlink", lambda self, missing_ok=False: None)  # a process that is killed removes nothing
+            patch.setattr(shutil, "rmtree", lambda *_, **__: None)
+            try:
+                function()
+            except Killed:
+                return False
+        return True
+
+    return called
+
+
+@pytest.mark.parametrize("name", slowly([name for name in (*FAST, *SLOW) if name not in ("long", "advise", "baumgarte", "modes")], QUICK))
+def test_a_command_that_is_killed_at_any_moment_can_be_given_again(call, dying, tmp_path, name):
+    every = 1 if name in (*QUICK, "run", "animate", "ensemble") else 3
+    for k in range(0, 99, every):
+        if dying(lambda k=k: call(name, str(k)), k):
+            break
+        for _ in range(2):
+            status, _, error = call(name, str(k))
+            assert (status, error) == (0, ""), k
+        names = [path.name for path in (tmp_path / str(k)).rglob("*") if not path.name.startswith(".")]
+        assert {*names} == {path.name for path in _whole(call, tmp_path, name)}
+    assert k > 0
+
+
+def _whole(call, tmp_path, name):
+    if not (tmp_path / "whole").exists():
+        assert call(name, "whole")[0] == 0
+    return [path for path in (tmp_path / "whole").rglob("*") if not path.name.startswith(".")]
+
+
+@pytest.mark.parametrize("old", ["", "empty", "other"])
+def test_a_folder_appears_whole_or_not_at_all(tmp_path, dying, old):
+    def write(path):
+        with atomic_folder(path) as folder:
+            (folder / "a").mkdir()
+            (folder / "a" / "b").write_text("new")
+            (folder / "c").write_text("new")
+
+    for k in range(9):
+        path = tmp_path / str(k) / "out"
+        if old:
+            path.mkdir(parents=True)
+        if old == "other":
+            (path / "a").mkdir()
+            for name in ("a/b", "a/notes", "notes"):
+                (path / name).write_text("old")
+        before, done = written(path), dying(lambda path=path: write(path), k)
+        assert written(path) in ({}, before) or done
+        write(path)
+        rest = {"a/notes": b"old", "notes": b"old"} if old == "other" and (done or before == written(path)) else {}
+        assert written(path).items() >= {"a/b": b"new", "c": b"new", **rest}.items()
+        if done:
+            break
+    assert k == (2 if old else 1)
+
+
+def test_a_folder_that_cannot_be_written_is_named_and_the_old_one_kept(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "a").write_text("old")
+
+    def write_half():
+        with atomic_folder(tmp_path / "out") as folder:
+            (folder / "a").write_text("half")
+            raise OSError(28, os.strerror(28))
+
+    with pytest.raises(DaebenchError, match=r"out cannot be written \(No space left on device\); make room, or choose another path"):
+        write_half()
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert (tmp_path / "out" / "a").read_text() == "old"
+
+
+@pytest.mark.slow
+def test_a_certificate_that_is_killed_at_any_moment_can_be_made_again(daebench, dying, tmp_path, monkeypatch):
+    monkeypatch.setattr(certify, "make", cache_of(certify.make))
+    monkeypatch.chdir(tmp_path)
+    words = ("certify", "rattle", "--problem", "planar_pendulum:horizontal", "--out")
+    for k in range(0, 99, 4):
+        if dying(lambda k=k: daebench(*words, str(k)), k):
+            break
+        assert daebench(*words, str(k))[0] == 0
+    assert k > 0
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "index.html").write_text("mine")
+    status, _, error = daebench(*words, "theirs")
+    assert status == 2
+    assert "add --overwrite" in error
+    assert (tmp_path / "theirs" / "index.html").read_text() == "mine"
+    assert daebench(*words, "theirs", "--overwrite")[0] == 0
+
+
+def cache_of(make):
+    """Return a function that measures once."""
+    measured = []
+
+    def once(*args, **given):
+        if not measured:
+            measured.append(make(*args, **given))
+        return measured[0]
+
+    return once
+
+
+def page(name):
+    """Return a report that writes two files."""
+
+    def make(out, progress):
+        out.mkdir(parents=True, exist_ok=True)
+        for file in ("index.html", "data.csv"):
+            with atomic(out / file) as scratch:
+                scratch.write_text("<title>made</title>")
+        return out / "index.html"
+
+    return Report(name, "about", f"daebench report {name}", make, list)
+
+
+@pytest.mark.parametrize("theirs", ["pages/index.html", "pages/notes.txt", "index.html"])
+def test_pages_replace_no_folder_of_somebody_else(tmp_path, theirs):
+    (tmp_path / theirs).parent.mkdir(exist_ok=True)
+    (tmp_path / theirs).write_text("mine")
+    with writing("daebench report", overwrite=False), pytest.raises(BadInput, match=r"--out .*(pages|index\.html): .*--overwrite"):
+        gallery.put(page("pages"), tmp_path)
+    assert written(tmp_path) == {theirs: b"mine"}
+    with writing("daebench report", overwrite=True):
+        gallery.put(page("pages"), tmp_path)
+    for _ in range(2):
+        with writing("daebench report", overwrite=False):
+            gallery.put(page("pages"), tmp_path)
+    assert (tmp_path / "pages" / "index.html").read_text() == "<title>made</title>"
+
+
+def test_a_page_that_is_killed_at_any_moment_can_be_made_again(tmp_path, dying):
+    def put(folder):
+        with writing("daebench report", overwrite=False):
+            gallery.put(page("pages"), folder)
+
+    for k in range(99):
+        if dying(lambda k=k: put(tmp_path / str(k)), k):
+            break
+        assert not (tmp_path / str(k) / "index.html").exists()
+        put(tmp_path / str(k))
+        assert (tmp_path / str(k) / "pages" / "data.csv").exists()
+    assert k > 3
+
+
+def test_from_python_the_caller_answers_for_the_paths(tmp_path):
+    (tmp_path / "a.csv").write_text("mine")
+    with described([tmp_path / "a.csv"], {"Columns": "t"}), files.atomic(tmp_path / "a.csv") as scratch:
+        scratch.write_text("t\n")
+    assert (tmp_path / "a.csv").read_text() == "t\n"
+    assert "Made by" not in (tmp_path / "a.csv.txt").read_text()
