@@ -22,6 +22,9 @@ RUN_CONFIRMED = 1e-10
 NEAR = 1e-8
 """Largest deviation that may be put down to the tolerance of an iteration in the code."""
 
+TIMES = 8.0
+"""In float32 a step that is so many times further from the code's than another is not the code's."""
+
 NOT_BY_STEPS = (
     "one_sweep",
     "loose_tolerance",
@@ -109,7 +112,18 @@ def dictionary_matches(battery: Battery, others: Variants | None = None) -> list
         for variant, step in variants.items()
         if (deviation := battery.deviation(step_of(battery, step), near)) <= near
     ]
-    return sorted(matches, key=lambda match: max(match.deviation, confirmed))
+    return sorted(matches, key=lambda match: match.deviation if battery.single else max(match.deviation, confirmed))
+
+
+def nearer(battery: Battery, one: float, other: float) -> bool:
+    """Return whether one deviation is so much smaller than another that, in float32, only its step is the code's."""
+    return battery.single and TIMES * max(one, battery.eps) < other
+
+
+def nearest(battery: Battery, matches: list[Match]) -> list[Match]:
+    """Return the matches; in float32, whose rounding hides small effects, those that are not much further than the nearest."""
+    best = min((match.deviation for match in matches), default=0.0)
+    return [match for match in matches if not nearer(battery, best, match.deviation)]
 
 
 def step_of(battery: Battery, variant: Step) -> Map:

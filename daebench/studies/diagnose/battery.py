@@ -120,9 +120,14 @@ class Battery:
         after = np.array([point.after for point in self.points])
         return EPS32 if np.array_equal(after, after.astype(np.float32)) else EPS
 
+    @property
+    def single(self) -> bool:
+        """Whether the code computes in float32."""
+        return self.eps != EPS
+
     def rounding(self, double: float) -> float:
         """Return a bound on what is the same but for rounding, in float32 a wider one in place of that of float64."""
-        return double if self.eps == EPS else max(SINGLE, double)
+        return max(SINGLE, double) if self.single else double
 
     @cached_property
     def off_manifold(self) -> float:

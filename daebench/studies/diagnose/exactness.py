@@ -1,5 +1,6 @@
 """Whether a code meets the constraints to round-off in its own precision, and whether what is left follows its own stop."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,11 +64,12 @@ def exactness(battery: Battery, step: Map) -> Exactness:
         The code's map.
     """
     mechanics = battery.mechanics
-    rows = [_residuals(mechanics, point) for point in battery.points]
+    sizes = _sizes(mechanics, battery.points)
+    rows = [_residuals(mechanics, point, sizes) for point in battery.points]
     largest = [max(float(np.max(np.abs(row[k]))) for row in rows) for k in (0, 1)]
     relative = [max(float(np.max(np.abs(row[k]) / (battery.eps * row[k + 2]))) for row in rows) for k in (0, 1)]
     follows = any(
-        _smooth(battery, step, point, k)
+        _smooth(battery, step, point, sizes, k)
         for k in (0, 1)
         for point, row in zip(battery.points, rows, strict=True)
         if relative[k] > ROUNDINGS and np.max(np.abs(row[k]) / row[k + 2]) >= relative[k] * battery.eps / 2
@@ -75,19 +77,24 @@ def exactness(battery: Battery, step: Map) -> Exactness:
     return Exactness(largest[0], largest[1], relative[0], relative[1], follows)
 
 
-def _residuals(mechanics: Mechanics, point: Point) -> tuple[Array, Array, Array, Array]:
-    """Return g and G H_p after a step, and |G| |q| and |G| |v| of each row, with the largest q and v on the way."""
+def _sizes(mechanics: Mechanics, points: Sequence[Point]) -> tuple[float, float]:
+    """Return the largest |q| and |v| after the steps."""
+    ends = [point.after for point in points]
+    length = max(float(np.linalg.norm(q)) for _, q in ends)
+    return length, max(float(np.linalg.norm(mechanics.velocity(p, q))) for p, q in ends)
+
+
+def _residuals(mechanics: Mechanics, point: Point, sizes: tuple[float, float]) -> tuple[Array, Array, Array, Array]:
+    """Return g and G H_p after a step, and |G| |q| and |G| |v| of each row."""
     (p1, q1), tiny = point.after, np.finfo(float).tiny
-    G, v = mechanics.gradient(q1), mechanics.velocity(p1, q1)
-    speeds = v, (q1 - point.q) / point.h, mechanics.velocity(point.p, point.q)
+    G = mechanics.gradient(q1)
     size = np.linalg.norm(G, axis=1)
-    speed, length = (max(float(np.linalg.norm(x)) for x in vectors) for vectors in (speeds, (q1, point.q)))
-    return mechanics.constraint(q1), G @ v, size * length + tiny, size * speed + tiny
+    return mechanics.constraint(q1), G @ mechanics.velocity(p1, q1), size * sizes[0] + tiny, size * sizes[1] + tiny
 
 
-def _smooth(battery: Battery, step: Map, point: Point, k: int) -> bool:
+def _smooth(battery: Battery, step: Map, point: Point, sizes: tuple[float, float], k: int) -> bool:
     """Return whether a residual is nearly the same after a step of nearly the same size."""
     h = point.h * (1 + NUDGE * (battery.eps / np.finfo(float).eps) ** 0.25)
     other: State = attempted(step, replace(point, h=h))
-    one, two = (_residuals(battery.mechanics, replace(point, after=after))[k] for after in (point.after, other))
+    one, two = (_residuals(battery.mechanics, replace(point, after=after), sizes)[k] for after in (point.after, other))
     return bool(np.max(np.abs(two - one)) <= SMOOTH * np.max(np.abs(one)))

@@ -175,6 +175,18 @@ MOMENTA: dict[str, kicks.Momenta] = {"": kicks.tangent, ", momenta orthogonally"
 """How momenta are projected."""
 
 
+def _unprojected(mechanics: Mechanics, p: Array, q: Array, h: float, *, integrator: Integrator, constrained: bool) -> State:
+    return _before_projection(mechanics, integrator, constrained, tuple(p), tuple(q), h)
+
+
+UNPROJECTED: list[tuple[str, Step, kicks.Momenta]] = [
+    (f"{name} on the {equations}{how}", partial(_unprojected, integrator=step, constrained=constrained), momenta)
+    for (name, step), (equations, constrained), (how, momenta) in itertools.product(LEAVING.items(), EQUATIONS.items(), MOMENTA.items())
+    if momenta is not kicks.as_it_is
+]
+"""Steps before they are projected, and how momenta are."""
+
+
 def _on_reduced(integrators: Mapping[str, Integrator], damping: float = 0.0, stiffness: float = 0.0) -> Variants:
     return {name: partial(reduced, integrator=step, damping=damping, stiffness=stiffness) for name, step in integrators.items()}
 

@@ -1,7 +1,8 @@
 """Laws that the steps of a code obey, whatever its numbers are: faults that no list of steps can have, as they depend on a number."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 from daebench.runs.ivp import Array
 from daebench.studies.diagnose.agreement import CONFIRMED
 from daebench.studies.diagnose.battery import Battery, Map, Point, attempted
+from daebench.studies.diagnose.faulty_steps import UNPROJECTED, Step
 from daebench.studies.diagnose.feedback import rates
-from daebench.studies.diagnose.kicks import RATTLE
+from daebench.studies.diagnose.kicks import RATTLE, Momenta
 from daebench.studies.diagnose.mechanics import Mechanics, State, drift
 from daebench.studies.diagnose.multipliers import has_form, implied, kicked
 
@@ -52,7 +54,7 @@ class Law:
 
 def law(battery: Battery, step: Map) -> Law | None:
     """Return the first law that all steps of a code obey, None where they obey none of them."""
-    return _of_one_size(battery, step) or _held_elsewhere(battery) or _left_out(battery) or _damped(battery) or _position_based(battery)
+    return _of_one_size(battery, step) or next(filter(None, (shown(battery) for shown in LAWS)), None)
 
 
 def _of_one_size(battery: Battery, step: Map) -> Law | None:
@@ -86,11 +88,20 @@ def _left_out(battery: Battery) -> Law | None:
         for k in range(zero.shape[1]):
             if zero[:, k].all():
                 return Law("constraint_missing", f"constraint {k + 1} has no multiplier for the {what} in any step")
-        signs = np.where(zero, 0.0, np.sign(pulls))
-        one_signed = all(len(set(signs[:, k]) - {0.0}) <= 1 for k in range(zero.shape[1]))
-        if zero.any() and one_signed and np.max(np.abs(left[zero])) > np.min(np.abs(free[~zero])):
+        if _one_sided(pulls, zero) and _no_stop(zero, free, left):
             return Law("multiplier_clamped", f"multipliers for the {what} have one sign in all steps, and are zero in the others")
     return None
+
+
+def _one_sided(pulls: Array, zero: NDArray[np.bool_]) -> bool:
+    """Return whether some multipliers are zero, and all others have one sign in each row."""
+    signs = np.where(zero, 0.0, np.sign(pulls))
+    return bool(zero.any()) and all(len(set(signs[:, k]) - {0.0}) <= 1 for k in range(zero.shape[1]))
+
+
+def _no_stop(zero: NDArray[np.bool_], free: Array, left: Array) -> bool:
+    """Return whether residuals that are left without a multiplier are larger than some that are not: no tolerance ends there."""
+    return bool(np.max(np.abs(left[zero])) > np.min(np.max(np.abs(free[~zero.all(axis=1)]), axis=1)))
 
 
 def _of_positions(battery: Battery) -> tuple[Array, Array, Array]:
@@ -189,6 +200,23 @@ def _position_based(battery: Battery) -> Law | None:
     return Law("position_based", f"after every step p1 is {damping}M (q1 - q0) / h, and q1 is not reached along G(q0){scaled}")
 
 
+def _projected_after(battery: Battery) -> Law | None:
+    """Return whether the momentum is that of a step without constraints, projected at q1, and q1 is on the manifold."""
+    if battery.off_manifold > battery.rounding(CONSTANT):
+        return None
+    tolerance = battery.rounding(CONFIRMED)
+    for label, before, momenta in UNPROJECTED:
+        steps = (attempted(partial(_momentum_at, battery.mechanics, before, momenta, point), point) for point in battery.points)
+        if all(battery.distance(end, point.after) <= tolerance for end, point in zip(steps, battery.points, strict=True)):
+            return Law("projected_after", f"p1 is that of {label}, projected at q1, which is reached in another way than along G(q0)")
+    return None
+
+
+def _momentum_at(mechanics: Mechanics, before: Step, momenta: Momenta, point: Point, p: Array, q: Array, h: float) -> State:
+    q1 = point.after[1]
+    return momenta(mechanics, before(mechanics, p, q, h)[0], q1), q1
+
+
 def _put_back(battery: Battery) -> bool:
     """Return whether positions are nearer to the manifold than they would be without constraints."""
     mechanics = battery.mechanics
@@ -213,20 +241,34 @@ def force_factor(battery: Battery, step: Map) -> float | None:
 
     It shows as h goes to zero, and is then refined from the impulses of large steps.
     """
+    if not battery.mechanics.separable:
+        return None
+    halves = [implied(battery.mechanics, point)[0] for point in battery.points]
+    half, rest = _force_beside(battery, halves, ends=False)
+    if battery.single:
+        return 2 * half if rest <= battery.rounding(CONFIRMED) else None
+    if (factor := _limit_of_force(battery, step)) is None:
+        return None
+    refined = min((half, 2 * half, float(f"{factor:.4g}")), key=lambda value: abs(value - factor))
+    return refined if abs(refined - 1) > FITS else None
+
+
+def _limit_of_force(battery: Battery, step: Map) -> float | None:
+    """Return the factor of the force as h goes to zero, from states of the manifold; None where there is none."""
     mechanics, slopes, changes = battery.mechanics, [], []
     for point in battery.points:
         G = mechanics.gradient(point.q)
         limit = rates(step, point.p, point.q, SMALL * battery.h)
-        if limit is None or not mechanics.separable or mechanics.distance(point.q) > battery.rounding(CONFIRMED) * float(battery.scales[1]):
-            continue
-        slopes.append(_without(G, mechanics.slope(point.p, point.q)))
-        changes.append(_without(G, -limit[0]))
+        if limit is not None and mechanics.distance(point.q) <= CONFIRMED * float(battery.scales[1]):
+            slopes.append(_without(G, mechanics.slope(point.p, point.q)))
+            changes.append(_without(G, -limit[0]))
     if not slopes or not np.any(slopes):
         return None
     slope, change = np.concatenate(slopes), np.concatenate(changes)
     factor = _factor(slope, change)
-    if float(np.max(np.abs(change - factor * slope))) > FITS * max(np.max(np.abs(slope)), np.max(np.abs(change))):
-        return None
-    exact = 2 * _force_beside(battery, [implied(mechanics, point)[0] for point in battery.points], ends=False)[0]
-    refined = min((exact, exact / 2, float(f"{factor:.4g}")), key=lambda value: abs(value - factor))
-    return refined if abs(refined - 1) > FITS else None
+    fits = float(np.max(np.abs(change - factor * slope))) <= FITS * max(np.max(np.abs(slope)), np.max(np.abs(change)))
+    return factor if fits else None
+
+
+LAWS: tuple[Callable[[Battery], Law | None], ...] = (_held_elsewhere, _left_out, _damped, _position_based, _projected_after)
+"""Laws that show in the steps of a battery, in the order in which they are tried."""

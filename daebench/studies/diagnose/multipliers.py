@@ -22,9 +22,6 @@ STOPPED = 0.5
 SWEEPS = 12
 """Most sweeps that are tried."""
 
-ROUNDING = 1e-14
-"""Distance to the manifold, relative to the largest position, that is none but for rounding."""
-
 PARTS = tuple(1.15**-k for k in range(60, -1, -1))
 """Parts of the step size with which a step is taken, from small to large."""
 
@@ -170,9 +167,9 @@ def _reached(battery: Battery, point: Point, step: Map) -> bool:
 def _ends_by_tolerance(battery: Battery, step: Map) -> bool:
     """Return whether the distance to the manifold is a sawtooth of the step size: it falls where one more sweep is made."""
     mechanics, size = battery.mechanics, float(battery.scales[1])
-    for point in battery.points[:STATES]:
+    for point in sorted(battery.points, key=lambda point: -point.h)[:STATES]:
         after = [attempted(step, Point(part * point.h, point.p, point.q, point.after))[1] for part in PARTS]
-        off = np.array([max(mechanics.distance(q) / size, ROUNDING) for q in after])
+        off = np.array([max(mechanics.distance(q) / size, ROUNDINGS * battery.eps) for q in after])
         if np.any((off[:-3] < off[1:-2]) & (FALLS * off[2:-1] < off[1:-2]) & (off[2:-1] < off[3:])):
             return True
     return False

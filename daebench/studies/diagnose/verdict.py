@@ -18,6 +18,8 @@ from daebench.studies.diagnose.agreement import (
     Match,
     claimed_deviation,
     dictionary_matches,
+    nearer,
+    nearest,
     resembled,
     shifted,
     step_of,
@@ -188,20 +190,26 @@ def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
     """Return the first verdict that the steps give: agreement, then what their parts show."""
     single, run = claimed_deviation(trial, meant)
     step, confirmed = map_of(code, trial.mechanics.ivp), trial.rounding(CONFIRMED)
-    if single <= confirmed:
+    ours = meant.name in MEANT
+    matches = dictionary_matches(trial) if ours and (trial.single or single > confirmed) else []
+    exact = nearest(trial, [match for match in matches if match.deviation <= confirmed])
+    if single <= confirmed and not (exact and nearer(trial, exact[0].deviation, single)):
         return _same_steps(trial, step, meant, single, run)
     apart = f"a step differs from that of {meant.name} by {single:.1e} of the size of the state"
-    ours = meant.name in MEANT
-    matches = dictionary_matches(trial) if ours else []
-    exact = [match for match in matches if match.deviation <= confirmed]
     if name := resembled(trial):
-        names = tuple(dict.fromkeys(match.fault for match in exact))
+        names = tuple(dict.fromkeys(match.fault for match in exact)) or (_reduced(trial, step) if ours else ())
         return Finding(UNSURE, names, (apart, f"its steps are those of {name}, to {confirmed:.2g}"), name)
     if exact:
         return _matched(exact, apart)
     if not ours:
         return Finding(UNSURE, (), (apart, f"it agrees with no scheme of daebench; faults are known only for {MEANT[0]}"))
     return _by_parts(trial, step, matches, apart) or _solved(trial, step, apart, single, run) or _by_rest(trial, step, matches, apart)
+
+
+def _reduced(trial: Battery, step: Map) -> tuple[str, ...]:
+    """Return the fault of a code that resembles a scheme on the index-reduced equations."""
+    shown = feedback(trial, step)
+    return ("index_reduced",) if shown and not (shown.damping or shown.stiffness) else ()
 
 
 def _by_parts(trial: Battery, step: Map, matches: Sequence[Match], apart: str) -> Finding | None:
@@ -244,7 +252,7 @@ def _under_other_force(trial: Battery, step: Map, factor: float, apart: str) -> 
     solved = inexact(other, step)
     if other.deviation(step_of(other, RATTLE)) <= trial.rounding(CONFIRMED) or (solved and solved.exact):
         return Finding(FAULT, ("force_scaled",), (apart, law))
-    exact = [match for match in dictionary_matches(other) if match.deviation <= trial.rounding(CONFIRMED)]
+    exact = nearest(trial, [match for match in dictionary_matches(other) if match.deviation <= trial.rounding(CONFIRMED)])
     if not exact:
         return Finding(UNSURE, ("force_scaled",), (apart, law, "under that force it agrees with no step that is known"))
     finding = _matched(exact, apart)
