@@ -13,7 +13,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.studies.claims.check import default_step
-from daebench.studies.diagnose.kicks import tangent
+from daebench.studies.diagnose.kicks import RATTLE, tangent
 from daebench.studies.diagnose.mechanics import Mechanics, State
 
 Map = Callable[[Array, Array, float], State]
@@ -46,8 +46,8 @@ PARTS = (1.0, 0.5, 0.125)
 SPEEDS = (0.0, 0.3, 1.0, 3.0)
 """Factors of momenta with which a multiplier of the other sign is sought."""
 
-THROWN = 3.0
-"""Momenta with which other positions are reached, in units of those of the run."""
+AWAY = 4
+"""Every fourth state is a start of a run under the opposite force."""
 
 PULLS = 1e-2
 """A multiplier has a sign where it is so large, relative to the largest."""
@@ -262,7 +262,7 @@ def _of_other_signs(ivp: ConstrainedIvp, states: list[State], h: float) -> Itera
     if not missing:
         return
     step = map_of(uncompiled(FixedStep("rattle")), ivp)
-    places = [q for _, q in states] + list(_thrown(step, mechanics, states, h))
+    places = [q for _, q in states] + list(_opposed(mechanics, states, h))
     speeds = [p for p, _ in states if np.any(p)]
     others = [(tangent(mechanics, s * speeds[k % len(speeds)], q), q) for k, q in enumerate(places) for s in SPEEDS]
     pulls = np.array([mechanics.multipliers(p, q) for p, q in others])
@@ -276,16 +276,16 @@ def _has(multipliers: list[Array], k: int, sign: float) -> bool:
     return any(sign * lam[k] > PULLS * np.max(np.abs(lam)) for lam in multipliers)
 
 
-def _thrown(step: Map, mechanics: Mechanics, states: list[State], h: float) -> Iterator[Array]:
-    """Yield positions that are reached with other momenta, larger than those of the run."""
-    for p, q in states[:: len(states) // 2]:
-        state: State = tangent(mechanics, THROWN * p, q), q
-        for _ in range(4 * APART):
-            try:
-                state = step(*state, h / 4)
-            except RunFailed:
+def _opposed(mechanics: Mechanics, states: list[State], h: float) -> Iterator[Array]:
+    """Yield positions that are reached under the opposite force: where a rod pulls, it pushes there."""
+    opposite = replace(mechanics, force=-1.0)
+    for state in states[::AWAY]:
+        for step in range(APART * STATES):
+            state = RATTLE(opposite, *state, h)
+            if not np.isfinite(state).all():
                 break
-            yield state[1]
+            if step % APART == 0:
+                yield state[1]
 
 
 def _can(step: Map, state: State, h: float) -> bool:

@@ -20,8 +20,8 @@ from daebench.studies.diagnose.multipliers import has_form, implied, kicked
 CONSTANT = 1e-9
 """Largest change of g, relative to the size of G and q, where it is held at a value other than zero."""
 
-NO_PULL = 1e-9
-"""A multiplier is zero where it is so small, relative to the largest."""
+NO_PULL, NO_PULL_SINGLE = 1e-9, 1e-3
+"""A multiplier is zero where it is so small, relative to the largest; in float32, whose roundings of q1 - q0 are divided by h."""
 
 BACK = 0.5
 """Part of the distance to the manifold that positions have at most kept where they are put back on it."""
@@ -83,25 +83,25 @@ def _left_out(battery: Battery) -> Law | None:
     if not has_form(battery):
         return None
     for what, pulls, free, left in (("positions", *_of_positions(battery)), ("velocities", *_of_velocities(battery))):
-        zero = np.abs(pulls) <= battery.rounding(NO_PULL) * np.max(np.abs(pulls))
-        zero &= np.abs(left) > battery.rounding(NO_PULL) * np.max(np.abs(free))
+        small = np.abs(pulls) <= (NO_PULL_SINGLE if battery.single else NO_PULL) * np.max(np.abs(pulls))
+        zero = small & (np.abs(left) > battery.rounding(NO_PULL) * np.max(np.abs(free)))
         for k in range(zero.shape[1]):
             if zero[:, k].all():
                 return Law("constraint_missing", f"constraint {k + 1} has no multiplier for the {what} in any step")
-        if _one_sided(pulls, zero) and _no_stop(zero, free, left):
+        if zero.any() and _one_sided(pulls, small) and _no_stop(zero, small, free, left):
             return Law("multiplier_clamped", f"multipliers for the {what} have one sign in all steps, and are zero in the others")
     return None
 
 
-def _one_sided(pulls: Array, zero: NDArray[np.bool_]) -> bool:
-    """Return whether some multipliers are zero, and all others have one sign in each row."""
-    signs = np.where(zero, 0.0, np.sign(pulls))
-    return bool(zero.any()) and all(len(set(signs[:, k]) - {0.0}) <= 1 for k in range(zero.shape[1]))
+def _one_sided(pulls: Array, small: NDArray[np.bool_]) -> bool:
+    """Return whether all multipliers that are not small have one sign in each column."""
+    signs = np.where(small, 0.0, np.sign(pulls))
+    return all(len(set(column) - {0.0}) <= 1 for column in signs.T)
 
 
-def _no_stop(zero: NDArray[np.bool_], free: Array, left: Array) -> bool:
+def _no_stop(zero: NDArray[np.bool_], small: NDArray[np.bool_], free: Array, left: Array) -> bool:
     """Return whether residuals that are left without a multiplier are larger than some that are not: no tolerance ends there."""
-    return bool(np.max(np.abs(left[zero])) > np.min(np.max(np.abs(free[~zero.all(axis=1)]), axis=1)))
+    return bool(np.max(np.abs(left[zero])) > np.min(np.max(np.abs(free[~small.all(axis=1)]), axis=1)))
 
 
 def _of_positions(battery: Battery) -> tuple[Array, Array, Array]:

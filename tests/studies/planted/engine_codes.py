@@ -19,7 +19,7 @@ def model(masses, rods, dim):
     return register
 
 
-@model([2.5], [(-1, 0, 1.5)], 2)
+@model([2.5], [(-1, 0, 1.0)], 2)
 def single(x):
     return np.array([[0.0, -3.0]])
 
