@@ -86,9 +86,9 @@ def _left_out(battery: Battery) -> Law | None:
         small = np.abs(pulls) <= (NO_PULL_SINGLE if battery.single else NO_PULL) * np.max(np.abs(pulls))
         zero = small & (np.abs(left) > battery.rounding(NO_PULL) * np.max(np.abs(free)))
         for k in range(zero.shape[1]):
-            if zero[:, k].all():
+            if zero[:, k].all() and not zero.all():
                 return Law("constraint_missing", f"constraint {k + 1} has no multiplier for the {what} in any step")
-        if zero.any() and _one_sided(pulls, small) and _no_stop(zero, small, free, left):
+        if zero.any() and not zero.all() and _one_sided(pulls, small) and _no_stop(zero, small, free, left):
             return Law("multiplier_clamped", f"multipliers for the {what} have one sign in all steps, and are zero in the others")
     return None
 

@@ -197,7 +197,7 @@ def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
         return _same_steps(trial, step, meant, single, run)
     apart = f"a step differs from that of {meant.name} by {single:.1e} of the size of the state"
     if name := resembled(trial):
-        names = tuple(dict.fromkeys(match.fault for match in exact)) or (_reduced(trial, step) if ours else ())
+        names = () if trial.single else tuple(dict.fromkeys(match.fault for match in exact)) or (_reduced(trial, step) if ours else ())
         return Finding(UNSURE, names, (apart, f"its steps are those of {name}, to {confirmed:.2g}"), name)
     if exact:
         return _matched(exact, apart)

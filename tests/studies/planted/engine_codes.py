@@ -170,7 +170,7 @@ class World:
         elif habit == "reference_gradient_after_free_drift":
             reference = self.along(x0 + h * before)
         rounds = {"one_sweep": 1}.get(habit, ROUNDS)
-        stop = {"loose_tolerance": 1e-3, "loose_tolerance_fine": 1e-9}.get(habit, 0.0)
+        stop = {"loose_tolerance": 1e-3, "loose_tolerance_fine": 1e-9, "shake_to_a_tolerance": 1e-6}.get(habit, 0.0)
         share = {"momentum_not_corrected": 0.0, "multiplier_sign": -1.0, "multiplier_half": 0.5, "multiplier_double": 2.0}.get(habit, 1.0)
         if habit == "multiplier_times_h":
             share = h
@@ -182,7 +182,7 @@ class World:
             self.make_rigid(v, x)
         at = {"old_force": x0, "force_before_correction": free}.get(habit, x)
         v = v + self.real(second) * h * self.a(at)
-        if habit not in ("velocity_not_projected", "momentum_at_half_step", "velocity_projected_before_kick"):
+        if habit not in ("velocity_not_projected", "shake_to_a_tolerance", "momentum_at_half_step", "velocity_projected_before_kick"):
             place = {"velocity_projected_at_q0": x0, "velocity_projected_at_free": free}.get(habit, x)
             part = {"half_of_velocity": 0.5}.get(habit, 1.0)
             loose = 1e-4 if habit == "loose_velocity" else 0.0
@@ -273,6 +273,7 @@ EXPECTED = {
     "no_kick": "kick_missing",
     "loose_tolerance_fine": "loose_tolerance",
     "loose_velocity": "loose_tolerance",
+    "shake_to_a_tolerance": "velocity_not_projected",
     "multiplier_double": "multiplier_half",
     "half_of_velocity": "multiplier_half",
     "velocity_projected_at_free": "velocity_projected_at_q0",
@@ -290,6 +291,7 @@ HABITS = (
     "reference_gradient_at_midpoint",
     "momentum_not_corrected",
     "velocity_not_projected",
+    "shake_to_a_tolerance",
     "full_kick",
     "old_force",
     "one_sweep",
