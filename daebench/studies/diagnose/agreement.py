@@ -22,12 +22,23 @@ RUN_CONFIRMED = 1e-10
 NEAR = 1e-8
 """Largest deviation that may be put down to the tolerance of an iteration in the code."""
 
-NOT_BY_STEPS = ("one_sweep", "loose_tolerance", "baumgarte")
+TIMES = 8.0
+"""In float32 a step that is so many times further from the code's than another is not the code's."""
+
+NOT_BY_STEPS = (
+    "one_sweep",
+    "loose_tolerance",
+    "baumgarte",
+    "force_scaled",
+    "momentum_damped",
+    "constraint_shifted",
+    "step_size_ignored",
+)
 """Faults whose steps depend on numbers of the code, which are told otherwise."""
 
 
-PROJECTED = "projected_after"
-"""The fault of which no code has steps that leave the manifold."""
+PROJECTED = ("projected_after", "position_based")
+"""Faults that put positions back on the manifold: steps that leave it are not compared with theirs."""
 
 
 @dataclass(frozen=True)
@@ -92,16 +103,27 @@ def dictionary_matches(battery: Battery, others: Variants | None = None) -> list
     others : dict of str to callable, optional
         Steps of the fault "baumgarte" with the feedback of the code; by default the whole dictionary.
     """
-    off = battery.off_manifold
+    off, near, confirmed = battery.off_manifold, battery.rounding(NEAR), battery.rounding(CONFIRMED)
     pairs: Iterable[tuple[str, Variants]] = [("baumgarte", others)] if others else FAULTY_STEPS.items()
     matches = [
         Match(fault, variant, deviation)
         for fault, variants in pairs
-        if others or not (fault in NOT_BY_STEPS or (fault == PROJECTED and off > NEAR))
+        if others or not (fault in NOT_BY_STEPS or (fault in PROJECTED and off > near))
         for variant, step in variants.items()
-        if (deviation := battery.deviation(step_of(battery, step), NEAR)) <= NEAR
+        if (deviation := battery.deviation(step_of(battery, step), near)) <= near
     ]
-    return sorted(matches, key=lambda match: max(match.deviation, CONFIRMED))
+    return sorted(matches, key=lambda match: match.deviation if battery.single else max(match.deviation, confirmed))
+
+
+def nearer(battery: Battery, one: float, other: float) -> bool:
+    """Return whether one deviation is so much smaller than another that, in float32, only its step is the code's."""
+    return battery.single and TIMES * max(one, battery.eps) < other
+
+
+def nearest(battery: Battery, matches: list[Match]) -> list[Match]:
+    """Return the matches; in float32, whose rounding hides small effects, those that are not much further than the nearest."""
+    best = min((match.deviation for match in matches), default=0.0)
+    return [match for match in matches if not nearer(battery, best, match.deviation)]
 
 
 def step_of(battery: Battery, variant: Step) -> Map:
@@ -111,12 +133,12 @@ def step_of(battery: Battery, variant: Step) -> Map:
 
 def resembled(battery: Battery) -> str:
     """Return the name of the scheme of daebench that the code agrees with, "" where there is none."""
-    ivp = battery.mechanics.ivp
+    ivp, confirmed = battery.mechanics.ivp, battery.rounding(CONFIRMED)
     for listed in CONSTRAINED.listed():
         scheme = method_of(ivp, listed.name)
         if not isinstance(scheme, FixedStep) or scheme.refusal(ivp):
             continue
-        if battery.deviation(map_of(uncompiled(scheme), ivp), CONFIRMED) <= CONFIRMED:
+        if battery.deviation(map_of(uncompiled(scheme), ivp), confirmed) <= confirmed:
             return scheme.name
     return ""
 
@@ -133,6 +155,6 @@ def shifted(battery: Battery, scheme: FixedStep) -> str:
         f"{STEPS} steps are taken in the time of {STEPS + 1}": (0, battery.h * (STEPS + 1) / STEPS),
     }
     for way, (ahead, h) in ways.items():
-        if _of_run(battery, chained(step, battery, h), ahead) <= RUN_CONFIRMED:
+        if _of_run(battery, chained(step, battery, h), ahead) <= battery.rounding(RUN_CONFIRMED):
             return way
     return ""

@@ -13,6 +13,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.studies.claims.check import default_step
+from daebench.studies.diagnose.kicks import RATTLE, tangent
 from daebench.studies.diagnose.mechanics import Mechanics, State
 
 Map = Callable[[Array, Array, float], State]
@@ -38,6 +39,24 @@ WILD = 100.0
 
 REFINEMENTS = 6
 """How often a step that RATTLE cannot take is halved."""
+
+PARTS = (1.0, 0.5, 0.125)
+"""Step sizes of single steps, as parts of the largest; states take one after the other."""
+
+SPEEDS = (0.0, 0.3, 1.0, 3.0)
+"""Factors of momenta with which a multiplier of the other sign is sought."""
+
+AWAY = 4
+"""Every fourth state is a start of a run under the opposite force."""
+
+PULLS = 1e-2
+"""A multiplier has a sign where it is so large, relative to the largest."""
+
+EPS, EPS32 = float(np.finfo(np.float64).eps), float(np.finfo(np.float32).eps)
+"""Distances of one to the next number of float64 and of float32."""
+
+SINGLE = 256 * EPS32
+"""Largest deviation of single steps in float32 that are the same but for rounding, relative to the largest momentum and position."""
 
 FAILED = float("inf")
 """Deviation of a step that has no solution."""
@@ -94,6 +113,21 @@ class Battery:
         momenta = [np.abs(self.rows[:, :d]).max(), *(np.abs([x.p, x.after[0]]).max() for x in self.points)]
         positions = [np.abs(self.rows[:, d:]).max(), *(np.abs([x.q, x.after[1]]).max() for x in self.points)]
         return np.array(max(momenta)), np.array(max(positions))
+
+    @cached_property
+    def eps(self) -> float:
+        """Relative size of a rounding of the code: that of float32 where all that it returns are numbers of float32."""
+        after = np.array([point.after for point in self.points])
+        return EPS32 if np.array_equal(after, after.astype(np.float32)) else EPS
+
+    @property
+    def single(self) -> bool:
+        """Whether the code computes in float32."""
+        return self.eps != EPS
+
+    def rounding(self, double: float) -> float:
+        """Return a bound on what is the same but for rounding, in float32 a wider one in place of that of float64."""
+        return max(SINGLE, double) if self.single else double
 
     @cached_property
     def off_manifold(self) -> float:
@@ -177,7 +211,7 @@ def battery(ivp: ConstrainedIvp, code: OutsideMethod, h: float | None = None) ->
     step, points = map_of(code, ivp), []
     failures = {run.failure: None} if run.failure else {}
     for k, (p, q) in enumerate(states):
-        size = h / (1 + k % 2)
+        size = PARTS[k % len(PARTS)] * h
         try:
             after = step(p, q, size)
         except RunFailed as failure:
@@ -196,7 +230,8 @@ def _states(ivp: ConstrainedIvp, h: float | None) -> tuple[float, list[State]]:
     value = LARGE * default_step(ivp) if h is None else h
     for _ in range(REFINEMENTS if h is None else 1):
         try:
-            return value, list(_varied(ivp, _along(rattle, ivp, value)))
+            states = list(_varied(ivp, _along(rattle, ivp, value)))
+            return value, [*states, *_of_other_signs(ivp, states, value)]
         except RunFailed as failure:
             reason, value = failure, value / 2
     raise BadInput(f"RATTLE itself cannot take steps of {2 * value:g} on {ivp.problem}, case {ivp.case}; give a smaller h. ({reason})")
@@ -217,3 +252,45 @@ def _varied(ivp: ConstrainedIvp, states: list[State]) -> Iterator[State]:
         if k:
             other, *_ = project(ivp, p + size * draw.standard_normal(len(p)), q)
             yield other, q
+
+
+def _of_other_signs(ivp: ConstrainedIvp, states: list[State], h: float) -> Iterator[State]:
+    """Yield states in which multipliers have signs that they have in none of the given ones."""
+    mechanics = Mechanics(ivp)
+    seen = [mechanics.multipliers(p, q) for p, q in states]
+    missing = [(k, sign) for k in range(ivp.m) for sign in (1.0, -1.0) if not _has(seen, k, sign)]
+    if not missing:
+        return
+    step = map_of(uncompiled(FixedStep("rattle")), ivp)
+    places = [q for _, q in states] + list(_opposed(mechanics, states, h))
+    speeds = [p for p, _ in states if np.any(p)]
+    others = [(tangent(mechanics, s * speeds[k % len(speeds)], q), q) for k, q in enumerate(places) for s in SPEEDS]
+    pulls = np.array([mechanics.multipliers(p, q) for p, q in others])
+    for k, sign in missing:
+        for choice in np.argsort(-sign * pulls[:, k])[:1]:
+            if _has([pulls[choice]], k, sign) and _can(step, others[choice], h):
+                yield others[choice]
+
+
+def _has(multipliers: list[Array], k: int, sign: float) -> bool:
+    return any(sign * lam[k] > PULLS * np.max(np.abs(lam)) for lam in multipliers)
+
+
+def _opposed(mechanics: Mechanics, states: list[State], h: float) -> Iterator[Array]:
+    """Yield positions that are reached under the opposite force: where a rod pulls, it pushes there."""
+    opposite = replace(mechanics, force=-1.0)
+    for state in states[::AWAY]:
+        for step in range(APART * STATES):
+            state = RATTLE(opposite, *state, h)
+            if not np.isfinite(state).all():
+                break
+            if step % APART == 0:
+                yield state[1]
+
+
+def _can(step: Map, state: State, h: float) -> bool:
+    """Return whether RATTLE can take all steps from a state."""
+    try:
+        return all(np.isfinite(step(*state, part * h)).all() for part in PARTS)
+    except RunFailed:
+        return False

@@ -47,6 +47,15 @@ SPAN = 8
 REFINEMENTS = (2, 4, 8)
 """Parts of the step size that the order is read off."""
 
+ROUNDINGS = 64.0
+"""Roundings of each step up to which errors are round-off."""
+
+ROUND_OFF = "round-off"
+"""In place of an order: errors are round-off at all step sizes."""
+
+LESS = 0.1
+"""By how much an order may be below that of the scheme in the same motion."""
+
 COLUMNS = ("order", "symmetric", "symplectic", "g", "G H_p", "H", "energy")
 """What is measured."""
 
@@ -81,8 +90,8 @@ def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> dict[str, fl
         return values | {"energy": energy_verdict(ivp, run).verdict}
 
 
-def short_order(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> float:
-    """Return the slope of the error over h at the end of a short motion, of q and p the smaller."""
+def short_order(ivp: ConstrainedIvp, code: OutsideMethod | FixedStep, h: float) -> float | str:
+    """Return the slope of the error over h at the end of a short motion, of q and p the smaller; or that errors are round-off."""
     start = ivp.p0, ivp.q0
     finest = SPAN * max(REFINEMENTS)
     truth = map_of(uncompiled(FixedStep(REFERENCE)), ivp, finest)(*start, SPAN * h / finest)
@@ -90,8 +99,42 @@ def short_order(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> float:
     for part in REFINEMENTS:
         end = map_of(code, ivp, SPAN * part)(*start, h / part)
         errors.append([float(np.linalg.norm(x - y)) for x, y in zip(end, truth, strict=True)])
-    slopes = np.polyfit(np.log(REFINEMENTS), np.log(np.maximum(errors, np.finfo(float).tiny)), 1)[0]
+    sizes = [max(float(np.linalg.norm(x)), float(np.linalg.norm(y))) for x, y in zip(start, truth, strict=True)]
+    seen = np.array(errors)[:, np.max(errors, axis=0) > ROUNDINGS * finest * np.finfo(float).eps * np.array(sizes)]
+    if not seen.size:
+        return ROUND_OFF
+    slopes = np.polyfit(np.log(REFINEMENTS), np.log(np.maximum(seen, np.finfo(float).tiny)), 1)[0]
     return float(np.min(-slopes))
+
+
+def contradiction(ivp: ConstrainedIvp, values: Mapping[str, float | str], meant: FixedStep, h: float, rounding: float) -> str:
+    """Return how measurements of a code contradict that it is a scheme, "" where they do not: the scheme's own are no better.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    values : mapping of str to float or str
+        What :func:`measured` gives of the code.
+    meant : FixedStep
+        The scheme.
+    h : float
+        Step size, s.
+    rounding : float
+        What steps of the code and of the scheme may differ by, relative.
+    """
+    scheme = uncompiled(meant)
+    order, own = values.get("order"), short_order(ivp, scheme, h)
+    if isinstance(order, float) and not (isinstance(own, float) and order > own - LESS):
+        return f"against it speaks that its order is {order:.3g} in a short motion, and that of {meant.name} {_number(own)}"
+    if "failure" in values:
+        run = scheme.solve(ivp, Request(value=h, steps=WATCHED, every=0))
+        return "" if run.failure else f"against it speaks that it stops where {meant.name} does not"
+    return ""
+
+
+def _number(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.3g}"
 
 
 def effects(fault: str, problem: str) -> dict[str, float | str]:

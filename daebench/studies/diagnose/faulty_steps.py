@@ -2,20 +2,29 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
 from daebench.runs.ivp import Array
 from daebench.studies.diagnose import kicks
 from daebench.studies.diagnose.kicks import RATTLE, KickDriftKick
-from daebench.studies.diagnose.mechanics import Mechanics, State
+from daebench.studies.diagnose.mechanics import Mechanics, State, drift
 from daebench.studies.diagnose.positions import (
     ANEW,
     MATRICES,
+    acting_on_one,
+    along_drifted_gradient,
+    along_first_gradient,
+    along_gradient_between,
     along_last_gradient,
+    fewer_met,
     scaled,
     swept,
+    timed,
+    unconstrained,
     without_mass,
 )
 from daebench.studies.diagnose.reduced import INTEGRATORS, LEAVING, SYMPLECTIC, Integrator, nearest
@@ -63,6 +72,50 @@ def steps_apart(mechanics: Mechanics, p: Array, q: Array, h: float, *, of_p: int
 def longer(mechanics: Mechanics, p: Array, q: Array, h: float, *, times: float) -> State:
     """Return a step of RATTLE of another size."""
     return RATTLE(mechanics, p, q, times * h)
+
+
+def with_other(mechanics: Mechanics, p: Array, q: Array, h: float, *, step: Step = RATTLE, **changes: Any) -> State:
+    """Return a step of a problem with another force, fewer constraints, or another value of them, see :class:`Mechanics`."""
+    return step(replace(mechanics, **changes), p, q, h)
+
+
+def damped(mechanics: Mechanics, p: Array, q: Array, h: float, *, factor: float, before: bool) -> State:
+    """Return a step of RATTLE whose momentum is multiplied by a factor before it or after it."""
+    p1, q1 = RATTLE(mechanics, factor * p if before else p, q, h)
+    return (p1 if before else factor * p1), q1
+
+
+def of_one_size(mechanics: Mechanics, p: Array, q: Array, h: float, *, size: float) -> State:
+    """Return a step of RATTLE of one size, whatever h is."""
+    return RATTLE(mechanics, p, q, size)
+
+
+def pulling_only(mechanics: Mechanics, p: Array, q: Array, h: float) -> State:
+    """Return a step of RATTLE with each constraint left out whose multiplier is negative."""
+    half, _ = along_first_gradient(mechanics, p - h / 2 * mechanics.slope(p, q), q, h)
+    G = mechanics.gradient(q)
+    free = drift(mechanics, p - h / 2 * mechanics.slope(p, q), q, h)
+    lam = np.linalg.lstsq(mechanics.inverse_mass(q) @ G.T, free - half, rcond=None)[0]
+    kept = [k for k, value in enumerate(lam) if value > 0]
+    return RATTLE(replace(mechanics, rows=np.array(kept, dtype=int)), p, q, h)
+
+
+def position_based(mechanics: Mechanics, p: Array, q: Array, h: float, *, kick: str, gradient: str, mass: bool) -> State:
+    """Return a step of position-based dynamics: positions drift, are put back on the manifold, and give the momentum M (q1 - q0) / h."""
+    kicked = p - {"before": h, "half": h / 2, "after": 0.0}[kick] * mechanics.slope(p, q)
+    q1 = nearest(mechanics, drift(mechanics, kicked, q, h), gradient=gradient, mass=mass)
+    p1 = mechanics.mass(q1) @ (q1 - q) / h
+    return (p1 - h * mechanics.slope(p1, q1) if kick == "after" else p1), q1
+
+
+def _position_based() -> Iterator[tuple[str, Step]]:
+    for (when, kick), (where, gradient), (metric, mass) in itertools.product(KICKED.items(), WHERE.items(), METRICS.items()):
+        label = f"kicked {when}, positions put back {metric} along the gradients {where}"
+        yield label, partial(position_based, kick=kick, gradient=gradient, mass=mass)
+
+
+KICKED = {"before the drift": "before", "by half before the drift": "half", "at the end": "after"}
+"""When position-based dynamics kicks."""
 
 
 def reduced(
@@ -122,6 +175,18 @@ MOMENTA: dict[str, kicks.Momenta] = {"": kicks.tangent, ", momenta orthogonally"
 """How momenta are projected."""
 
 
+def _unprojected(mechanics: Mechanics, p: Array, q: Array, h: float, *, integrator: Integrator, constrained: bool) -> State:
+    return _before_projection(mechanics, integrator, constrained, tuple(p), tuple(q), h)
+
+
+UNPROJECTED: list[tuple[str, Step, kicks.Momenta]] = [
+    (f"{name} on the {equations}{how}", partial(_unprojected, integrator=step, constrained=constrained), momenta)
+    for (name, step), (equations, constrained), (how, momenta) in itertools.product(LEAVING.items(), EQUATIONS.items(), MOMENTA.items())
+    if momenta is not kicks.as_it_is
+]
+"""Steps before they are projected, and how momenta are."""
+
+
 def _on_reduced(integrators: Mapping[str, Integrator], damping: float = 0.0, stiffness: float = 0.0) -> Variants:
     return {name: partial(reduced, integrator=step, damping=damping, stiffness=stiffness) for name, step in integrators.items()}
 
@@ -165,7 +230,7 @@ FAULTY_STEPS: dict[str, Variants] = {
         "in both kicks": KickDriftKick(first=1.0, second=1.0),
         "in the second kick": KickDriftKick(second=1.0),
     },
-    "old_force": {"in the second kick": KickDriftKick(old_force=True)},
+    "old_force": {"in the second kick": KickDriftKick(second_at="q0")},
     "one_sweep": ended_after(1),
     "loose_tolerance": {
         f"{how}, until |g| is below 1e-4": KickDriftKick(positions=partial(swept, matrix=matrix, tolerance=1e-4))
@@ -210,6 +275,68 @@ FAULTY_STEPS: dict[str, Variants] = {
     "index_reduced": _on_reduced(SYMPLECTIC),
     "projected_after": dict(_projected()),
     "baumgarte": _on_reduced(SYMPLECTIC, damping=10.0, stiffness=25.0),
+    "reference_gradient_after_drift": {
+        f"{where}{how}": KickDriftKick(positions=partial(along_drifted_gradient, kick=kick, part=part, impulse_at_start=at_start))
+        for where, kick, part in (
+            ("at q0 + h v after the first kick", 0.0, 1.0),
+            ("at q0 + h v before the first kick", 0.5, 1.0),
+            ("at q0 + h/2 v after the first kick", 0.0, 0.5),
+            ("at q0 + h/2 v before the first kick", 0.5, 0.5),
+        )
+        for how, at_start in (("", False), (", impulse along G(q0)", True))
+    },
+    "reference_gradient_at_midpoint": {
+        f"at (q0 + q1) / 2{how}": KickDriftKick(positions=partial(along_gradient_between, part=0.5, impulse_at_start=at_start))
+        for how, at_start in (("", False), (", impulse along G(q0)", True))
+    },
+    "position_based": dict(_position_based()),
+    "momentum_at_half_step": {
+        "momenta p1/2, positions q1": KickDriftKick(first=1.0, second=0.0, momenta=kicks.as_it_is),
+        "momenta p1/2 after half a kick": KickDriftKick(second=0.0, momenta=kicks.as_it_is),
+    },
+    "velocity_projected_at_q0": {
+        "along G(q0)": KickDriftKick(projected_at="q0"),
+        "along the gradients before positions are corrected": KickDriftKick(projected_at="free"),
+    },
+    "velocity_projected_before_kick": {"before the second kick": KickDriftKick(projected_first=True)},
+    "force_before_correction": {"in the second kick": KickDriftKick(second_at="free")},
+    "kick_missing": {
+        "no second kick": KickDriftKick(second=0.0),
+        "no first kick": KickDriftKick(first=0.0),
+        "no kick": KickDriftKick(first=0.0, second=0.0),
+        "one kick of h, at q1": KickDriftKick(first=0.0, second=1.0),
+    },
+    "position_without_force": {"q drifts with p0": KickDriftKick(kicked_first=False)},
+    "multiplier_times_h": {
+        "h times lam in the momentum": KickDriftKick(positions=partial(timed, power=1)),
+        "h^2 times lam in the momentum": KickDriftKick(positions=partial(timed, power=2)),
+        "lam / h in the momentum": KickDriftKick(positions=partial(timed, power=-1)),
+    },
+    "multiplier_clamped": {"negative multipliers left out": pulling_only},
+    "constraint_missing": {
+        "the last one": partial(with_other, rows=slice(None, -1)),
+        "the first one": partial(with_other, rows=slice(1, None)),
+        "all of them": KickDriftKick(positions=unconstrained, momenta=kicks.as_it_is),
+        "all of them for the positions": KickDriftKick(positions=unconstrained),
+        "the last one for the positions": KickDriftKick(positions=partial(fewer_met, rows=slice(None, -1))),
+        "the first one for the positions": KickDriftKick(positions=partial(fewer_met, rows=slice(1, None))),
+        "the last one for the velocities": KickDriftKick(momenta=partial(kicks.fewer_tangent, rows=slice(None, -1))),
+        "the first one for the velocities": KickDriftKick(momenta=partial(kicks.fewer_tangent, rows=slice(1, None))),
+    },
+    "constraint_shifted": {"g = 0.01": partial(with_other, target=0.01)},
+    "reaction_missing": {
+        f"impulses act on the {'last' if last else 'first'} of bodies of {size} positions{where}": KickDriftKick(
+            positions=partial(acting_on_one, size=size, last=last), momenta=momenta
+        )
+        for size, last in itertools.product((2, 3), (True, False))
+        for where, momenta in (("", partial(kicks.on_one, size=size, last=last)), (", for the positions", kicks.tangent))
+    },
+    "force_scaled": {"twice the force": partial(with_other, force=2.0)},
+    "momentum_damped": {
+        "after the step": partial(damped, factor=0.99, before=False),
+        "before the step": partial(damped, factor=0.99, before=True),
+    },
+    "step_size_ignored": {"h = 0.01": partial(of_one_size, size=0.01)},
     "step_off_by_one": {
         "two steps in place of one": partial(steps_apart, of_p=2, of_q=2),
         "no step in place of one": partial(steps_apart, of_p=0, of_q=0),

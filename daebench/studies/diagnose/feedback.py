@@ -56,10 +56,10 @@ def feedback(battery: Battery, step: Map) -> Feedback | None:
     for point in battery.points:
         p = point.p + OFF * size_p * draw.standard_normal(len(point.p))
         q = point.q + OFF * size_q * draw.standard_normal(len(point.q))
-        rates = _rates(step, p, q, SMALL * battery.h)
-        if rates is None:
+        limits = rates(step, p, q, SMALL * battery.h)
+        if limits is None:
             return None
-        rate_p, rate_q = rates
+        rate_p, rate_q = limits
         G, W, v = mechanics.gradient(q), mechanics.inverse_mass(q), mechanics.velocity(p, q)
         pull = -(rate_p + mechanics.reduced_slope(p, q))
         lam = np.linalg.lstsq(G.T, pull, rcond=None)[0]
@@ -84,7 +84,7 @@ def _short(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def _rates(step: Map, p: Array, q: Array, h: float) -> tuple[Array, Array] | None:
+def rates(step: Map, p: Array, q: Array, h: float) -> tuple[Array, Array] | None:
     """Return p' and q' as h goes to zero, extrapolated twice; None where the step jumps."""
     quotients = []
     for size in (h, h / 2, h / 4):

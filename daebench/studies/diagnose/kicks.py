@@ -1,13 +1,13 @@
 """A step of kick, drift and kick with its constraints, and each of its parts as codes have it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from daebench.runs.ivp import Array
-from daebench.studies.diagnose.mechanics import Mechanics, State, iterated
-from daebench.studies.diagnose.positions import Positions, along_first_gradient
+from daebench.studies.diagnose.mechanics import Mechanics, State, drift, iterated
+from daebench.studies.diagnose.positions import Positions, along_first_gradient, one_body
 
 Momenta = Callable[[Mechanics, Array, Array], Array]
 """Maps the momentum after the second kick, and q1, to p1."""
@@ -22,6 +22,18 @@ def tangent(mechanics: Mechanics, p: Array, q: Array, factor: float = 1.0) -> Ar
 def as_it_is(mechanics: Mechanics, p: Array, q: Array) -> Array:
     """Return p."""
     return p
+
+
+def fewer_tangent(mechanics: Mechanics, p: Array, q: Array, *, rows: slice) -> Array:
+    """Return p - G^T mu with G M^-1 p1 = 0 of some of the constraints."""
+    return tangent(replace(mechanics, rows=rows), p, q)
+
+
+def on_one(mechanics: Mechanics, p: Array, q: Array, *, size: int, last: bool) -> Array:
+    """Return p - D mu with G M^-1 p1 = 0, D the gradients of one body of each constraint alone."""
+    G, W = mechanics.gradient(q), mechanics.inverse_mass(q)
+    D = one_body(G, size, last=last).T
+    return np.asarray(p - D @ np.linalg.solve(G @ W @ D, G @ W @ p))
 
 
 def euclidean(mechanics: Mechanics, p: Array, q: Array) -> Array:
@@ -72,8 +84,13 @@ class KickDriftKick:
         See :data:`daebench.studies.diagnose.positions.Positions`.
     momenta : callable
         See :data:`Momenta`.
-    old_force : bool
-        Whether the second kick is computed at q0.
+    second_at, projected_at : str
+        Where the second kick is computed, and where the gradients for the momenta are taken: at "q0", at "q1", or at the "free" position
+        that is reached without an impulse.
+    kicked_first : bool
+        Whether positions drift with the momentum after the first kick; otherwise with p0.
+    projected_first : bool
+        Whether momenta are projected before the second kick.
     impulse_at_end : float
         How much of the impulse, its multipliers along G(q1), is taken from p1 once more.
     """
@@ -82,7 +99,10 @@ class KickDriftKick:
     second: float = 0.5
     positions: Positions = along_first_gradient
     momenta: Momenta = tangent
-    old_force: bool = False
+    second_at: str = "q1"
+    projected_at: str = "q1"
+    kicked_first: bool = True
+    projected_first: bool = False
     impulse_at_end: float = 0.0
 
     def __call__(self, mechanics: Mechanics, p0: Array, q0: Array, h: float) -> State:
@@ -91,16 +111,20 @@ class KickDriftKick:
 
         def half(p: Array) -> Array:
             nonlocal q1
-            kicked = p0 - self.first * h * mechanics.slope(p, q0)
-            q1, impulse = self.positions(mechanics, kicked, q0, h)
-            return kicked - impulse
+            kick = self.first * h * mechanics.slope(p, q0)
+            q1, impulse = self.positions(mechanics, p0 - kick if self.kicked_first else p0, q0, h)
+            return p0 - kick - impulse
 
         p = half(p0) if mechanics.separable else iterated(half, p0)
-        kicked = p - self.second * h * mechanics.slope(p, q0 if self.old_force else q1)
+        places = {"q0": q0, "q1": q1}
+        if "free" in (self.second_at, self.projected_at):
+            places["free"] = drift(mechanics, p0 - self.first * h * mechanics.slope(p, q0), q0, h)
+        kick = self.second * h * mechanics.slope(p, places[self.second_at])
         if self.impulse_at_end:
             lam = np.linalg.lstsq(mechanics.gradient(q0).T, p0 - self.first * h * mechanics.slope(p, q0) - p, rcond=None)[0]
-            kicked = kicked - self.impulse_at_end * mechanics.gradient(q1).T @ lam
-        return self.momenta(mechanics, kicked, q1), q1
+            kick = kick + self.impulse_at_end * mechanics.gradient(q1).T @ lam
+        at = places[self.projected_at]
+        return (self.momenta(mechanics, p, at) - kick if self.projected_first else self.momenta(mechanics, p - kick, at)), q1
 
 
 RATTLE = KickDriftKick()

@@ -1,9 +1,10 @@
 """A constrained problem's functions in NumPy, for steps that are written out with a mistake."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.runs.ivp import Array, ConstrainedIvp
 
@@ -28,9 +29,18 @@ class Mechanics:
     ----------
     ivp : ConstrainedIvp
         The problem with its numbers.
+    force : float
+        Factor of H_q: one for the problem, another for a code that has another force.
+    rows : slice or ndarray of int
+        The constraints that are imposed.
+    target : float or ndarray, shape(m,)
+        Value at which g is held.
     """
 
     ivp: ConstrainedIvp
+    force: float = 1.0
+    rows: slice | NDArray[np.int64] = field(default_factory=lambda: slice(None))
+    target: float | Array = 0.0
 
     def __post_init__(self) -> None:
         names = ("H_p", "H_q", "H_pp", "mass", "G", "g", "lam")
@@ -53,15 +63,15 @@ class Mechanics:
 
     def slope(self, p: Array, q: Array) -> Array:
         """Return H_q, minus the force, shape(d,)."""
-        return self._value("H_q", p, q)
+        return self.force * self._value("H_q", p, q)
 
     def gradient(self, q: Array) -> Array:
         """Return G, the gradients of the constraints, shape(m, d)."""
-        return self._value("G", q)
+        return self._value("G", q)[self.rows]
 
     def constraint(self, q: Array) -> Array:
         """Return g, shape(m,)."""
-        return self._value("g", q)
+        return (self._value("g", q) - self.target)[self.rows]
 
     def inverse_mass(self, q: Array) -> Array:
         """Return M^-1, shape(d, d)."""
@@ -73,12 +83,20 @@ class Mechanics:
 
     def reduced_slope(self, p: Array, q: Array, damping: float = 0.0, stiffness: float = 0.0) -> Array:
         """Return -p' of the index-reduced equations, H_q + G^T lam, lam as in (1.12); damped after Baumgarte by 2 alpha and beta^2."""
-        lam = self._value("lam", p, q)
         G = self.gradient(q)
+        lam = self.multipliers(p, q)
         if damping or stiffness:
             fed_back = damping * G @ self.velocity(p, q) + stiffness * self.constraint(q)
             lam = lam + np.linalg.solve(G @ self.inverse_mass(q) @ G.T, fed_back)
         return self.slope(p, q) + G.T @ lam
+
+    def multipliers(self, p: Array, q: Array) -> Array:
+        """Return lam(p, q), (1.12), shape(m,)."""
+        lam = self._value("lam", p, q)
+        if self.force == 1.0:
+            return lam
+        G, W = self.gradient(q), self.inverse_mass(q)
+        return np.asarray(lam + np.linalg.solve(G @ W @ G.T, G @ W @ ((1 - self.force) * self._value("H_q", p, q))))
 
     def distance(self, q: Array) -> float:
         """Return how far a position is from the manifold, the largest component of a Newton step onto it."""

@@ -1,6 +1,7 @@
 """Ways to meet the position constraint at the end of a drift: RATTLE's, and those that codes have in its place."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -68,6 +69,72 @@ def along_last_gradient(mechanics: Mechanics, p: Array, q0: Array, h: float, *, 
     G1 = mechanics.gradient(q1)
     _, impulse = displaced(mechanics, p, q0, h, G1.T)
     return q1, _along(mechanics.gradient(q0), G1, impulse) if impulse_at_start else impulse
+
+
+def along_gradient_between(
+    mechanics: Mechanics, p: Array, q0: Array, h: float, *, part: float, impulse_at_start: bool = False
+) -> tuple[Array, Array]:
+    """Return q1 reached along the gradients at a part of the way from q0 to q1; the impulse may be along G(q0) all the same."""
+    first = along_first_gradient(mechanics, p, q0, h)[0]
+    q1 = iterated(lambda q: displaced(mechanics, p, q0, h, mechanics.gradient(q0 + part * (q - q0)).T)[0], first)
+    return _reached_along(mechanics, p, q0, h, q0 + part * (q1 - q0), impulse_at_start)
+
+
+def along_drifted_gradient(
+    mechanics: Mechanics, p: Array, q0: Array, h: float, *, kick: float = 0.0, part: float = 1.0, impulse_at_start: bool = False
+) -> tuple[Array, Array]:
+    """Return q1 reached along the gradients where the positions are once they have drifted, before they are corrected.
+
+    Parameters
+    ----------
+    kick : float
+        Part of h whose kick is taken back before the drift: a half for positions that drift with p0.
+    part : float
+        Part of the drift.
+    impulse_at_start : bool
+        Whether the impulse is along G(q0) all the same.
+    """
+    drifted = drift(mechanics, p + kick * h * mechanics.slope(p, q0), q0, part * h)
+    return _reached_along(mechanics, p, q0, h, drifted, impulse_at_start)
+
+
+def _reached_along(mechanics: Mechanics, p: Array, q0: Array, h: float, where: Array, impulse_at_start: bool) -> tuple[Array, Array]:
+    G = mechanics.gradient(where)
+    q1, impulse = displaced(mechanics, p, q0, h, G.T)
+    return q1, _along(mechanics.gradient(q0), G, impulse) if impulse_at_start else impulse
+
+
+def acting_on_one(mechanics: Mechanics, p: Array, q0: Array, h: float, *, size: int, last: bool) -> tuple[Array, Array]:
+    """Return q1 reached by impulses that act on one body of each constraint alone, the last or the first, of so many positions each."""
+    return displaced(mechanics, p, q0, h, one_body(mechanics.gradient(q0), size, last=last).T)
+
+
+def one_body(G: Array, size: int, *, last: bool) -> Array:
+    """Return gradients of which the entries of all bodies but the last, or the first, are left out; NaN where there are no such bodies."""
+    if G.shape[1] % size:
+        return np.full_like(G, np.nan)
+    kept = np.zeros_like(G)
+    for row, full in zip(kept, G, strict=True):
+        bodies = [k for k in range(0, G.shape[1], size) if np.any(full[k : k + size])]
+        k = bodies[-1 if last else 0] if bodies else 0
+        row[k : k + size] = full[k : k + size]
+    return kept
+
+
+def unconstrained(mechanics: Mechanics, p: Array, q0: Array, h: float) -> tuple[Array, Array]:
+    """Return q1 after the drift alone, and no impulse."""
+    return drift(mechanics, p, q0, h), np.zeros_like(p)
+
+
+def fewer_met(mechanics: Mechanics, p: Array, q0: Array, h: float, *, rows: slice) -> tuple[Array, Array]:
+    """Return q1 and the impulse with which some of the constraints are met."""
+    return along_first_gradient(replace(mechanics, rows=rows), p, q0, h)
+
+
+def timed(mechanics: Mechanics, p: Array, q0: Array, h: float, *, power: int) -> tuple[Array, Array]:
+    """Return RATTLE's q1, and its impulse multiplied by a power of h."""
+    q1, impulse = along_first_gradient(mechanics, p, q0, h)
+    return q1, h**power * impulse
 
 
 def _along(G: Array, of: Array, impulse: Array) -> Array:

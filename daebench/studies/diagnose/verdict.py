@@ -1,7 +1,7 @@
 """The verdict on a code that is meant to be a scheme: correct, faulty with the fault, or unsure."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from daebench.diagnostics.freedom import redundant
@@ -13,19 +13,26 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.studies.diagnose.agreement import (
     CONFIRMED,
+    NEAR,
     RUN_CONFIRMED,
     Match,
     claimed_deviation,
     dictionary_matches,
+    nearer,
+    nearest,
     resembled,
     shifted,
     step_of,
 )
 from daebench.studies.diagnose.battery import Battery, Map, battery, map_of
 from daebench.studies.diagnose.dictionary import FAULTS
-from daebench.studies.diagnose.effects import GENTLER, measured
+from daebench.studies.diagnose.effects import GENTLER, contradiction, measured
+from daebench.studies.diagnose.exactness import Exactness, exactness
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, baumgarte_variants
 from daebench.studies.diagnose.feedback import Feedback, bias, feedback
+from daebench.studies.diagnose.kicks import RATTLE
+from daebench.studies.diagnose.laws import force_factor
+from daebench.studies.diagnose.laws import law as obeyed_law
 from daebench.studies.diagnose.multipliers import inexact
 
 CORRECT, FAULT, UNSURE = "correct", "fault", "unsure"
@@ -160,7 +167,8 @@ def diagnose(
     if refusal := meant.refusal(ivp):
         raise BadInput(refusal)
     trial = battery(ivp, code, h)
-    finding = _finding(trial, code, meant)
+    values = measured(ivp, code, trial.h / GENTLER) if measure else {}
+    finding = _held_against(_finding(trial, code, meant), values, meant, trial)
     return Diagnosis(
         code.name,
         ivp.problem,
@@ -174,52 +182,99 @@ def diagnose(
         (*finding.evidence, *trial.failures),
         tuple(FAULTS[fault].remedy for fault in finding.faults),
         _not_seen(trial) if finding.verdict == CORRECT and meant.name in MEANT else (),
-        measured(ivp, code, trial.h / GENTLER) if measure else {},
+        values,
     )
 
 
 def _finding(trial: Battery, code: OutsideMethod, meant: FixedStep) -> Finding:
     """Return the first verdict that the steps give: agreement, then what their parts show."""
     single, run = claimed_deviation(trial, meant)
-    if single <= CONFIRMED:
-        return _same_steps(trial, meant, single, run)
-    apart = f"a step differs from that of {meant.name} by {single:.1e} of the size of the state"
+    step, confirmed = map_of(code, trial.mechanics.ivp), trial.rounding(CONFIRMED)
     ours = meant.name in MEANT
-    matches = dictionary_matches(trial) if ours else []
-    exact = [match for match in matches if match.deviation <= CONFIRMED]
+    matches = dictionary_matches(trial) if ours and (trial.single or single > confirmed) else []
+    exact = nearest(trial, [match for match in matches if match.deviation <= confirmed])
+    if single <= confirmed and not (exact and nearer(trial, exact[0].deviation, single)):
+        return _same_steps(trial, step, meant, single, run)
+    apart = f"a step differs from that of {meant.name} by {single:.1e} of the size of the state"
     if name := resembled(trial):
-        names = tuple(dict.fromkeys(match.fault for match in exact))
-        return Finding(UNSURE, names, (apart, f"its steps are those of {name}, to {CONFIRMED:g}"), name)
+        names = () if trial.single else tuple(dict.fromkeys(match.fault for match in exact)) or (_reduced(trial, step) if ours else ())
+        return Finding(UNSURE, names, (apart, f"its steps are those of {name}, to {confirmed:.2g}"), name)
     if exact:
         return _matched(exact, apart)
     if not ours:
         return Finding(UNSURE, (), (apart, f"it agrees with no scheme of daebench; faults are known only for {MEANT[0]}"))
-    return _by_parts(trial, map_of(code, trial.mechanics.ivp), matches, apart)
+    return _by_parts(trial, step, matches, apart) or _solved(trial, step, apart, single, run) or _by_rest(trial, step, matches, apart)
 
 
-def _by_parts(trial: Battery, step: Map, matches: Sequence[Match], apart: str) -> Finding:
-    """Return the verdict on a code that agrees with no step to rounding: what it does off the manifold, and its multipliers."""
+def _reduced(trial: Battery, step: Map) -> tuple[str, ...]:
+    """Return the fault of a code that resembles a scheme on the index-reduced equations."""
+    shown = feedback(trial, step)
+    return ("index_reduced",) if shown and not (shown.damping or shown.stiffness) else ()
+
+
+def _by_parts(trial: Battery, step: Map, matches: Sequence[Match], apart: str) -> Finding | None:
+    """Return the verdict on a code that agrees with no step to rounding: what it does off the manifold, or a law that its steps obey."""
     if shown := feedback(trial, step):
         return _fed_back(trial, shown, apart)
     if part := bias(trial):
         law = f"velocities are computed with a bias that removes {part:.4g} of g in each step: G(q0) (q1 - q0) = -{part:.4g} g(q0)"
         return Finding(FAULT, ("baumgarte",), (apart, law))
-    if solved := inexact(trial, step):
-        names = tuple(filter(None, solved.fault.split(", ")))
-        verdict = CORRECT if not names else FAULT if len(names) == 1 else UNSURE
-        return Finding(verdict, names, (apart, f"the step has the form of {MEANT[0]}'s: {solved.about}"))
+    if obeyed := obeyed_law(trial, step):
+        return Finding(FAULT, (obeyed.fault,), (apart, obeyed.about))
+    return None
+
+
+def _solved(trial: Battery, step: Map, apart: str, single: float, run: float) -> Finding | None:
+    """Return the verdict on a code whose steps are RATTLE's but for how exactly the multipliers are solved for."""
+    if not (solved := inexact(trial, step)):
+        return None
+    form = f"the step has the form of {MEANT[0]}'s: {solved.about}"
+    if names := tuple(filter(None, solved.fault.split(", "))):
+        return Finding(FAULT if len(names) == 1 else UNSURE, names, (apart, form))
+    if solved.exact and single <= trial.rounding(NEAR) and run <= trial.rounding(NEAR):
+        return Finding(CORRECT, (), (apart, form))
+    return Finding(UNSURE, (), (apart, form))
+
+
+def _by_rest(trial: Battery, step: Map, matches: Sequence[Match], apart: str) -> Finding:
+    """Return the verdict on a code that may iterate to a tolerance of its own, or have another force."""
     if explained := _explained(trial, matches):
         return _near(explained, apart)
+    if (factor := force_factor(trial, step)) is not None:
+        return _under_other_force(trial, step, factor, apart)
     return Finding(UNSURE, (), (apart, "it agrees with no step that is known"))
 
 
-def _same_steps(trial: Battery, meant: FixedStep, single: float, run: float) -> Finding:
+def _under_other_force(trial: Battery, step: Map, factor: float, apart: str) -> Finding:
+    """Return the verdict on a code that has a multiple of the problem's force: what its steps are under that force."""
+    law = f"as h goes to zero its force is {factor:.6g} times the problem's; give the problem the numbers of the code"
+    other = replace(trial, mechanics=replace(trial.mechanics, force=factor))
+    solved = inexact(other, step)
+    if other.deviation(step_of(other, RATTLE)) <= trial.rounding(CONFIRMED) or (solved and solved.exact):
+        return Finding(FAULT, ("force_scaled",), (apart, law))
+    exact = nearest(trial, [match for match in dictionary_matches(other) if match.deviation <= trial.rounding(CONFIRMED)])
+    if not exact:
+        return Finding(UNSURE, ("force_scaled",), (apart, law, "under that force it agrees with no step that is known"))
+    finding = _matched(exact, apart)
+    return replace(finding, evidence=(apart, law, *finding.evidence[1:]))
+
+
+def _same_steps(trial: Battery, step: Map, meant: FixedStep, single: float, run: float) -> Finding:
     agree = f"single steps agree with those of {meant.name} to {single:.1e}"
-    if run <= RUN_CONFIRMED:
+    if meant.name in MEANT and not (met := exactness(trial, step)).exact:
+        return _hardly_met(met, agree)
+    if run <= trial.rounding(RUN_CONFIRMED):
         return Finding(CORRECT, (), (agree, f"and a run of {len(trial.rows) - 1} steps to {run:.1e}"))
     if way := shifted(trial, meant):
         return Finding(FAULT, ("step_off_by_one",), (agree, f"but in a run {way}"))
     return Finding(UNSURE, (), (agree, f"but a run differs by {run:.1e}: the code has a memory from step to step, or a run fails"))
+
+
+def _hardly_met(met: Exactness, agree: str) -> Finding:
+    """Return the verdict on a code whose steps are the right ones, but whose constraints are not met to round-off."""
+    if met.follows:
+        return Finding(FAULT, ("loose_tolerance",), (agree, f"{met.words}; the code's own iteration ends there"))
+    return Finding(UNSURE, (), (agree, f"{met.words}; they are irregular, as roundings are"))
 
 
 def _matched(matches: Sequence[Match], apart: str) -> Finding:
@@ -237,7 +292,8 @@ def _words(match: Match) -> str:
 
 def _explained(trial: Battery, matches: Sequence[Match]) -> list[Match]:
     """Return the matches whose deviation the code's own tolerance explains: that to which its positions meet the constraint."""
-    return [match for match in matches if match.deviation <= TOLERATED * (trial.off_manifold + CONFIRMED)]
+    allowed = TOLERATED * (trial.off_manifold + trial.rounding(CONFIRMED))
+    return [match for match in matches if match.deviation <= allowed]
 
 
 def _near(matches: Sequence[Match], apart: str) -> Finding:
@@ -258,7 +314,16 @@ def _fed_back(trial: Battery, shown: Feedback, apart: str) -> Finding:
     return Finding(FAULT, ("baumgarte",), (apart, law, *(f"its steps are those of {x.variant}, to {x.deviation:.1e}" for x in matches[:1])))
 
 
+def _held_against(finding: Finding, values: Mapping[str, float | str], meant: FixedStep, trial: Battery) -> Finding:
+    """Return the verdict, "unsure" in place of "correct" where what was measured of the code contradicts it."""
+    if finding.verdict != CORRECT or not values:
+        return finding
+    against = contradiction(trial.mechanics.ivp, values, meant, trial.h / GENTLER, trial.rounding(CONFIRMED))
+    return replace(finding, verdict=UNSURE, evidence=(*finding.evidence, against)) if against else finding
+
+
 def _not_seen(trial: Battery) -> tuple[str, ...]:
     """Return the faults whose steps are the right ones on this problem."""
+    confirmed = trial.rounding(CONFIRMED)
     first = {name: next(iter(variants.values())) for name, variants in FAULTY_STEPS.items()}
-    return tuple(name for name, step in first.items() if trial.deviation(step_of(trial, step), CONFIRMED) <= CONFIRMED)
+    return tuple(name for name, step in first.items() if trial.deviation(step_of(trial, step), confirmed) <= confirmed)

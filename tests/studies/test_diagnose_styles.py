@@ -1,0 +1,219 @@
+"""The faults planted anew in other styles: objects and loops in two precisions, a basis of the tangent space, and C."""
+
+import shutil
+import subprocess
+from functools import cache, partial
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daebench.studies.diagnose.dictionary import FAULTS
+from daebench.studies.diagnose.verdict import CORRECT, FAULT, UNSURE, diagnose
+
+pytestmark = [pytest.mark.usefixtures("plain_functions"), pytest.mark.filterwarnings("ignore::RuntimeWarning")]
+
+PLANTED = Path(__file__).parent / "planted"
+
+
+def loaded(name):
+    """Return a file of planted codes as a module."""
+    spec = spec_from_file_location(name, PLANTED / f"{name}.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+basis_codes, engine_codes = loaded("basis_codes"), loaded("engine_codes")
+
+ENGINE_ON = {
+    "single": ("planar_pendulum", "horizontal", {"mass": 2.5, "gravity": 3.0}),
+    "double": ("double_pendulum", "horizontal", {"mass2": 3.0}),
+    "double_in_space": ("double_spherical_pendulum", "horizontal", {"mass1": 2.0, "mass2": 0.5}),
+    "sprung": (str(PLANTED / "sprung_rods.py"), None, {}),
+    "three": ("pendulum_chain", "horizontal5", {"links": 3}),
+}
+"""The problem that a model of the engine is."""
+
+BASIS_ON = {
+    "spring_pendulum": (("U_q", "g", "G", "M"), "moving"),
+    "beads": (("grad", "cons", "jac", "M"), "thrown"),
+}
+"""The functions of a model, and its case."""
+
+IN_C = (
+    "correct",
+    "reference_gradient_after_drift",
+    "reference_gradient_each_sweep",
+    "momentum_not_corrected",
+    "velocity_not_projected",
+    "loose_tolerance",
+    "position_based",
+    "mass_missing_in_position",
+    "velocity_projected_at_q0",
+    "reaction_missing",
+    "constraint_missing",
+    "force_scaled",
+    "kick_missing",
+)
+"""What the numbers of MISTAKE in rods.c are."""
+
+ONE_MASS = ("constraint_missing", "constraint_missing_in_position", "constraint_missing_in_velocity", "reaction_missing")
+"""Habits that need two rods."""
+
+ONE_METRIC = ("mass_missing_in_position", "mass_missing_in_velocity")
+"""Habits that have no effect on equal masses."""
+
+CONSTANT_FORCE = ("old_force", "force_before_correction")
+"""Habits that have no effect under gravity alone."""
+
+
+def engine(name, habit, real):
+    problem, case, parameters = ENGINE_ON[name]
+    return partial(diagnose, engine_codes.World(name, habit, real).step, problem, case=case, parameters=parameters, measure=False)
+
+
+def basis(name, mistake):
+    functions, case = BASIS_ON[name]
+    model = loaded(f"{name}_codes")
+    step = basis_codes.make(*(getattr(model, function) for function in functions), mistake)
+    return partial(diagnose, step, str(PLANTED / f"{name}.py"), case=case, measure=False)
+
+
+@cache
+def library(number, real, folder):
+    path = folder / f"rods_{real}_{number}.so"
+    flags = ["-O2", "-shared", "-fPIC", f"-DREAL={real}", f"-DMISTAKE={number}"]
+    subprocess.run(["gcc", *flags, "-o", path, PLANTED / "rods.c", "-lm"], check=True)
+    return path
+
+
+def in_c(number, real, folder):
+    if shutil.which("gcc") is None:
+        pytest.skip("no C compiler")
+    problem, case, parameters = ENGINE_ON["double_in_space"]
+    return diagnose(f"{library(number, real, folder)}:step", problem, case=case, parameters=parameters, measure=False)
+
+
+def right(name, habit, real):
+    """Return the verdicts that are right, of a habit on a model."""
+    fault = engine_codes.EXPECTED.get(habit, habit)
+    if fault == "correct" or (habit in CONSTANT_FORCE and name != "sprung"):
+        return {(CORRECT, ())}
+    if name in ("single", "three") and habit in ONE_METRIC:
+        return {(CORRECT, ())}
+    if name == "three" and habit == "reference_gradient_at_q1":
+        return {(UNSURE, ("reference_gradient_at_q1", "projected_after"))}  # of equal masses under a constant force they are one step
+    if real is np.float32 and habit in ("index_reduced", "baumgarte"):
+        return {(UNSURE, ())}  # it is rk4 of daebench; its feedback is below what it rounds
+    if habit == "index_reduced":
+        return {(UNSURE, ("index_reduced",))}  # it is rk4 of daebench
+    if habit == "position_without_force" and name != "sprung":
+        return {(UNSURE, ("kick_missing", "position_without_force"))}  # under a constant force they are one step
+    if real is np.float32 and habit in ("loose_tolerance_fine", "loose_velocity"):
+        return {(CORRECT, ())}  # its stop is below what it rounds
+    return {(FAULT, (fault,))}
+
+
+QUICK = [
+    ("sprung", "", np.float32),
+    ("single", "position_based", np.float64),
+    ("sprung", "reference_gradient_after_drift", np.float64),
+    ("double", "rope", np.float64),
+]
+"""Tried in each run of the tests."""
+
+SLOW = [
+    ("sprung", "", np.float64),
+    ("double", "position_based_few", np.float64),
+    ("sprung", "force_before_correction", np.float64),
+    ("double_in_space", "reference_gradient_after_free_drift", np.float32),
+    ("three", "reaction_missing", np.float64),
+    ("double", "damped_after", np.float64),
+    ("sprung", "force_scaled", np.float32),
+    ("three", "constraint_missing_in_velocity", np.float64),
+]
+"""Tried by the gate."""
+
+
+def engines():
+    """Return all codes of the engine, most of them tried before a release only."""
+    for name in ENGINE_ON:
+        for real in (np.float64, np.float32) if name in ("sprung", "double_in_space") else (np.float64,):
+            for habit in engine_codes.HABITS:
+                if name == "single" and habit in ONE_MASS:
+                    continue
+                entry = name, habit, real
+                marks = [] if entry in QUICK else [pytest.mark.slow] if entry in SLOW else [pytest.mark.slow, pytest.mark.exhaustive]
+                yield pytest.param(*entry, marks=marks, id=f"{name}-{habit or 'right'}-{real.__name__}")
+
+
+@pytest.mark.parametrize(("name", "habit", "real"), list(engines()))
+def test_an_engine_with_a_bad_habit(name, habit, real):
+    shown = engine(name, habit, real)()
+    assert (shown.verdict, shown.faults) in right(name, habit, real), shown.evidence
+
+
+def bases():
+    """Return all codes with a basis of the tangent space."""
+    quick, slow = {"newton_to_1e-5"}, {"", "sign_of_force", "momentum_at_half_step", "velocity_projected_before_kick"}
+    for name in BASIS_ON:
+        for mistake in basis_codes.MISTAKES:
+            first = name == "spring_pendulum"
+            marks = [] if first and mistake in quick else [pytest.mark.slow]
+            marks += [] if first and mistake in quick | slow else [pytest.mark.exhaustive]
+            yield pytest.param(name, mistake, marks=marks, id=f"{name}-{mistake or 'right'}")
+
+
+@pytest.mark.parametrize(("name", "mistake"), list(bases()))
+def test_a_code_in_a_basis_of_the_tangent_space(name, mistake):
+    shown, fault = basis(name, mistake)(), basis_codes.MISTAKES[mistake]
+    if mistake == "kick_at_end_only":
+        assert (shown.verdict, shown.faults, shown.resembles) == (UNSURE, (fault,), "symplectic_euler_adjoint")
+    else:
+        assert (shown.verdict, shown.faults) == ((CORRECT, ()) if fault == "correct" else (FAULT, (fault,))), shown.evidence
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize(
+    "number", [pytest.param(k, id=name, marks=[] if k in (0, 1) else pytest.mark.exhaustive) for k, name in enumerate(IN_C)]
+)
+def test_a_code_in_c(number, real, tmp_path_factory):
+    shown, fault = in_c(number, real, tmp_path_factory.getbasetemp()), IN_C[number]
+    exact = fault == "correct" or (real == "float" and fault == "loose_tolerance")  # its stop is below what it rounds
+    assert (shown.verdict, shown.faults) == ((CORRECT, ()) if exact else (FAULT, (fault,))), shown.evidence
+
+
+def test_every_fault_is_planted_in_these_styles():
+    engines = {engine_codes.EXPECTED.get(habit, habit) for habit in engine_codes.HABITS}
+    assert set(FAULTS) <= engines | set(basis_codes.MISTAKES.values())
+
+
+def test_a_fault_is_named_under_another_force_than_the_problem_s():
+    step = engine_codes.World("single", "position_based").step
+    shown = diagnose(step, "planar_pendulum", parameters={"mass": 2.5, "gravity": 1.0}, measure=False)
+    assert (shown.verdict, shown.faults) == (FAULT, ("position_based",))
+    assert "the force is 3 times the problem's" in shown.evidence[1]
+
+
+class Wearing:
+    """RATTLE in an engine that is right for thirty steps, and then takes positions as they were."""
+
+    def __init__(self):
+        self.count = 0
+        self.right, self.wrong = engine_codes.World("double"), engine_codes.World("double", "reference_gradient_each_sweep")
+
+    def step(self, p, q, h):
+        self.count += 1
+        return (self.right if self.count <= 30 else self.wrong).step(p, q, h)
+
+
+@pytest.mark.slow
+def test_nothing_is_correct_against_its_own_measurement():
+    shown = diagnose(Wearing, "double_pendulum", parameters={"mass2": 3.0}, measure=False)
+    assert shown.verdict == CORRECT  # single steps and a short run show nothing
+    shown = diagnose(Wearing, "double_pendulum", parameters={"mass2": 3.0})
+    assert shown.verdict == UNSURE
+    assert "against it speaks that its order is" in shown.evidence[-1]
