@@ -22,7 +22,7 @@ if SEPARABLE:
         """
         G0 = G(q0)
         kick = -h / 2 * H_q(p0, q0)
-        dq, nu, position_report = project_position(q0, h * H_p(p0 + kick, q0), rows(G0, p0, q0))
+        dq, nu, position_report = project_position(q0, h * H_p(p0 + kick, q0), G0, rows(G0, p0, q0))
         q1 = q0 + dq
         dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
         n, mu, settled = momentum_correction(p0 + dp, q1)

@@ -21,7 +21,7 @@ if SEPARABLE:
         """
         G0 = G(q0)
         p_hat = p0 - h * H_q(p0, q0)
-        dq, nu, position_report = project_position(q0, h * H_p(p_hat, q0), rows(G0, p0, q0))
+        dq, nu, position_report = project_position(q0, h * H_p(p_hat, q0), G0, rows(G0, p0, q0))
         q1 = q0 + dq
         p1, _, settled = project_momentum(p_hat - G0.T @ nu / h, q1)
         return p1, q1, (), both(position_report, settled)

@@ -21,7 +21,7 @@ if SEPARABLE:
             p1    = p_hat - h (U_q(q1) + G(q1)^T lam),                  0 = G(q1) M^-1 p1
         """
         G0 = G(q0)
-        dq, nu, position_report = project_position(q0, h * H_p(p0, q0), rows(G0, p0, q0))
+        dq, nu, position_report = project_position(q0, h * H_p(p0, q0), G0, rows(G0, p0, q0))
         q1 = q0 + dq
         p_hat = p0 - G0.T @ nu / h
         p1, _, settled = project_momentum(p_hat - h * H_q(p_hat, q1), q1)
