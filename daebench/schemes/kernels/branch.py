@@ -39,7 +39,7 @@ def floor(q: Vector) -> Number:
 
 
 def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier) -> Number:
-    """Return 1 if a step from q0 needs a walk, and 0 if it does not; the step is ``tangent`` and a part b that the multiplier d makes.
+    """Return a positive number if a step from q0 needs a walk; the step is ``tangent`` and a part b that the multiplier d makes.
 
     ::
 
@@ -53,15 +53,15 @@ def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier) 
     straight, turned = dot(G0.T @ d, b), dot(G1.T @ d, b)
     far = norm(still(b, q0))
     excess = max(far - norm(still(tangent, q0)) / 2, abs(turned - straight) - abs(straight) / 2)
-    return 1.0 if min(far - floor(q0), excess) > 0.0 else 0.0
+    return min(far - floor(q0), excess)
 
 
 def walked(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any, unsure: Number) -> tuple[X, Report]:
-    """Return x after one ``update`` for each part of a step, and a report; x as it is where ``unsure`` is 0."""
+    """Return x after one ``update`` for each part of a step, and a report; x as it is unless ``unsure`` is positive."""
     residual = INF
     pivot = INF
     for part in range(1, PARTS + 1):
-        if not unsure > 0.5:
+        if not unsure > 0.0:
             return x, (OK, residual, pivot, tally(update, part - 1))
         x, size, _, residual, pivot = update(x, data)
         status = judge(residual, pivot, size)
@@ -72,7 +72,7 @@ def walked(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
 
 def landed(report: Report, walk: Report, unsure: Number, apart: Number, most: Number) -> Report:
     """Return the report of a step and its walk: ANOTHER_BRANCH if they ended apart by more than ``most``, or the walk ended early."""
-    if report[0] == OK and unsure > 0.5 and not (walk[0] == OK and apart <= most):
+    if report[0] == OK and unsure > 0.0 and not (walk[0] == OK and apart <= most):
         return ANOTHER_BRANCH, apart, report[2], plus_work(report[3], walk[3])
     return report[0], report[1], report[2], plus_work(report[3], walk[3])
 
