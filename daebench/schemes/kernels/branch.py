@@ -18,6 +18,9 @@ ANOTHER_BRANCH = 9
 PARTS = 32
 """Parts of a step that is walked; a power of two, so that they add up to it."""
 
+PART = 0.03125
+"""One of them."""
+
 
 if EXTENDED:
 
@@ -77,6 +80,11 @@ def landed(report: Report, walk: Report, unsure: Number, apart: Number, most: Nu
     return report[0], report[1], report[2], plus_work(report[3], walk[3])
 
 
+def settled_on(q0: Vector, tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: Report, report: Report) -> Report:
+    """Return the report of a step by dq, named if its walk ended at another increment of q than dq."""
+    return landed(report, walk, unsure, norm(end - dq), norm(dq - tangent) / 8 + floor(q0))
+
+
 def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     """Walk on by a part of the tangent: one Newton update for g = 0 at its end, linearised at q0 + dq."""
     q0, V, part = data
@@ -92,4 +100,4 @@ def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d:
     """Return the report of dq = tangent - V^T d with g(q0 + dq) = 0, named if that root is not the one to which tau tangent leads."""
     unsure = doubt(q0, G0, tangent, dq, d)
     end, walk = walked(update_walk, 0 * dq, (q0, V, tangent / 32), unsure)
-    return landed(report, walk, unsure, norm(end - dq), norm(dq - tangent) / 8 + floor(q0))
+    return settled_on(q0, tangent, dq, end, unsure, walk, report)
