@@ -1,9 +1,10 @@
 """RATTLE, HLW (1.25), and its extension to any Hamiltonian, (1.26)."""
 
+from daebench.schemes.kernels.branch import PART, doubt, settled_on, walked
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.constrain import momentum_correction, project_position
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_pq, H_q, H_qp, g, norm, rows, solve, zero
-from daebench.schemes.kernels.newton import both, newton
+from daebench.schemes.kernels.newton import both, newton, once
 from daebench.schemes.kernels.spaces import LENGTH, I, Jacobian, Multiplier, Number, Step, Update, Vector
 
 CLAIMS = Claims(order=2, symmetric=True, symplectic=True, keeps_g=True, keeps_Gv=True, system="constrained", source="HLW (1.25), (1.26)")
@@ -22,7 +23,7 @@ if SEPARABLE:
         """
         G0 = G(q0)
         kick = -h / 2 * H_q(p0, q0)
-        dq, nu, position_report = project_position(q0, h * H_p(p0 + kick, q0), rows(G0, p0, q0))
+        dq, nu, position_report = project_position(q0, h * H_p(p0 + kick, q0), G0, rows(G0, p0, q0))
         q1 = q0 + dq
         dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
         n, mu, settled = momentum_correction(p0 + dp, q1)
@@ -51,6 +52,15 @@ else:
         size = norm(back_q) + abs(half) * norm(S @ back_p)
         return x, size, max(LENGTH, norm(q)), residual, min(pivot, min(pivot_p, pivot_q))
 
+    def update_walk(
+        x: tuple[tuple[Vector, Vector, Multiplier], Number], data: tuple[Vector, Vector, Jacobian, Number]
+    ) -> tuple[tuple[tuple[Vector, Vector, Multiplier], Number], Number, Number, Number, Number]:
+        """One Newton update for a step size that has grown by a part of h."""
+        p0, q0, G0, half = data
+        share = x[1] + PART
+        found, size, scale, residual, pivot = update(x[0], (p0, q0, G0, share * half))
+        return (found, share), size, scale, residual, pivot
+
     def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         """Return p1 - p0, q1 - q0, lam and mu, and a report.
 
@@ -59,10 +69,17 @@ else:
             p_half = p0 - h/2 (H_q(p_half, q0) + G(q0)^T lam)
             q1     = q0 + h/2 (H_p(p_half, q0) + H_p(p_half, q1)),     0 = g(q1)
             p1     = p_half - h/2 (H_q(p_half, q1) + G(q1)^T mu),      0 = G(q1) H_p(p1, q1)
+
+        The first update is linearised at (p0, q0): it ends where the linearised constraint puts the step, as in (1.25).
         """
-        still = 0 * p0
-        (half, dq, lam), newton_report = newton(update, (still, still, zero(q0)), (p0, q0, G(q0), h / 2))
+        still, G0 = 0 * p0, G(q0)
+        data, begin = (p0, q0, G0, h / 2), (still, still, zero(q0))
+        first, first_report = once(update, begin, data)
+        (half, dq, lam), newton_report = newton(update, first, data)
+        unsure = doubt(q0, G0, first[1], dq, lam - first[2])
+        (end, _), walk = walked(update_walk, (begin, 0 * h), data, unsure)
+        report = settled_on(q0, first[1], dq, end[1], unsure, walk, both(first_report, newton_report))
         q1 = q0 + dq
         dp = half - h / 2 * H_q(p0 + half, q1)
         n, mu, settled = momentum_correction(p0 + dp, q1)
-        return dp - n, dq, (lam, 2 / h * mu), both(newton_report, settled)
+        return dp - n, dq, (lam, 2 / h * mu), both(report, settled)

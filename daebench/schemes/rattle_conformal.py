@@ -69,7 +69,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     p = p0 + before
     G0 = G(q0)
     kick = -h / 2 * undamped(p, q0)
-    dq, nu, position_report = project_position(q0, h * H_p(p + kick, q0), rows(G0, p, q0))
+    dq, nu, position_report = project_position(q0, h * H_p(p + kick, q0), G0, rows(G0, p, q0))
     q1 = q0 + dq
     half = kick - G0.T @ nu / h
     dp = half - h / 2 * (undamped(p + half, q0) - undamped(p, q0)) - h / 2 * undamped(p + half, q1)

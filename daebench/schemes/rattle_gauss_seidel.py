@@ -2,8 +2,11 @@
 
 from dataclasses import replace
 
+from daebench.schemes.kernels.branch import on_branch
 from daebench.schemes.kernels.claims import Member
+from daebench.schemes.kernels.constrain import tangential
 from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, G, H_p, dot, dot_moduli, g, multiplier, rows, zero
+from daebench.schemes.kernels.newton import both
 from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
 from daebench.schemes.kernels.relax import bounds, relax, require_tolerance
 from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Report, Rows, Step, Vector
@@ -57,8 +60,9 @@ def update_velocities(x: Iterate, data: tuple[Jacobian, Rows, Multiplier]) -> Ro
 
 def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
     """Return dq - V^T nu on g = 0 within the tolerance, nu and a report."""
-    (dq, nu), report = relax(update_positions, (dq, zero(q0)), (q0, V, bounds(G0, q0 + dq)))
-    return dq, nu, report
+    tangent, nu0, start_report = tangential(dq, G0, V)
+    (dq, nu), report = relax(update_positions, (tangent, nu0), (q0, V, bounds(G0, q0 + tangent)))
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report))
 
 
 def solve_momenta(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+from daebench.schemes.kernels.branch import on_branch
 from daebench.schemes.kernels.claims import Member
-from daebench.schemes.kernels.constrain import momentum_correction
-from daebench.schemes.kernels.language import G, exceeding, g, norm, solve, zero
+from daebench.schemes.kernels.constrain import momentum_correction, tangential
+from daebench.schemes.kernels.language import G, exceeding, g, norm, solve
+from daebench.schemes.kernels.newton import both
 from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
 from daebench.schemes.kernels.relax import position_bounds, require_tolerance, until_met
 from daebench.schemes.kernels.spaces import Jacobian, Multiplier, Number, Report, Rows, Step, Vector
@@ -34,8 +36,9 @@ def update_positions(
 
 def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
     """Return dq - V^T nu on g = 0 within the tolerance, nu and a report."""
-    (dq, nu), report = until_met(update_positions, (dq, zero(q0)), (q0, V, position_bounds(G0, q0 + dq)))
-    return dq, nu, report
+    tangent, nu0, start_report = tangential(dq, G0, V)
+    (dq, nu), report = until_met(update_positions, (tangent, nu0), (q0, V, position_bounds(G0, q0 + tangent)))
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report))
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from daebench.errors import BadInput
+from daebench.schemes.kernels.branch import on_branch
 from daebench.schemes.kernels.claims import EXPANDABLE, Member
 from daebench.schemes.kernels.language import CONSTRAINTS, G, H_p, dot, g, multiplier, norm, rows, sqrt, squares, zero
 from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
@@ -60,9 +61,10 @@ def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -
     K, value = G0 @ V.T, g(q0)
     s = multiplier(sqrt(dot(G0[k], q0) / 2) for k in range(CONSTRAINTS))
     D = multiplier(sqrt(squares(q0)[k]) for k in range(CONSTRAINTS))
-    nu = expand(K, G0 @ dq + multiplier(2.0 * s[k] * value[k] / (s[k] + D[k]) for k in range(CONSTRAINTS)))
-    (dq, nu, _), report = relax(update_turning, (dq - V.T @ nu, nu, 1.0 * DATA[3]), (q0, V, K, s, D))
-    return dq, nu, report
+    nu0 = expand(K, G0 @ dq + multiplier(2.0 * s[k] * value[k] / (s[k] + D[k]) for k in range(CONSTRAINTS)))
+    tangent = dq - V.T @ nu0
+    (dq, nu, _), report = relax(update_turning, (tangent, nu0, 1.0 * DATA[3]), (q0, V, K, s, D))
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, report)
 
 
 def update_momenta(x: tuple[Multiplier, Number], data: tuple[Gram, Multiplier]) -> tuple[tuple[Multiplier, Number], Number, Number, Number]:

@@ -38,6 +38,7 @@ def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> tuple[Vector, Vector,
         p1 = M (q2 - q0) / (2 h)
     """
     dq = q1 - q0
-    dq2, nu, report = project_position(q1, dq - h**2 * H_p(H_q(p0, q1), q1), rows(G(q1), p0, q1))
+    G1 = G(q1)
+    dq2, nu, report = project_position(q1, dq - h**2 * H_p(H_q(p0, q1), q1), G1, rows(G1, p0, q1))
     p1 = mass(p0, q1) @ (dq + dq2)
     return 0.5 / h * p1, q1, q1 + dq2, (nu / h**2,), report

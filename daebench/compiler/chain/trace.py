@@ -26,8 +26,12 @@ if TYPE_CHECKING:
     from daebench.compiler.link import Linker
 
 NEWTON = "daebench.schemes.kernels.newton"
-ITERATIONS = ((NEWTON, "newton"), ("daebench.schemes.kernels.relax", "until_met"))
-"""Iterations, as files and names: functions of an update, the unknowns and data."""
+BRANCH = "daebench.schemes.kernels.branch"
+ITERATIONS = ((NEWTON, "newton"), ("daebench.schemes.kernels.relax", "until_met"), (BRANCH, "walked"))
+"""Iterations, as files and names: functions of an update, the unknowns, data, and perhaps numbers."""
+
+OF_REPORTS = ((NEWTON, "judge"), (NEWTON, "both"), (BRANCH, "landed"))
+"""Functions of numbers and reports, which are called as they are."""
 
 ARGUMENTS: dict[str, tuple[str, ...]] = dict.fromkeys(("H", "H_p", "H_q", "Gv", "lam", "independence", "row_moduli"), ("p", "q")) | {
     "g": ("q",)
@@ -86,8 +90,8 @@ class Tracer:
             return self._call(f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
         if (module, name) in ITERATIONS:
             return partial(self.iterated, module, name)
-        if module == NEWTON and name in ("judge", "both"):
-            return lambda *arguments: applied(self.linker.function(NEWTON, name, {}), *arguments, Scalar("par"))
+        if (module, name) in OF_REPORTS:
+            return lambda *arguments: applied(self.linker.function(module, name, {}), *arguments, Scalar("par"))
         if (module, name) not in self._functions:
             self._functions[module, name] = self._compiled(module, name)
         return self._functions[module, name]
@@ -218,7 +222,7 @@ class Tracer:
         program.wishes.append((Demand(needs=[(results, 0)], write=write), [f"{array} = numpy.empty({size}, dtype=DTYPE)"]))
         return array
 
-    def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any) -> Any:
+    def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any, *numbers: Scalar) -> Any:
         """Emit an iteration of a file with this update; return the unknowns after it and its report."""
         outer, starts = self.programs[-1], _flat(x)
         if outer.top is not outer or not all(isinstance(part, Field) for part in starts):
@@ -228,7 +232,8 @@ class Tracer:
         name = outer.name("after")
         iterating = self.linker.function(module, iteration, {"update": updating})
         first = pack(str(place) for place, _ in places)
-        call = f"{name}, report_{name} = {iterating}({first}, {pack(self._shared(outer))}, {', '.join(self.linker.given(iterating))})"
+        handed = ", ".join([first, pack(self._shared(outer)), *map(say, numbers), *self.linker.given(iterating)])
+        call = f"{name}, report_{name} = {iterating}({handed})"
         starting = [_kept(part, f"slab[k, {place} + {{i}}]") for part, (place, _) in zip(starts, places, strict=True)]
         outer.events.append(Iteration(starting, [call]))
         outer.arguments = [*outer.arguments, name]

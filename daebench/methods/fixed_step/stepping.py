@@ -13,6 +13,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
+from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
 from daebench.schemes.kernels.newton import ITERATIONS
 from daebench.schemes.kernels.rank import RANK_LOST
@@ -40,6 +41,7 @@ REASONS = {
         "the derivatives of the states are no longer finite, or did not settle in {sweeps} sweeps",
         "use a shorter run, because derivatives of an unstable motion grow without bound, or leave out the sensitivities",
     ),
+    ANOTHER_BRANCH: ("the step ends on another branch of g = 0 than the one on which the motion goes on from there", "use a smaller h"),
 }
 """Why a scheme stopped, and what to do, by the status of its report."""
 
@@ -55,6 +57,7 @@ IN_SHORT = {
     6: "left the domain",
     RANK_LOST: "G loses rank",
     8: "derivatives not finite",
+    ANOTHER_BRANCH: "another branch",
 }
 """The reason in two or three words, for tables and pictures of many runs."""
 

@@ -1,7 +1,8 @@
 """The two projections that constrained schemes share: positions onto g = 0, momenta onto G H_p = 0."""
 
+from daebench.schemes.kernels.branch import on_branch
 from daebench.schemes.kernels.language import ONE_UNKNOWN, QUADRATIC, G, H_p, g, norm, rows, solve, zero
-from daebench.schemes.kernels.newton import linear, newton, newton_of_one
+from daebench.schemes.kernels.newton import both, linear, newton, newton_of_one
 from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Multiplier, Report, Rows, Update, Vector
 
 
@@ -16,16 +17,26 @@ def update_position(x: tuple[Vector, Multiplier], data: tuple[Vector, Rows]) -> 
     return (dq - back, nu + change), norm(back), max(LENGTH, norm(q)), norm(value), pivot
 
 
-def project_position(q0: Vector, dq: Vector, V: Rows) -> tuple[Vector, Multiplier, Report]:
-    """Return dq - V^T nu with g(q0 + dq - V^T nu) = 0, nu and a report, for V of shape(m, d).
+def tangential(dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
+    """Return dq - V^T nu with G0 (dq - V^T nu) = 0, nu and a report: where the linearised constraint puts the free flight dq."""
+    value = G0 @ dq
+    nu, pivot = solve(G0 @ V.T, value)
+    return dq - V.T @ nu, nu, linear(pivot, norm(value))
 
-    The iteration is for the increment, so that rounding is relative to the increment and not to q0.
+
+def project_position(q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
+    """Return dq - V^T nu with g(q0 + dq - V^T nu) = 0, nu and a report, for G0 = G(q0) and V of shape(m, d).
+
+    The iteration starts where the linearised constraint puts the step: forces that constraints balance make the free flight dq long, and
+    from its end an iteration may reach another branch of g = 0. It is for the increment, so that rounding is relative to the increment and
+    not to q0.
     """
+    tangent, nu0, start_report = tangential(dq, G0, V)
     if ONE_UNKNOWN:  # evaluated when the kernel is linked
-        (dq, nu), report = newton_of_one(update_position, (dq, zero(q0)), (q0, V))
+        (dq, nu), report = newton_of_one(update_position, (tangent, nu0), (q0, V))
     else:
-        (dq, nu), report = newton(update_position, (dq, zero(q0)), (q0, V))
-    return dq, nu, report
+        (dq, nu), report = newton(update_position, (tangent, nu0), (q0, V))
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report))
 
 
 if QUADRATIC:

@@ -136,6 +136,12 @@ def differentiated(
     return x, (UNSETTLED, report[1], report[2], report[3])
 
 
+def once(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
+    """Return x after one update, and a report."""
+    x, size, _, residual, pivot = update(x, data)
+    return x, (judge(residual, pivot, size), residual, pivot, tally(update, 1))
+
+
 def linear(pivot: Number, residual: Number) -> Report:
     """Return the report of a single linear solve."""
     return judge(residual, pivot, residual), residual, pivot, no_work()

@@ -12,6 +12,7 @@ from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import Array, PoissonIvp
+from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import GridRun, ivp_of
@@ -74,6 +75,7 @@ TOLD = {
     "G loses rank": RANK_LOST,
     **{REASONS[status][0].split(" in {")[0].split(", residual")[0]: NO_SOLUTION for status in (1, 5)},
     REASONS[2][0].split(", residual")[0]: SINGULAR,
+    REASONS[ANOTHER_BRANCH][0]: OTHER,
     **{REASONS[status][0].split(", or did")[0]: BLOWN_UP for status in (3, 4, 8)},
 }
 """What the sentence of a failure begins its reason with, and the word for it."""

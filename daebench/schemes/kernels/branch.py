@@ -1,0 +1,103 @@
+"""Whether a step landed on the motion's own branch of g = 0: the root to which the multiplier leads from 0 as the step grows from 0.
+
+Where g = 0 bends, the line q0 + dq - V^T nu of a step meets it at several places, and an iteration may end at any of them. The own one is
+near the place where the linearised constraint puts the step, unless the step is large. So a step is first judged by quantities at hand. It
+is in doubt if it is far from that place, or if the normals have turned far between both ends; few steps are. Such a step is walked in small
+parts from q0, and named if the walk ends elsewhere, or ends early because the branch has an end before.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from daebench.schemes.kernels.language import EPS, EXTENDED, INF, G, dot, g, norm, plus_work, rate_of_time, solve, tally
+from daebench.schemes.kernels.newton import OK, judge
+from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Multiplier, Number, Report, Rows, Update, Vector
+
+X = TypeVar("X")
+ANOTHER_BRANCH = 9
+PARTS = 32
+"""Parts of a step that is walked; a power of two, so that they add up to it."""
+
+PART = 0.03125
+"""One of them."""
+
+
+if EXTENDED:
+
+    def still(x: Vector, q: Vector) -> Vector:
+        """Return the change x of positions without that of the time, which no constraint force changes."""
+        e = rate_of_time(q)
+        return x - dot(e, x) * e
+
+else:
+
+    def still(x: Vector, q: Vector) -> Vector:
+        """Return the change x of positions."""
+        return x
+
+
+def floor(q: Vector) -> Number:
+    """Return the distance below which two positions differ by the rounding of an iteration that no longer improves."""
+    return 10000.0 * EPS * max(LENGTH, norm(q))
+
+
+def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier) -> Number:
+    """Return a positive number if a step from q0 needs a walk; the step is ``tangent`` and a part b that the multiplier d makes.
+
+    ::
+
+        |b| <= |tangent| / 2,        |d^T G1 b - d^T G0 b| <= |d^T G0 b| / 2,        b = dq - tangent,        G1 = G(q0 + dq)
+
+    d^T G0 b is -d^T G0 M^-1 G0^T d: in the direction of the correction, G1 M^-1 G0^T has to be between one and three halves of
+    G0 M^-1 G0^T. If g is quadratic, (G1 + G1') M^-1 G0^T is singular for two roots on one line, so that both cannot be near G0 M^-1 G0^T.
+    """
+    b = dq - tangent
+    G1 = G(q0 + dq)
+    straight, turned = dot(G0.T @ d, b), dot(G1.T @ d, b)
+    far = norm(still(b, q0))
+    excess = max(far - norm(still(tangent, q0)) / 2, abs(turned - straight) - abs(straight) / 2)
+    return min(far - floor(q0), excess)
+
+
+def walked(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any, unsure: Number) -> tuple[X, Report]:
+    """Return x after one ``update`` for each part of a step, and a report; x as it is unless ``unsure`` is positive."""
+    residual = INF
+    pivot = INF
+    for part in range(1, PARTS + 1):
+        if not unsure > 0.0:
+            return x, (OK, residual, pivot, tally(update, part - 1))
+        x, size, _, residual, pivot = update(x, data)
+        status = judge(residual, pivot, size)
+        if status != OK:
+            return x, (status, residual, pivot, tally(update, part))
+    return x, (OK, residual, pivot, tally(update, PARTS))
+
+
+def landed(report: Report, walk: Report, unsure: Number, apart: Number, most: Number) -> Report:
+    """Return the report of a step and its walk: ANOTHER_BRANCH if they ended apart by more than ``most``, or the walk ended early."""
+    if report[0] == OK and unsure > 0.0 and not (walk[0] == OK and apart <= most):
+        return ANOTHER_BRANCH, apart, report[2], plus_work(report[3], walk[3])
+    return report[0], report[1], report[2], plus_work(report[3], walk[3])
+
+
+def settled_on(q0: Vector, tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: Report, report: Report) -> Report:
+    """Return the report of a step by dq, named if its walk ended at another increment of q than dq."""
+    return landed(report, walk, unsure, norm(end - dq), norm(dq - tangent) / 8 + floor(q0))
+
+
+def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
+    """Walk on by a part of the tangent: one Newton update for g = 0 at its end, linearised at q0 + dq."""
+    q0, V, part = data
+    q = q0 + dq
+    G1 = G(q)
+    value = g(q) + G1 @ part
+    change, pivot = solve(G1 @ V.T, value)
+    dq = dq + part - V.T @ change
+    return dq, norm(dq), max(LENGTH, norm(q)), norm(value), pivot
+
+
+def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report) -> Report:
+    """Return the report of dq = tangent - V^T d with g(q0 + dq) = 0, named if that root is not the one to which tau tangent leads."""
+    unsure = doubt(q0, G0, tangent, dq, d)
+    end, walk = walked(update_walk, 0 * dq, (q0, V, tangent / 32), unsure)
+    return settled_on(q0, tangent, dq, end, unsure, walk, report)
