@@ -18,6 +18,9 @@ from daebench.schemes.kernels.newton import ITERATIONS
 from daebench.schemes.kernels.rank import RANK_LOST
 from daebench.schemes.kernels.relax import ROUNDS
 
+TURNED = 9
+"""Status where the equations of a step are singular although G keeps its rank."""
+
 REASONS = {
     1: ("the iteration did not converge in {sweeps} iterations, residual {residual:.2e}", "use a smaller h"),
     2: (
@@ -40,6 +43,10 @@ REASONS = {
         "the derivatives of the states are no longer finite, or did not settle in {sweeps} sweeps",
         "use a shorter run, because derivatives of an unstable motion grow without bound, or leave out the sensitivities",
     ),
+    TURNED: (
+        "the iteration matrix is singular to round-off, residual {residual:.2e}",
+        "G keeps its rank there, so the step is too large; use a smaller h",
+    ),
 }
 """Why a scheme stopped, and what to do, by the status of its report."""
 
@@ -55,6 +62,7 @@ IN_SHORT = {
     6: "left the domain",
     RANK_LOST: "G loses rank",
     8: "derivatives not finite",
+    TURNED: "step too large",
 }
 """The reason in two or three words, for tables and pictures of many runs."""
 
