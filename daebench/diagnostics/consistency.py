@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from daebench.diagnostics.inverse_mass import mass
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.nearest import ITERATIONS, nearest
 from daebench.errors import BadInput, InconsistentStart
@@ -147,7 +148,7 @@ def projected(ivp: ConstrainedIvp) -> tuple[ConstrainedIvp, float, float]:
 
 def _metric(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
     """Return M and M^-1 at a state."""
-    return ivp.value("mass", tuple(p), tuple(q)), ivp.value("H_pp", tuple(p), tuple(q))
+    return mass(ivp, p, q), ivp.value("H_pp", tuple(p), tuple(q))
 
 
 def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: float = 0.0) -> Array:

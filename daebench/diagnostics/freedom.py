@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from daebench.diagnostics.consistency import project
+from daebench.diagnostics.inverse_mass import inverse_mass, root_of
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 
@@ -140,7 +141,7 @@ def _root(ivp: ConstrainedIvp, q: Array) -> Array:
     """Return a root of M^-1 at q, one column for each position; the time, which has no mass, has a row of zeros."""
     n = moving(ivp)
     root = np.zeros((ivp.d, n))
-    root[:n] = np.linalg.cholesky(ivp.value("H_pp", ivp.p0, q)[:n, :n])
+    root[:n] = root_of(ivp, ivp.p0, q)
     return root
 
 
@@ -210,6 +211,8 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     ivp : ConstrainedIvp
         The problem with its numbers, whose q0 is looked at.
     """
+    if ivp.facts.EXPLICIT and not beyond_comparison(ivp) and (fault := undetermined(ivp)):
+        return fault
     found = freedom(ivp)
     if found is None or not found.others:
         return None
@@ -217,6 +220,14 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     if contradicted(ivp):
         return f"{told}, and no positions satisfy all of them at later times: a driver contradicts the others; leave it out"
     return f"{told}, {found.where}; {found.remedy}"
+
+
+def undetermined(ivp: ConstrainedIvp) -> str:
+    """Return why H_pp does not determine the multipliers of independent constraints at the start, and what to do; "" where it does."""
+    try:
+        return inverse_mass(ivp, ivp.p0, ivp.q0).fault
+    except np.linalg.LinAlgError:
+        return ""  # a value is not finite, which another check reports
 
 
 def contradicted(ivp: ConstrainedIvp) -> bool:
