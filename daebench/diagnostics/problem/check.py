@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.cache import generated
-from daebench.diagnostics.consistency import TOLERANCE
+from daebench.diagnostics.consistency import allowed
+from daebench.diagnostics.contradiction import contradiction
 from daebench.diagnostics.freedom import dependence, freedom, require_freedom, undetermined
 from daebench.diagnostics.inverse_mass import inverse_mass
-from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.problem import declared as declared_checks
+from daebench.diagnostics.second_order import require_motion
 from daebench.errors import DaebenchError, InvalidProblem
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.make_ivp import make_ivp
@@ -135,13 +136,15 @@ def _checks(ivp: Ivp) -> Mapping[str, Check]:
 def start(ivp: ConstrainedIvp) -> str:
     """Return which constraint the start does not meet, and by how much; "" where it meets them all."""
     state = tuple(ivp.p0), tuple(ivp.q0)
-    scales = residual_scales(ivp, ivp.p0, ivp.q0)
+    scales = allowed(ivp)
     for name, at, values, scale in (
         ("g", "q0", ivp.value("g", state[1]), scales[0]),
         ("G H_p", "q0, p0", ivp.value("Gv", *state), scales[1]),
     ):
         k = int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))
-        if not abs(values[k]) <= TOLERANCE * scale:
+        if not abs(values[k]) <= scale:
+            if name == "g" and (why := contradiction(ivp)):
+                return why
             text = f" = {_short(ivp.source.derivation.g[k])}" if name == "g" and not ivp.arrays else ""
             where = f"constraint {k + 1} of {ivp.m}, {name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
             return f"{ivp.problem}, case {ivp.case!r}: {where}; correct the case, or add --project to move it to the manifold."
@@ -154,9 +157,10 @@ def independent(ivp: ConstrainedIvp) -> str:
     Raises
     ------
     BadInput
-        If constraints leave no freedom there.
+        If constraints leave no freedom there, or no motion has the velocity of the start.
     """
     require_freedom(ivp)
+    require_motion(ivp)
     why = None if ivp.on_singular == "least-squares" else dependence(ivp)
     return f"{ivp.problem}, case {ivp.case!r}: G M^-1 G^T is singular at the start: {why}." if why else ""
 
