@@ -41,8 +41,8 @@ def contradiction(ivp: ConstrainedIvp) -> str:
     k = int(np.argmax(least))
     one = f"|g{k + 1}| = {least[k] * scale[k]:.3g}" if ivp.m > 1 else f"|g| = {least[0] * scale[0]:.3g}"
     return (
-        f"the constraints of {ivp.problem}, case {ivp.case}, contradict each other: no positions obey all of them, and the least that their "
-        f"residuals come to, from {len(STARTS)} starts, is {one}; correct the parameters, or leave out a constraint."
+        f"the constraints of {ivp.problem}, case {ivp.case}, contradict each other: no positions obey all of them, and the least that "
+        f"their residuals come to, from {len(STARTS)} starts, is {one}; correct the parameters, or leave out a constraint."
     )
 
 

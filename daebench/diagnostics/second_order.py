@@ -126,7 +126,7 @@ def semidefinite(forms: Array) -> Array | None:
 def require_motion(ivp: ConstrainedIvp) -> None:
     """Accept a start whose velocity some motion on the manifold can have.
 
-    Where w^T G = 0, a motion has w^T g_qq (q', q') = 0 too, whatever its acceleration: that is what the second derivative of w^T g = 0 says.
+    Where w^T G = 0, a motion has w^T g_qq (q', q') = 0 too, whatever its acceleration: the second derivative of w^T g = 0.
 
     Raises
     ------
@@ -144,5 +144,5 @@ def require_motion(ivp: ConstrainedIvp) -> None:
     names = " and ".join(f"g{k + 1}" for k in np.flatnonzero(np.abs(w) > DEFINITE * np.max(np.abs(w)))[:4])
     raise BadInput(
         f"no motion obeys the start of {ivp.problem}, case {ivp.case}: G v = 0, but G loses rank there, and {names} together change at "
-        f"second order whatever the acceleration, w^T g_qq(v, v) = {value:.3g} with w^T G = 0; give momenta without the part that bends them."
+        f"second order whatever the acceleration, w^T g_qq(v, v) = {value:.3g} with w^T G = 0; leave out the part that bends them."
     )

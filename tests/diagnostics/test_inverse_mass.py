@@ -28,7 +28,7 @@ def quaternion(unit, gauge, moments=(0.8, 0.8, 1.8)):
     a, b, c, d = q
     E = sp.Matrix([[-b, a, d, -c], [-c, -d, a, b], [-d, c, -b, a]])
     L = E * sp.Matrix(p) / 2
-    H = sum(x**2 / (2 * I) for x, I in zip(L, moments, strict=True)) + 5 * (a * a - b * b - c * c + d * d)
+    H = sum(x**2 / (2 * moment) for x, moment in zip(L, moments, strict=True)) + 5 * (a * a - b * b - c * c + d * d)
     H += sp.Rational(gauge) * sp.Matrix(q).dot(sp.Matrix(p)) ** 2 / 8
     q0 = [unit * sp.Rational(3, 5), unit * sp.Rational(4, 5), 0, 0]
     p0 = list(2 * E.subs(dict(zip(q, q0, strict=True))).T * sp.Matrix([0, 0, 9]))
