@@ -1,6 +1,7 @@
 """Health of a run: judged over its steps, whatever is stored, and a body at rest is not lost."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -49,7 +50,7 @@ def hanging(n, unit, gravity=9.81, spring=0.0):
     """Rods that hang at rest, n points below each other, with springs to the side where they are asked for."""
     q, p = coordinates(2 * n)
     points = [sp.Matrix([0, 0]), *[sp.Matrix(q[2 * k : 2 * k + 2]) for k in range(n)]]
-    g = [(b - a).dot(b - a) - sp.Float(unit) ** 2 for a, b in zip(points, points[1:], strict=False)]
+    g = [(b - a).dot(b - a) - sp.Float(unit) ** 2 for a, b in pairwise(points)]
     U = sp.Float(gravity) * sum(q[1::2]) + sp.Float(spring) / sp.Float(unit) * sum(x**2 for x in q[::2])
     q0 = [x for k in range(n) for x in (0.0, -(k + 1) * unit)]
     case = Case(q=q0, p=(0,) * (2 * n))
