@@ -103,7 +103,7 @@ def run(
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Run one method on one problem; exit 1 if it stops early."""
+    """Run one method on one problem; exit 1 if it stops early, or its motion is lost: its energy, or a constraint."""
     _check_place(out, steps_out, raw=raw)
     with bar(f"{method} on {problem}") as progress:
         start = _start(case, param, algebra, q0, p0)
@@ -115,7 +115,9 @@ def run(
         ivp, request, trajectory = _solved(problem, steps_out, method=method, **start, **asked)
     _write(out, steps_out, ivp, request, method, trajectory)
     _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
-    raise typer.Exit(1 if trajectory.failure else 0)
+    from daebench.methods.doubts import losses
+
+    raise typer.Exit(1 if trajectory.failure or losses(ivp, trajectory) else 0)
 
 
 def _start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:

@@ -6,13 +6,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from daebench.diagnostics.contradiction import contradiction
+from daebench.diagnostics.inverse_mass import mass
 from daebench.diagnostics.manifold import residual_scales
-from daebench.diagnostics.nearest import ITERATIONS, nearest
+from daebench.diagnostics.nearest import EPS, ITERATIONS, nearest
 from daebench.errors import BadInput, InconsistentStart
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.scales import constrained_scales
 
 Conditions = Callable[[Array], tuple[Array, Array]]
+
+ROUNDINGS = 8.0
+"""Roundings of q in the shortest time of a motion that its velocity may be off."""
 
 TOLERANCE = 1e-12
 """Largest residual of a consistent start, relative to its change under a relative change of one in p and q."""
@@ -62,13 +67,34 @@ def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> 
             f"the constraints of {ivp.problem}, case {ivp.case}, cannot be evaluated at the initial values: |g| = {g:.3g} and "
             f"|G H_p| = {Gv:.3g}; check the parameters, and that the mass matrix is regular there."
         )
-    g_scale, Gv_scale = residual_scales(ivp, ivp.p0, ivp.q0)
-    if not (g <= tolerance * g_scale and Gv <= tolerance * Gv_scale):
+    g_most, Gv_most = allowed(ivp, tolerance)
+    if not g <= g_most and (why := contradiction(ivp)):
+        raise BadInput(why)
+    if not (g <= g_most and Gv <= Gv_most):
         worst = {name: _largest(ivp, name) for name in ("g", "Gv")}
         raise InconsistentStart(
             f"the initial values of {ivp.problem}, case {ivp.case}, are off the constraint manifold: |g| = {g:.3g}{worst['g']} and "
             f"|G H_p| = {Gv:.3g}{worst['Gv']}; correct them, or add --project to move them to the nearest consistent ones."
         )
+
+
+def allowed(ivp: ConstrainedIvp, tolerance: float = TOLERANCE) -> tuple[float, float]:
+    """Return the largest |g| and |G H_p| of a consistent start.
+
+    They are parts of :func:`daebench.diagnostics.manifold.residual_scales`. A velocity is allowed some roundings of q in the shortest time
+    of the motion too, without which a start that is nearly at rest would have to be consistent to much less than a rounding.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers and initial values.
+    tolerance : float
+        Largest relative residual.
+    """
+    g_scale, Gv_scale = residual_scales(ivp, ivp.p0, ivp.q0)
+    length, rate = constrained_scales(ivp, 0.0, rated=True)
+    steepness = g_scale / (float(np.max(np.abs(ivp.q0))) or 1.0)
+    return tolerance * g_scale, max(tolerance * Gv_scale, ROUNDINGS * EPS * steepness * length * rate)
 
 
 def _largest(ivp: ConstrainedIvp, name: str) -> str:
@@ -135,19 +161,22 @@ def projected(ivp: ConstrainedIvp) -> tuple[ConstrainedIvp, float, float]:
     Raises
     ------
     BadInput
-        If the projection does not converge, or vectors are arrays, which have no projection.
+        If the projection does not converge, as where constraints contradict each other, or vectors are arrays, which have no projection.
     """
     if ivp.arrays:
         raise BadInput(
             f"initial values of {ivp.problem} with {ivp.facts.NODES} nodes cannot be projected; give consistent ones, or fewer nodes."
         )
-    p0, q0, moved_q, moved_p = project(ivp, ivp.p0, ivp.q0)
+    try:
+        p0, q0, moved_q, moved_p = project(ivp, ivp.p0, ivp.q0)
+    except BadInput as failed:
+        raise (BadInput(why) if (why := contradiction(ivp)) else failed) from None
     return replace(ivp, p0=p0, q0=q0), moved_q, moved_p
 
 
 def _metric(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
     """Return M and M^-1 at a state."""
-    return ivp.value("mass", tuple(p), tuple(q)), ivp.value("H_pp", tuple(p), tuple(q))
+    return mass(ivp, p, q), ivp.value("H_pp", tuple(p), tuple(q))
 
 
 def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: float = 0.0) -> Array:
@@ -160,8 +189,8 @@ def _nearest(what: str, conditions: Conditions, x0: Array, W: Array, least: floa
     x, increment, met = nearest(of_one, x0[None], W[None], np.array([least]))
     if met[0]:
         return np.asarray(x[0], dtype=float)
+    last = f"the last increment is {increment[0]:.3g}" if np.isfinite(increment[0]) else "G loses rank on the way"
     raise BadInput(
         f"the {what} cannot be projected onto the constraints: after {ITERATIONS} iterations at most, "
-        f"the last increment is {increment[0]:.3g}; "
-        "give initial values nearer to consistent ones."
+        f"{last}; give initial values nearer to consistent ones."
     )

@@ -15,6 +15,9 @@ from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 LOST = 1.0
 """Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
 
+AT_REST = 1e4 * 2.0**-52
+"""Part of the largest energy along a run that the kinetic energy counts for at least: below it a body is at rest."""
+
 SWINGS = 2
 """Fewest swings of a motion with which a drift of its energy error is distinguished from a part of an oscillation."""
 
@@ -122,4 +125,5 @@ def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory
 def size(error: Any, scales: EnergyScales) -> Any:
     """Return an energy error, or several, in parts of the mean kinetic energy; above :data:`LOST` the motion is lost."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(scales.kinetic > 0, error / np.asarray(scales.kinetic), np.where(error == 0, 0.0, np.inf))[()]
+        kinetic = np.maximum(scales.kinetic, AT_REST * np.asarray(scales.most))
+        return np.where(kinetic > 0, error / kinetic, np.where(error == 0, 0.0, np.inf))[()]

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from daebench.diagnostics.consistency import project
+from daebench.diagnostics.inverse_mass import inverse_mass, root_of
+from daebench.diagnostics.second_order import dependence_at
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 
@@ -48,6 +50,8 @@ class Freedom:
         Largest rank of G at points of the manifold around the start.
     others : mapping of int to tuple of int
         Each constraint that depends on earlier constraints, with their names; if there are none, its gradient is zero.
+    forbidden : int
+        Directions that G leaves free and dependent constraints forbid at second order.
     """
 
     d: int
@@ -55,22 +59,24 @@ class Freedom:
     rank: int
     nearby: int
     others: Mapping[int, tuple[int, ...]]
+    forbidden: int = 0
 
     @property
     def degrees(self) -> int:
-        """Degrees of freedom at the start, d - rank G."""
-        return self.d - self.rank
+        """Degrees of freedom at the start, d - rank G without what is forbidden at second order."""
+        return self.d - self.rank - self.forbidden
 
     @property
     def permanent(self) -> bool:
-        """Whether some constraints are redundant: dependent at the start and as dependent nearby."""
-        return self.nearby == self.rank < self.m
+        """Whether some constraints are redundant: dependent at the start and as dependent nearby, and without effect at second order."""
+        return self.nearby == self.rank < self.m and not self.forbidden
 
     @property
     def count(self) -> str:
         """The degrees of freedom in words."""
         plural = "s" if self.m > 1 else ""
         of = f"{self.m} constraint{plural}" if self.rank == self.m else f"{self.m} constraints, of rank {self.rank}"
+        of += f", that forbid {self.forbidden} more at second order" if self.forbidden else ""
         return f"{self.d} positions, {of}: {self.degrees} degree{'' if self.degrees == 1 else 's'} of freedom"
 
     @property
@@ -83,6 +89,9 @@ class Freedom:
     @property
     def where(self) -> str:
         """Whether this is so only at the start, as part of a sentence."""
+        if self.forbidden:
+            ways = f"{self.forbidden} direction{'' if self.forbidden == 1 else 's'}"
+            return f"there, and forbids at second order {ways} that G leaves free, so that without it there is another motion"
         if self.permanent:
             return "also nearby, so the constraints are redundant"
         return "there, though not nearby" if self.nearby == self.m else f"though G has rank {self.nearby} nearby"
@@ -92,6 +101,8 @@ class Freedom:
         """What to do about constraints that depend on others at the start, as part of a sentence."""
         solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
         first = f"remove {_listed(tuple(self.others))}" if self.permanent else "start where they are independent"
+        if self.forbidden:
+            first = "keep it, or hold these directions at first order in its place, for points in a line by equations linear in positions"
         return f"{first}, or {solved}, which finds multipliers of least norm"
 
 
@@ -126,9 +137,11 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
             return Freedom(moving(ivp), ivp.m, ivp.m, ivp.m, {})
         rank = rank_of(rows)
         nearby = max((rank_of(unit_rows(ivp, q)) for q in _nearby(ivp, rows, rank)), default=rank)
+        second = dependence_at(ivp)
     except (np.linalg.LinAlgError, ValueError):
         return None
-    return Freedom(moving(ivp), ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()})
+    forbidden = second.forbidden if second else 0
+    return Freedom(moving(ivp), ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()}, forbidden)
 
 
 def moving(ivp: ConstrainedIvp) -> int:
@@ -140,7 +153,7 @@ def _root(ivp: ConstrainedIvp, q: Array) -> Array:
     """Return a root of M^-1 at q, one column for each position; the time, which has no mass, has a row of zeros."""
     n = moving(ivp)
     root = np.zeros((ivp.d, n))
-    root[:n] = np.linalg.cholesky(ivp.value("H_pp", ivp.p0, q)[:n, :n])
+    root[:n] = root_of(ivp, ivp.p0, q)
     return root
 
 
@@ -210,6 +223,8 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     ivp : ConstrainedIvp
         The problem with its numbers, whose q0 is looked at.
     """
+    if ivp.facts.EXPLICIT and not beyond_comparison(ivp) and (fault := undetermined(ivp)):
+        return fault
     found = freedom(ivp)
     if found is None or not found.others:
         return None
@@ -217,6 +232,14 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     if contradicted(ivp):
         return f"{told}, and no positions satisfy all of them at later times: a driver contradicts the others; leave it out"
     return f"{told}, {found.where}; {found.remedy}"
+
+
+def undetermined(ivp: ConstrainedIvp) -> str:
+    """Return why H_pp does not determine the multipliers of independent constraints at the start, and what to do; "" where it does."""
+    try:
+        return inverse_mass(ivp, ivp.p0, ivp.q0).fault
+    except np.linalg.LinAlgError:
+        return ""  # a value is not finite, which another check reports
 
 
 def contradicted(ivp: ConstrainedIvp) -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.consistency import project
+from daebench.diagnostics.inverse_mass import mass
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp, PoissonIvp
@@ -35,13 +36,13 @@ def points(ivp: ConstrainedIvp) -> Iterator[State]:
     """
     draw = np.random.default_rng(1)
     size = float(np.max(np.abs(ivp.q0))) or 1.0
-    mass = ivp.value("mass", tuple(ivp.p0), tuple(ivp.q0))
+    inertia = mass(ivp, ivp.p0, ivp.q0)
     first = _singular_values(ivp, ivp.q0)
     least = NEARER * first[-1] if first[-1] > REGULAR * first[0] else -1.0
     for k in range(POINTS + 1):
         dq, v = (0.1 * k / POINTS * size * draw.standard_normal(ivp.d) for _ in range(2))
         try:
-            p, q = _reached(ivp, ivp.p0 + mass @ v, dq, least)
+            p, q = _reached(ivp, ivp.p0 + inertia @ v, dq, least)
         except (BadInput, np.linalg.LinAlgError):
             continue
         if np.all(np.isfinite(rates(ivp, p, q))):
@@ -86,7 +87,7 @@ def without_potential(ivp: ConstrainedIvp, p: Array, q: Array, rate: Array) -> f
 
 def off_manifold(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     """Return the largest of |g| and |G H_p|, relative to its change under a relative change of one in p and q."""
-    state, slow = (tuple(p), tuple(q)), SLOWLY * ivp.value("mass", tuple(p), tuple(q)) @ np.abs(q)
+    state, slow = (tuple(p), tuple(q)), SLOWLY * mass(ivp, p, q) @ np.abs(q)
     sizes = float(np.max(np.abs(ivp.value("g", state[1])))), float(np.max(np.abs(ivp.value("Gv", *state))))
     scales = residual_scales(ivp, np.abs(p) + np.abs(slow), q)
     return max(size / (scale or 1.0) for size, scale in zip(sizes, scales, strict=True))

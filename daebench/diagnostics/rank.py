@@ -1,13 +1,14 @@
-"""Where the rank of G is lost along a motion, and whether it is a mass that makes it seem so."""
+"""Where the rank of G is lost along a motion, and whether a mass, or too large a step, makes it seem so."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.freedom import beyond_comparison
+from daebench.diagnostics.freedom import beyond_comparison, rank_of
+from daebench.diagnostics.metric import least_displacement
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.members import Members
 
@@ -23,11 +24,32 @@ SUSPECT = 1e-6
 BELIEVED = 1 / 3
 """Part of the present root of what is measured that it may be, at most, where a line says that it is zero."""
 
+PIECES, FINER = 32, 16
+"""Pieces of the way along which a loss of rank is looked for, and of two of these where G comes nearest to one."""
+
+SUNK = 0.5
+"""Part of its largest value along the way that a singular value of G falls below, where the way is looked at more closely."""
+
+GONE = 1e-3
+"""Part below which, looked at closely, it is zero there."""
+
+CLOSE = 1e-10
+"""Part of a piece within which a point of the way is on the manifold."""
+
+SWEEPS = 12
+"""Sweeps that bring a point of the way onto the manifold, at most."""
+
 LIGHT = 1e-2
 """Part of the largest mass below which a mass is light."""
 
 HEAVIER = "use a smaller h, which resolves the light mass, or leave that mass out; --on-singular continue ignores this"
 """Advice if a run stops because a mass is too light for the step."""
+
+TOO_LARGE = "the step is too large: G keeps its rank, but turns so far within a step that its equations become singular"
+"""What is wrong where the equations of a step become singular and G keeps its rank."""
+
+SMALLER = "use a smaller h"
+"""What to do about that."""
 
 GO_ON = "to go on, add --on-singular continue (on_singular), which says which branch the motion takes"
 """Advice if a run stops because G loses rank."""
@@ -60,6 +82,96 @@ def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int
     v = ivp.value("H_p", p, q)
     t = float(_zero_ahead(lambda t: np.sqrt(np.abs(ivp.value("independence", p, q + t * v))), h, within))
     return None if math.isnan(t) else t
+
+
+def loses_rank(ivp: ConstrainedIvp, p: Array, q: Array, before: float, after: float) -> bool:
+    """Return whether G loses rank along the way of a state on the manifold, whatever the step that goes there.
+
+    The way is that of a motion with the velocity of the state and without forces, taken in small pieces on g = 0. Along it the smallest
+    singular value of G is followed, rows and columns in parts of their lengths at q, so that neither units nor masses matter. The rank is
+    lost where it goes to zero as the pieces around its minimum are made smaller.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    p, q : ndarray, shape(d,)
+        The state.
+    before, after : float
+        Times before and after the state that the way reaches, s.
+
+    Returns
+    -------
+    bool
+        True also where vectors are arrays, or constraints so many that it is not looked at.
+    """
+    if beyond_comparison(ivp):
+        return True
+    with np.errstate(all="ignore"):
+        v, W = ivp.value("H_p", p, q), ivp.value("H_pp", p, q)
+        sigma = _independence_of_rows(ivp, q)
+        dt = (before + after) / PIECES
+        back = [x for x, _ in zip(_way(ivp, W, q, -dt * v), range(math.ceil(before / dt)), strict=False)]
+        ahead = [x for x, _ in zip(_way(ivp, W, q, dt * v), range(math.ceil(after / dt)), strict=False)]
+        way = [*back[::-1], q, *ahead]
+        values = np.array([sigma(x) for x in way])
+        k = int(np.argmin(values))
+        largest = float(np.max(values))
+        if not 0 < k < len(way) - 1 or values[k] > SUNK * largest:
+            return bool(values[k] <= GONE * largest)
+        closer = _way(ivp, W, way[k - 1], (way[k] - way[k - 1]) / (FINER / 2))
+        finer = [way[k - 1], *(x for x, _ in zip(closer, range(FINER + FINER // 2), strict=False))]
+        return _least_between(sigma, finer) <= GONE * largest
+
+
+def _independence_of_rows(ivp: ConstrainedIvp, q: Array) -> Callable[[Array], float]:
+    """Return a function of positions: the smallest singular value of G that is not zero at q, its rows and columns scaled as there."""
+    G = np.asarray(ivp.value("G", q), dtype=float)[:, : len(q) - ivp.facts.EXTENDED]
+    rows = _lengths(G, 1)[:, None]
+    columns = _lengths(G / rows, 0)
+    rank = rank_of(G / rows / columns)
+
+    def sigma(x: Array) -> float:
+        scaled = np.asarray(ivp.value("G", x), dtype=float)[:, : len(columns)] / rows / columns
+        return float(np.linalg.svd(scaled, compute_uv=False)[rank - 1]) if np.all(np.isfinite(scaled)) else math.inf
+
+    return sigma
+
+
+def _lengths(G: Array, axis: int) -> Array:
+    """Return the lengths of rows or columns; 1 of those that are zero."""
+    lengths = np.linalg.norm(G, axis=axis)
+    return np.asarray(np.where(lengths > 0, lengths, 1.0))
+
+
+def _way(ivp: ConstrainedIvp, W: Array, q: Array, dq: Array) -> Iterator[Array]:
+    """Yield positions on g = 0 without end, each as far from the last as that is from the one before: motion without forces, by SHAKE."""
+    while True:
+        x = q + dq
+        size = float(np.max(np.abs(dq)))
+        for _ in range(SWEEPS):
+            C, residual = np.asarray(ivp.value("G", x), dtype=float), np.asarray(ivp.value("g", x), dtype=float)
+            step = least_displacement(C[None], W[None], -residual[None])[0]
+            if not np.all(np.isfinite(step)) or float(np.max(np.abs(step))) > size:
+                break
+            x = x + step
+            if float(np.max(np.abs(step))) <= CLOSE * size:
+                break
+        q, dq = x, x - q
+        yield q
+
+
+def _least_between(sigma: Callable[[Array], float], way: Sequence[Array]) -> float:
+    """Return the least value of a function along a parabola through three points, in the middle that where it is least."""
+    from scipy.optimize import minimize_scalar
+
+    values = [sigma(x) for x in way]
+    k = min(max(1, int(np.argmin(values))), len(way) - 2)
+    a, b, c = way[k - 1 : k + 2]
+    found = minimize_scalar(
+        lambda u: sigma(b + u * ((c - a) + u * (a - 2 * b + c)) / 2), bounds=(-1.0, 1.0), method="bounded", options={"xatol": 1e-7}
+    )
+    return min(float(found.fun), *values)
 
 
 def upcoming_losses(members: Members, p: Array, q: Array, within: int) -> Array:

@@ -1,7 +1,11 @@
 """Warnings on a run that reached its end but is of no use: its energy or its constraints are lost."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from daebench.diagnostics.energy import ROUNDED
+from daebench.diagnostics.energy_verdict import EnergyScales, energy_scales
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.negative_damping import negative_damping
 from daebench.runs.ivp import ConstrainedIvp, Ivp
@@ -20,10 +24,27 @@ SMALLER = "use a smaller h or tol, or another method"
 def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     """Return sentences on why a completed run is unreliable; none for a run that failed, which has its own message.
 
-    A negative damping is also reported: it is allowed, but adds energy.
+    These are the :func:`losses`; and a negative damping is reported, which is allowed but adds energy.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    run : Trajectory or PoissonTrajectory
+        A run on it.
+    """
+    said = losses(ivp, run)
+    if run.failure is None and isinstance(ivp, ConstrainedIvp) and negative_damping(ivp):
+        said.append(f"{run.problem}, case {run.case}: the damping is negative at the start, so that the force feeds energy in.")
+    return said
+
+
+def losses(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
+    """Return sentences on why the motion of a completed run is lost: its energy, or a constraint.
 
     The energy is lost if its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus of H
-    at the start. The T of the run contains the energy error e, so the mean modulus of T - e is used in its place.
+    at the start, and larger than rounding, or the tolerance, explains. The T of the run contains the energy error e, so the mean modulus of
+    T - e is used in its place. The largest error is that over all steps; the states are those that the run looked at, whatever it stored.
 
     Parameters
     ----------
@@ -34,13 +55,22 @@ def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     """
     if run.failure is not None:
         return []
-    reasons = [_lost_energy(ivp, run)]
-    if isinstance(run, Trajectory) and isinstance(ivp, ConstrainedIvp):
-        reasons.append(_broken_constraint(ivp, run))
-    said = [f"{run.method} on {run.problem}, case {run.case}: {reason}; {SMALLER}." for reason in reasons if reason]
-    if isinstance(ivp, ConstrainedIvp) and negative_damping(ivp):
-        said.append(f"{run.problem}, case {run.case}: the damping is negative at the start, so that the force feeds energy in.")
-    return said
+    seen = _looked_at(ivp, run)
+    reasons = [_lost_energy(ivp, seen)]
+    if isinstance(seen, Trajectory) and isinstance(ivp, ConstrainedIvp):
+        reasons.append(_broken_constraint(ivp, seen))
+    return [f"{run.method} on {run.problem}, case {run.case}: {reason}; {SMALLER}." for reason in reasons if reason]
+
+
+def _looked_at(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> Trajectory | PoissonTrajectory:
+    """Return a run with the states that were looked at in place of those that are stored, if there are such."""
+    if run.looks is None:
+        return run
+    t, rows = run.looks
+    if isinstance(run, PoissonTrajectory):
+        return replace(run, t=t, y=rows, looks=None, sensitivities={})
+    d = run.q.shape[1]
+    return replace(run, t=t, p=rows[:, :d].copy(), q=rows[:, d:].copy(), lam=None, raw={}, looks=None, sensitivities={})
 
 
 def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
@@ -51,11 +81,23 @@ def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
         T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
         scale, what = float(np.mean(np.abs(T - error))), "the mean kinetic energy"
     largest = max(float(np.max(np.abs(error))), run.maxima.get("energy", 0.0))
-    if not largest > scale > 0:
+    if not largest > max(scale, _explained(ivp, run)) or not scale > 0:
         return ""
     beyond = np.flatnonzero(np.abs(error) > scale)
     since = f" from t = {run.t[beyond[0]]:.9g} on" if len(beyond) else ""
     return f"the motion is lost{since}: the energy error, {largest:.3g}, is {largest / scale:.3g} times {what}, {scale:.3g}"
+
+
+def _explained(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> float:
+    """Return the energy error that rounding of the terms of H explains, or a tolerance."""
+    scales: EnergyScales = energy_scales(ivp, run)
+    most, states = float(scales.most), run.y if isinstance(run, PoissonTrajectory) else run.q
+    if isinstance(ivp, ConstrainedIvp) and not ivp.arrays:
+        n = ivp.d - bool(ivp.facts.EXTENDED)
+        slopes = np.abs(np.asarray(ivp.value("H_q", *ivp.start), dtype=float)[:n])
+        most = max(most, float(slopes @ np.abs(ivp.q0[:n])))
+    rounding = ROUNDED * float(np.finfo(states.dtype).eps) * max(1, run.steps) ** 0.5
+    return max(rounding, run.value if run.knob == "tol" else 0.0) * most
 
 
 def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:

@@ -104,6 +104,7 @@ def initial_value_problem(
         return ivp
     from daebench.diagnostics.consistency import projected, require_consistent
     from daebench.diagnostics.freedom import require_freedom
+    from daebench.diagnostics.second_order import require_motion
 
     if project:
         ivp = projected(ivp)[0]
@@ -111,6 +112,7 @@ def initial_value_problem(
         require_consistent(ivp)
     if project or consistent:
         require_freedom(ivp)
+        require_motion(ivp)
     return ivp
 
 

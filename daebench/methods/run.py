@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+LOOKS = 256
+"""States along a fixed-step run that are looked at to judge it, whatever is stored."""
+
 
 @overload
 def run(problem: "ConstrainedHamiltonian | ConstrainedIvp", *, method: Code, **settings: Any) -> Trajectory: ...
@@ -217,7 +220,13 @@ def prepare(
     results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
     results["solver_steps"] = solver_steps
     results["sensitivities"] = (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities)
-    manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
+    manner: dict[str, Any] = {
+        "precision": precision,
+        "on_singular": on_singular,
+        "progress": progress,
+        "keep_interrupted": True,
+        "looks": LOOKS,
+    }
     request = Request(value=value, **extent, **results, **manner, callbacks=callbacks)
     require_differentiable(chosen, ivp, request.sensitivities, problem)
     chosen.check(ivp, request)

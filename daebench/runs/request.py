@@ -92,6 +92,8 @@ class Request:
         Whether the steps of IDA or CVODE are recorded, see :class:`daebench.runs.solver_steps.SolverSteps`.
     sensitivities : tuple of str
         Parameters and initial values with respect to which the states are differentiated.
+    looks : int
+        Number of states along the run of a fixed-step method that are looked at to judge it, whatever is stored; 0 for none.
     keep_interrupted : bool
         Whether a run that is ended by Ctrl-C is returned as far as it came, with this failure; otherwise the interruption is raised.
     """
@@ -113,6 +115,7 @@ class Request:
     callbacks: str = "native"
     solver_steps: bool = False
     sensitivities: tuple[str, ...] = ()
+    looks: int = 0
     keep_interrupted: bool = False
 
     def at_rank_loss(self, ivp: ConstrainedIvp) -> str:

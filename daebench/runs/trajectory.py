@@ -78,6 +78,8 @@ class Outcome(Shown):
         Why the run ended early, as a sentence; None if it is complete.
     interrupted : bool
         Whether the user interrupted it.
+    looks : (ndarray, ndarray), optional
+        Times and states, shape(k,) and shape(k, ...), of a fixed-step run that are looked at to judge it, whatever is stored.
     sensitivities : mapping of str to mapping of str to ndarray
         Derivatives of the states at the output times, if requested, by the name of a parameter or initial value and by that of
         the states: dq/da is ``sensitivities["a"]["q"]``, shape(n, d), and dq_i/dq0_j is ``sensitivities["q0"]["q"][:, i, j]``.
@@ -107,6 +109,7 @@ class Outcome(Shown):
     solver_steps: SolverSteps | None = None
     failure: str | None = None
     interrupted: bool = False
+    looks: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
     sensitivities: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     ivp: Any = field(default=None, repr=False, compare=False)
 

@@ -6,9 +6,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS, KEPT, Drift
-from daebench.diagnostics.energy_verdict import energy_verdict
+from daebench.diagnostics.energy import BOUNDED, DRIFTS, KEPT, ROUNDED, Drift
+from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict
 from daebench.diagnostics.freedom import freedom
+from daebench.diagnostics.integrals import energy_error
 from daebench.errors import BadInput, positive, require_known
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.constraint_structure import finest
@@ -20,6 +21,14 @@ from daebench.runs.trajectory import Trajectory
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 15))
 """Tolerances that are tried, the loosest first."""
+
+LITTLE = 0.1
+"""Standard deviation of the kinetic energy, in parts of its mean, up to which it is asked whether it is that of the motion."""
+
+REST = 1e-6
+"""Part of the largest energy that the mean kinetic energy counts for at least."""
+
+EPS = float(np.finfo(float).eps)
 
 OUTPUTS = 2000
 """States of a run from which its drift is read, about."""
@@ -158,7 +167,7 @@ def tolerance_for(
     Raises
     ------
     BadInput
-        If the method has no tolerance, refuses the problem, or the request cannot be met.
+        If the method has no tolerance, refuses the problem, or the request cannot be met; or if the kinetic energy does not fluctuate.
     """
     require_known(("precision", precision, PRECISIONS))
     ivp = initial_value_problem(problem, case, parameters)
@@ -173,6 +182,7 @@ def tolerance_for(
         raise BadInput(
             f"none of these tolerances is reached in {precision}, whose rounding leaves {finest(precision):.2g}; give larger ones."
         )
+    _require_fluctuation(ivp, method, wanted[-1], float(h), float(t_end), precision)
     tried = []
     for k, tolerance in enumerate(wanted):
         tried.append(_tried(ivp, method, tolerance, float(h), float(t_end), precision))
@@ -183,8 +193,7 @@ def tolerance_for(
 
 def _tried(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: float, precision: str) -> TriedTolerance:
     """Return the drift with one tolerance."""
-    request = Request(value=h, t_end=t_end, every=max(1, int(t_end / h / OUTPUTS)), precision=cast(Any, precision))
-    run = FixedStep(method, options={"tolerance": tolerance}).solve(ivp, request)
+    run = _run(ivp, method, tolerance, h, t_end, precision)
     drift = energy_verdict(ivp, run)
     found = freedom(ivp)
     degrees = max(1, found.degrees if found else ivp.d - ivp.m)
@@ -194,6 +203,46 @@ def _tried(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: 
     rate = change / t_end / degrees
     rounds = run.work.get("newton", 0) / max(1, run.steps)
     return TriedTolerance(tolerance, drift, float(ratio), float(rate), rounds)
+
+
+def _run(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: float, precision: str) -> Trajectory:
+    """Return the run with one tolerance."""
+    request = Request(value=h, t_end=t_end, every=max(1, int(t_end / h / OUTPUTS)), precision=cast(Any, precision))
+    return FixedStep(method, options={"tolerance": tolerance}).solve(ivp, request)
+
+
+def _require_fluctuation(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: float, precision: str) -> None:
+    """Accept a motion whose kinetic energy fluctuates by more than rounding, and not by the error of the step alone.
+
+    The error e of the energy fluctuates too; what is looked at is T - e, which on the motion itself is T. Where it fluctuates little, half
+    the step tells whether this is the motion or the step: an error is then a quarter.
+
+    Raises
+    ------
+    BadInput
+        If it does not: no drift can be measured in parts of its standard deviation then.
+    """
+    run = _run(ivp, method, tolerance, h, t_end, precision)
+    spread, level, rounding = _own_fluctuation(ivp, run)
+    if run.failure is not None or spread > LITTLE * level:
+        return
+    why = f"{spread:.2g}, is round-off"
+    if spread > rounding:
+        finer = _run(ivp, method, tolerance, h / 2, t_end, precision)
+        if finer.failure is not None or _own_fluctuation(ivp, finer)[0] > spread / 2:
+            return
+        why = f"{spread:.2g} with h = {h:g}, falls with h"
+    raise BadInput(
+        f"the kinetic energy of {ivp.problem}, case {ivp.case}, does not fluctuate: its standard deviation along the motion, {why}, and no "
+        "drift can be measured in parts of it; choose a motion that exchanges kinetic and potential energy."
+    )
+
+
+def _own_fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> tuple[float, float, float]:
+    """Return the standard deviation of T - e along a run, the mean of its modulus, and a size that rounding explains."""
+    own = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q)), axis=1) / 2 - energy_error(ivp, run)
+    most = float(energy_scales(ivp, run).most)
+    return float(np.std(own)), max(float(np.mean(np.abs(own))), REST * most), ROUNDED * EPS * max(1, run.steps) ** 0.5 * most
 
 
 def fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> float:

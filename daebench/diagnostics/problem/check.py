@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.cache import generated
-from daebench.diagnostics.consistency import TOLERANCE
-from daebench.diagnostics.freedom import dependence, freedom, require_freedom
-from daebench.diagnostics.manifold import residual_scales
+from daebench.diagnostics.consistency import allowed
+from daebench.diagnostics.contradiction import contradiction
+from daebench.diagnostics.freedom import dependence, freedom, require_freedom, undetermined
+from daebench.diagnostics.inverse_mass import inverse_mass
 from daebench.diagnostics.problem import declared as declared_checks
+from daebench.diagnostics.second_order import require_motion
 from daebench.errors import DaebenchError, InvalidProblem
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.make_ivp import make_ivp
@@ -26,8 +28,9 @@ MOST = 200
 """Most positions, or coordinates, of a problem whose declarations are checked at points around the start."""
 
 SMOOTH, MASS, START = "twice differentiable at the start", "mass matrix positive definite", "initial values on the manifold"
+HESSIAN = "multipliers determined by H_pp"
 RANK = "constraints independent at the start"
-BASIC = (MASS, SMOOTH, START, RANK)
+BASIC = (MASS, HESSIAN, SMOOTH, START, RANK)
 """Checks without which the others have no meaning."""
 
 LEFT_TO_RUNS = (START, RANK)
@@ -81,7 +84,8 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         except DaebenchError as error:
             text = str(error)
             fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
-        findings.append(Held(ivp.case, what, fault, _counted(declared) if what == RANK and isinstance(declared, ConstrainedIvp) else ""))
+        note = NOTES[what](declared) if what in NOTES and isinstance(declared, ConstrainedIvp) else ""
+        findings.append(Held(ivp.case, what, fault, note))
         if fault and what in BASIC:
             break
     return findings
@@ -115,7 +119,8 @@ def _checks(ivp: Ivp) -> Mapping[str, Check]:
     if isinstance(ivp, PoissonIvp):
         checks[SMOOTH] = poisson_smooth
     else:
-        checks |= {MASS: mass, SMOOTH: smooth, START: start, RANK: independent}
+        checks |= {HESSIAN: multipliers} if problem.M is None else {MASS: mass}
+        checks |= {SMOOTH: smooth, START: start, RANK: independent}
     if ivp.size > 2 * MOST or not hasattr(problem, "closed_form"):
         return checks
     if isinstance(ivp, ConstrainedIvp) and problem.integrals:
@@ -131,13 +136,15 @@ def _checks(ivp: Ivp) -> Mapping[str, Check]:
 def start(ivp: ConstrainedIvp) -> str:
     """Return which constraint the start does not meet, and by how much; "" where it meets them all."""
     state = tuple(ivp.p0), tuple(ivp.q0)
-    scales = residual_scales(ivp, ivp.p0, ivp.q0)
+    scales = allowed(ivp)
     for name, at, values, scale in (
         ("g", "q0", ivp.value("g", state[1]), scales[0]),
         ("G H_p", "q0, p0", ivp.value("Gv", *state), scales[1]),
     ):
         k = int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))
-        if not abs(values[k]) <= TOLERANCE * scale:
+        if not abs(values[k]) <= scale:
+            if name == "g" and (why := contradiction(ivp)):
+                return why
             text = f" = {_short(ivp.source.derivation.g[k])}" if name == "g" and not ivp.arrays else ""
             where = f"constraint {k + 1} of {ivp.m}, {name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
             return f"{ivp.problem}, case {ivp.case!r}: {where}; correct the case, or add --project to move it to the manifold."
@@ -150,9 +157,10 @@ def independent(ivp: ConstrainedIvp) -> str:
     Raises
     ------
     BadInput
-        If constraints leave no freedom there.
+        If constraints leave no freedom there, or no motion has the velocity of the start.
     """
     require_freedom(ivp)
+    require_motion(ivp)
     why = None if ivp.on_singular == "least-squares" else dependence(ivp)
     return f"{ivp.problem}, case {ivp.case!r}: G M^-1 G^T is singular at the start: {why}." if why else ""
 
@@ -168,9 +176,7 @@ def _counted(ivp: ConstrainedIvp) -> str:
 
 
 def mass(ivp: ConstrainedIvp) -> str:
-    """Return why the mass matrix is not valid at the start; "" if it is positive definite, or is not declared."""
-    if ivp.source.derivation.problem.M is None:
-        return ""
+    """Return why the mass matrix is not valid at the start; "" if it is positive definite."""
     M = np.array(ivp.source.derivation.M.subs(_values(ivp)).tolist(), dtype=object)
     try:
         eigenvalues = np.linalg.eigvalsh(np.array(M, dtype=float))
@@ -181,6 +187,25 @@ def mass(ivp: ConstrainedIvp) -> str:
     what = "singular" if abs(eigenvalues[0]) <= 1e-12 * abs(eigenvalues[-1]) else "not positive definite"
     span = f"its eigenvalues are from {eigenvalues[0]:.3g} to {eigenvalues[-1]:.3g}"
     return f"{ivp.problem}, case {ivp.case!r}: the mass matrix M is {what} at q0: {span}; correct M or the parameters."
+
+
+def multipliers(ivp: ConstrainedIvp) -> str:
+    """Return why H_pp does not determine the multipliers at the start; "" where it does, or where values are not finite."""
+    fault = undetermined(ivp)
+    return f"{ivp.problem}, case {ivp.case!r}: {fault}." if fault else ""
+
+
+def _unusual(ivp: ConstrainedIvp) -> str:
+    """Return what is unusual about H_pp at the start; "" where nothing is."""
+    try:
+        found = inverse_mass(ivp, ivp.p0, ivp.q0)
+    except np.linalg.LinAlgError:
+        return ""
+    return "" if found.fault else found.note
+
+
+NOTES = {RANK: _counted, HESSIAN: _unusual}
+"""What is reported beside a check, besides a fault."""
 
 
 def smooth(ivp: ConstrainedIvp) -> str:

@@ -24,6 +24,7 @@ from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales_of, poisson_scales_of
 from daebench.runs.trajectory import CONSTRAINED, POISSON, Array
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
+from daebench.schemes.kernels.newton import SINGULAR
 from daebench.schemes.kernels.rank import RANK_LOST
 
 MAPPED = ("local", "darboux")
@@ -263,7 +264,7 @@ class _Ensemble:
         assert run is not None
         report, tried = (int(table.status[i]), float(run.numbers[run.places[RESIDUAL], i])), int(run.counts[TRIED, i])
         at_end = table.status[i] == ERROR_NOT_FINITE and table.steps[i] == self.grid.steps
-        if not at_end and not self._loses_rank(table)[i]:
+        if not at_end and not self._loses_rank(table)[i] and not (self.mode and report[0] == SINGULAR):
             linked = run.linked if self.members.weights is None else replace(run.linked, weights=self.members.weights[i])
             return linked.failure(self.ivp, self.members.step_size(i), int(table.steps[i]), self.grid.steps, tried, report)
         alone = self._at_end(i, run, table)

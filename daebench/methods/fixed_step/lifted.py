@@ -155,7 +155,7 @@ def _falling(ivp: PoissonIvp) -> Callable[[Any, Any], Sequence[Any]]:
 
 
 def _mapped_down(name: str, ivp: PoissonIvp, run: Trajectory) -> PoissonTrajectory:
-    outcome = {field.name: getattr(run, field.name) for field in fields(Outcome)}
+    outcome = {field.name: getattr(run, field.name) for field in fields(Outcome)} | {"looks": None}
     outcome |= {"problem": ivp.problem, "case": ivp.case, "method": name, "parameters": dict(ivp.parameters)}
     failure = _told(name, ivp, run.failure) if run.failure else None
     y = np.array(_falling(ivp)(run.p.T, run.q.T), dtype=float).T

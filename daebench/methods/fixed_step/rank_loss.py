@@ -5,12 +5,24 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.freedom import dependence
+from daebench.diagnostics.freedom import beyond_comparison, dependence, rank_of, unit_rows
 from daebench.diagnostics.passage import MOST_STATES, Crossing
-from daebench.diagnostics.rank import AFTER_FAILURE, GO_ON, HEAVIER, WITHIN, badly_scaled, upcoming_loss, zero_of
-from daebench.methods.fixed_step.stepping import Run
+from daebench.diagnostics.rank import (
+    AFTER_FAILURE,
+    GO_ON,
+    HEAVIER,
+    SMALLER,
+    TOO_LARGE,
+    WITHIN,
+    badly_scaled,
+    loses_rank,
+    upcoming_loss,
+    zero_of,
+)
+from daebench.methods.fixed_step.stepping import TURNED, Run
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.trajectory import Array
+from daebench.schemes.kernels.newton import SINGULAR
 from daebench.schemes.kernels.rank import RANK_LOST
 
 
@@ -49,30 +61,50 @@ class RankRun(Run):
         return None if t is None else self.done * self.grid.h + t
 
     def sentence(self, report: Sequence[Any], tried: int) -> str:
-        """Return why the run stopped; where G is about to lose rank, that is why."""
-        sentence = super().sentence(report, tried)
+        """Return why the run stopped; where G is about to lose rank, that is why, and where it is not, a singular step is too large."""
         t = self._upcoming(AFTER_FAILURE)
         if t is not None and (light := badly_scaled(self.ivp, *self._state(), t - self.done * self.grid.h)):
-            return f"{sentence[:-1]}; {light}."
-        return sentence if t is None else f"{sentence[:-1]}; G loses rank at about t = {t:.9g}, which not every scheme and h can pass."
+            return f"{super().sentence(report, tried)[:-1]}; {light}."
+        if t is not None and self._loses_rank(AFTER_FAILURE):
+            return f"{super().sentence(report, tried)[:-1]}; G loses rank at about t = {t:.9g}, which not every scheme and h can pass."
+        if report[0] == SINGULAR and self._keeps_rank():
+            return self.linked.failure(self.ivp, self.grid.h, self.done, self.grid.steps, tried, (TURNED, *report[1:]))
+        return super().sentence(report, tried)
+
+    def _loses_rank(self, within: int) -> bool:
+        """Return whether G itself loses rank on the way through the present state, in the last step or the next ones."""
+        return loses_rank(self.ivp, *self._state(), abs(self.grid.h), within * abs(self.grid.h))
+
+    def _keeps_rank(self) -> bool:
+        """Return whether G has full rank at the present state, and keeps it for some steps."""
+        if beyond_comparison(self.ivp) or self.mode == "least-squares":
+            return False
+        return rank_of(unit_rows(self.ivp, self._state()[1])) == self.ivp.m and not self._loses_rank(AFTER_FAILURE)
 
     def _lose_rank(self, t: float | None = None) -> None:
         """Stop before the step in which G loses rank, at about time t, or go on step by step until it is passed."""
         pivots = [float(pivot) for pivot in self.pivots[:0:-1]]
         if t is None:
             t = self._ahead + zero_of([(self.done - 1) * self.grid.h, self.done * self.grid.h], pivots)
-        self.status = RANK_LOST if self.mode == "stop" else 0
+        place = f"at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}"
         if light := badly_scaled(self.ivp, *self._state(), t - self.done * self.grid.h):
-            if self.mode == "stop":
-                near = f"G M^-1 G^T is nearly singular at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}"
-                self.failure = self._stopped(f"{near}; {light}; {HEAVIER}")
-            return
+            self._stop_there(RANK_LOST, f"G M^-1 G^T is nearly singular {place}; {light}; {HEAVIER}")
+        elif not self._loses_rank(WITHIN):
+            self._stop_there(TURNED, f"{TOO_LARGE}, {place}; {SMALLER}")
+        elif self.mode == "stop":
+            self._stop_there(RANK_LOST, f"G loses rank {place}; {GO_ON}")
+        else:
+            self._pass(t, pivots[-1])
+
+    def _stop_there(self, status: int, why: str) -> None:
+        """Stop the run, but for one that is to go on."""
         if self.mode == "stop":
-            self.failure = self._stopped(f"G loses rank at about t = {t:.9g}, within the next steps of h = {self.grid.h:g}; {GO_ON}")
-            return
+            self.status, self.failure = status, self._stopped(why)
+
+    def _pass(self, t: float, pivot: float) -> None:
+        """Go on step by step until the place is passed, and note the branch."""
         p, q = self._state()
-        pivot = pivots[-1] or float(self.ivp.value("independence", p, q))
-        crossing = Crossing(self.ivp, t, self.done * self.grid.h, p, q, pivot)
+        crossing = Crossing(self.ivp, t, self.done * self.grid.h, p, q, pivot or float(self.ivp.value("independence", p, q)))
         for _ in range(min(MOST_STATES, self.grid.steps - self.done)):
             self._advance(1)
             if self.failure is not None:

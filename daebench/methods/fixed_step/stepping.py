@@ -19,6 +19,9 @@ from daebench.schemes.kernels.newton import ITERATIONS
 from daebench.schemes.kernels.rank import RANK_LOST
 from daebench.schemes.kernels.relax import ROUNDS
 
+TURNED = 9
+"""Status where the equations of a step are singular although G keeps its rank."""
+
 REASONS = {
     1: ("the iteration did not converge in {sweeps} iterations, residual {residual:.2e}", "use a smaller h"),
     2: (
@@ -42,6 +45,10 @@ REASONS = {
         "use a shorter run, because derivatives of an unstable motion grow without bound, or leave out the sensitivities",
     ),
     ANOTHER_BRANCH: ("the step ends on another branch of g = 0 than the one on which the motion goes on from there", "use a smaller h"),
+    TURNED: (
+        "the iteration matrix is singular to round-off, residual {residual:.2e}",
+        "G keeps its rank there, so the step is too large; use a smaller h",
+    ),
 }
 """Why a scheme stopped, and what to do, by the status of its report."""
 
@@ -58,6 +65,7 @@ IN_SHORT = {
     RANK_LOST: "G loses rank",
     8: "derivatives not finite",
     ANOTHER_BRANCH: "another branch",
+    TURNED: "step too large",
 }
 """The reason in two or three words, for tables and pictures of many runs."""
 
@@ -116,6 +124,15 @@ class Linked:
         return f"{self.name} on {ivp.problem}, case {ivp.case}, {where}: {reason}; {advice}."
 
 
+MOST_LOOKED_AT = 2**20
+"""Numbers in all states that a run looks at, about."""
+
+
+def _looks(request: Request, size: int) -> int:
+    """Return how many states of a size are looked at along a run."""
+    return max(1, min(request.looks, MOST_LOOKED_AT // size))
+
+
 def next_piece(piece: int, took: float) -> int:
     """Return how many steps take a fifth of a second if ``piece`` steps took ``seconds``; at most eight times as many."""
     return int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
@@ -167,6 +184,8 @@ class Run:
         self.rank_lost, self.rank_pending = False, False
         self.passages: list[Passage] = []
         self.interrupted = False
+        self.looks: list[tuple[int, Array]] = []
+        self.stride = max(1, -(-grid.steps // _looks(request, ivp.size))) if request.looks else 0
         with np.errstate(all="ignore"), uncollected():
             self._prepare()
         self.compile_seconds = time.perf_counter() - began
@@ -268,8 +287,10 @@ class Run:
         """Take all steps, in pieces of a fifth of a second."""
         piece, limit = 64, time.perf_counter() + (self.request.seconds_limit or np.inf)
         while self.done < self.grid.steps and self.failure is None:
-            took = self.piece(piece)
-            piece = next_piece(piece, took)
+            size = min(piece, self.stride - self.done % self.stride) if self.stride else piece
+            piece = max(piece, next_piece(size, self.piece(size))) if size < piece else next_piece(piece, self.piece(piece))
+            if self.stride and self.done % self.stride == 0:
+                self.looks.append((self.done, self._row()))
             if self.request.progress:
                 self.request.progress(self.done / self.grid.steps)
             if self.failure is None and self.done < self.grid.steps and time.perf_counter() > limit:
@@ -305,11 +326,24 @@ class Run:
             "compile_seconds": self.compile_seconds,
             "failure": self.failure,
             "interrupted": self.interrupted,
+            "looks": self._looks(),
         }
 
     def _energy(self) -> float:
         """Return H at the last state."""
-        return float(self.ivp.value("H", *self.ivp.vectors(np.asarray(self.linked.leave(self.x), dtype=float))))
+        return float(self.ivp.value("H", *self.ivp.vectors(self._row())))
+
+    def _row(self) -> Array:
+        """Return the last state as a row of numbers."""
+        return np.asarray(self.linked.leave(self.x), dtype=float)
+
+    def _looks(self) -> tuple[Array, Array] | None:
+        """Return times and states that are looked at, the start and the end among them; None if none were asked for."""
+        if not self.stride:
+            return None
+        end = [] if self.looks and self.looks[-1][0] == self.done else [(self.done, self._row())]
+        seen = [(0, np.concatenate(self.ivp.start)), *self.looks, *end]
+        return np.array([done for done, _ in seen], dtype=float) * self.grid.h, np.array([row for _, row in seen])
 
     def states(self) -> tuple[Array, Array]:
         """Return the times and the rows of states: the start, what the loop stored, and the end."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.passage import Crossing
-from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, upcoming_loss, zero_of
+from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, loses_rank, upcoming_loss, zero_of
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
@@ -27,6 +27,9 @@ COMBINED = "combined"
 
 INSTEAD = "combinations of redundant constraints are independent only up to there; use ida:ode, or a fixed-step method such as rattle"
 """What to do where it does."""
+
+AROUND = 2.0
+"""How many times as far as the place where sigma seems to be zero the way is searched for it."""
 
 LENGTHS = tuple(10.0**-k for k in range(2, 10))
 """Parts of the run in which a loss of rank is looked for where a solver gives up."""
@@ -95,7 +98,7 @@ class RankMonitor(Monitor):
         p, q = self._state(self.y)
         for part in LENGTHS:
             t = upcoming_loss(self.dae.ivp, p, q, part * self.t_end, WITHIN)
-            if t is not None:
+            if t is not None and loses_rank(self.dae.ivp, p, q, 0.0, AROUND * t):
                 light = badly_scaled(self.dae.ivp, p, q, t)
                 return f"; {light}" if light else f"; G loses rank at about t = {self.t + t:.9g}"
         return ""
@@ -128,8 +131,9 @@ class RankMonitor(Monitor):
 
     def _lose(self, zero: float, t: float, y: Array, sigma: float) -> None:
         """Stop at a state before G loses rank, or begin to follow the motion from there."""
-        if badly_scaled(self.dae.ivp, *self._state(y), zero - t):
-            return  # its own error test is to tell whether the steps resolve the light mass
+        p, q = self._state(y)
+        if badly_scaled(self.dae.ivp, p, q, zero - t) or not loses_rank(self.dae.ivp, p, q, abs(self.t - t), AROUND * abs(zero - t)):
+            return  # its own error test is to tell whether the steps resolve the light mass, or how fast G turns
         if self.mode in ("stop", COMBINED):
             self.told = True
             raise Stopped(
@@ -137,7 +141,7 @@ class RankMonitor(Monitor):
                 t,
                 GO_ON if self.mode == "stop" else INSTEAD,
             )
-        self.crossing = Crossing(self.dae.ivp, zero, t, *self._state(y), sigma**2)
+        self.crossing = Crossing(self.dae.ivp, zero, t, p, q, sigma**2)
 
     def _follow(self, crossing: Crossing) -> None:
         """Take note of a state after G lost rank, until it is known where the motion went."""

@@ -27,6 +27,8 @@ SINGULAR = 2
 NOT_FINITE = 3
 UNSETTLED = 8
 ITERATIONS = 100
+STEADY = 50
+LONGEST = 1000
 
 
 def regular(residual: Number, pivot: Number, size: Number) -> bool:
@@ -39,6 +41,13 @@ def judge(residual: Number, pivot: Number, size: Number) -> int:
     if not regular(residual, pivot, size):
         return SINGULAR if residual < INF and not pivot > 4.0 * EPS else NOT_FINITE
     return OK
+
+
+def ended(residual: Number, pivot: Number, size: Number, bound: Number) -> int:
+    """Return the status of an iteration that has ended, with the bound on its last increment."""
+    if regular(residual, pivot, size) and size > bound:
+        return NOT_CONVERGED
+    return judge(residual, pivot, size)
 
 
 def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
@@ -54,32 +63,35 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
     from g = 0, which leaves them uncertain by eps |q| / h; against |M^-1 p| if they do not. A small residual never ends the iteration: that
     would leave a bias, and cause a linear drift of the energy. If the imaginary part is a derivative, the iteration continues for as many
     iterations again, so that the derivative is as converged as the value. A relative pivot at round-off, a value that is not finite, or 100
-    iterations without convergence stop it with a corresponding status.
+    iterations without convergence stop it with a corresponding status. One that has shrunk in each of the last 50 converges slowly, as an
+    iteration may that omits derivatives: it goes on while it does, up to 1000.
 
     A study of this criterion may use another number of roundings than 4, or a fixed number of iterations; derivatives are then those of the
     computed iterates.
     """
     last = INF
+    steady = 0
     until = ITERATIONS_ASKED
     residual = INF
     pivot = INF
-    for iteration in range(1, 2 * ITERATIONS + 1):
+    for iteration in range(1, 2 * LONGEST + 1):
         x, size, scale, residual, pivot = update(x, data)
         status = judge(residual, pivot, size)
         if status != OK:
             return x, (status, residual, pivot, tally(update, iteration))
         if until == 0:
             bound = EPS * scale
+            steady = steady + 1 if size < last else 0
             if size <= ROUNDINGS * bound or (size >= last and size <= 10000.0 * bound):
                 until = AGAIN * iteration
-            elif iteration == ITERATIONS:
+            elif iteration >= ITERATIONS and (steady < STEADY or iteration == LONGEST):
                 return x, (NOT_CONVERGED, residual, pivot, tally(update, iteration))
             last = size
         if iteration == until:
             if TANGENTS:  # settled when the kernel is linked
                 return differentiated(update, x, data, size, (OK, residual, pivot, tally(update, iteration)))
             return x, (OK, residual, pivot, tally(update, iteration))
-    return x, (NOT_CONVERGED, residual, pivot, tally(update, 2 * ITERATIONS))
+    return x, (NOT_CONVERGED, residual, pivot, tally(update, 2 * LONGEST))
 
 
 if ONCE:
@@ -91,12 +103,15 @@ if ONCE:
         an end, which no run keeps, is left out.
         """
         last = INF
-        for iteration in range(1, ITERATIONS + 1):
+        steady = 0
+        for iteration in range(1, LONGEST + 1):
             x, size, scale, residual, pivot = update(x, data)
-            if not regular(residual, pivot, size) or size <= (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale:
-                return x, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
+            bound = (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale
+            steady = steady + 1 if size < last else 0
+            if not regular(residual, pivot, size) or size <= bound or (iteration >= ITERATIONS and steady < STEADY):
+                return x, (ended(residual, pivot, size, bound), residual, pivot, tally(update, iteration))
             last = size
-        return x, (NOT_CONVERGED, residual, INF, tally(update, ITERATIONS))
+        return x, (NOT_CONVERGED, residual, INF, tally(update, LONGEST))
 
 
 def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:

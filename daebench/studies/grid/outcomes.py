@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
+from daebench.diagnostics.rank import TOO_LARGE
 from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import Array, PoissonIvp
@@ -73,6 +74,7 @@ ENERGY = ("energy_size", "energy_error", "energy_scale")
 
 TOLD = {
     "G loses rank": RANK_LOST,
+    TOO_LARGE: SINGULAR,
     **{REASONS[status][0].split(" in {")[0].split(", residual")[0]: NO_SOLUTION for status in (1, 5)},
     REASONS[2][0].split(", residual")[0]: SINGULAR,
     REASONS[ANOTHER_BRANCH][0]: OTHER,

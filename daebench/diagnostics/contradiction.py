@@ -1,0 +1,73 @@
+"""Constraints that no positions obey: the least that their residuals come to, from several starts."""
+
+import numpy as np
+
+from daebench.runs.ivp import Array, ConstrainedIvp
+
+LARGEST = 60
+"""Positions up to which constraints are held against each other."""
+
+MET = 1e-9
+"""Residual, in parts of the change of a constraint with the size of positions, that counts as met."""
+
+STARTS = (0.0, 0.01, 0.1, 0.3, 0.3, 1.0, 1.0, 1.0)
+"""Distances of the starts from the given positions, in parts of these."""
+
+EVALUATIONS = 300
+"""Evaluations of the constraints from each start, at most."""
+
+
+def contradiction(ivp: ConstrainedIvp) -> str:
+    """Return that no positions obey all constraints, with the least residual that was found, as a sentence; "" where some do.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers, off the manifold.
+    """
+    n = ivp.d - bool(ivp.facts.EXTENDED)
+    if ivp.arrays or ivp.d > LARGEST:
+        return ""
+    scale = _scales(ivp, n)
+    size = float(np.max(np.abs(ivp.q0[:n]))) or 1.0
+    draw, least = np.random.default_rng(1), np.full(ivp.m, np.inf)
+    for distance in STARTS:
+        residual = np.abs(_least_squares(ivp, ivp.q0[:n] + distance * size * draw.standard_normal(n), scale))
+        if not np.all(np.isfinite(residual)):
+            return ""
+        if np.max(residual) <= MET:
+            return ""
+        least = min(least, residual, key=np.linalg.norm)
+    k = int(np.argmax(least))
+    one = f"|g{k + 1}| = {least[k] * scale[k]:.3g}" if ivp.m > 1 else f"|g| = {least[0] * scale[0]:.3g}"
+    return (
+        f"the constraints of {ivp.problem}, case {ivp.case}, contradict each other: no positions obey all of them, and the least that "
+        f"their residuals come to, from {len(STARTS)} starts, is {one}; correct the parameters, or leave out a constraint."
+    )
+
+
+def _scales(ivp: ConstrainedIvp, n: int) -> Array:
+    """Return by how much each constraint changes with a relative change of one of the positions, 1 where it does not."""
+    G = np.abs(np.asarray(ivp.value("G", tuple(ivp.q0)), dtype=float)[:, :n])
+    scale = np.sum(G, axis=1) * float(np.max(np.abs(ivp.q0[:n])))
+    return np.asarray(np.where(np.isfinite(scale) & (scale > 0), scale, 1.0))
+
+
+def _least_squares(ivp: ConstrainedIvp, x0: Array, scale: Array) -> Array:
+    """Return the residuals, in parts of their scales, where the sum of their squares is least near x0; NaN where they are not defined."""
+    from scipy.optimize import least_squares
+
+    rest = tuple(ivp.q0[len(x0) :])
+
+    def residual(x: Array) -> Array:
+        return np.asarray(ivp.value("g", (*x, *rest)), dtype=float) / scale
+
+    def slopes(x: Array) -> Array:
+        return np.asarray(ivp.value("G", (*x, *rest)), dtype=float)[:, : len(x0)] / scale[:, None]
+
+    try:
+        with np.errstate(all="ignore"):
+            found = least_squares(residual, x0, slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS)
+    except (ValueError, np.linalg.LinAlgError):
+        return np.full(len(scale), np.nan)
+    return np.asarray(found.fun, dtype=float)

@@ -1,0 +1,146 @@
+"""H_pp, the inverse mass: whether it determines multipliers, which are those of G H_pp G^T, and the mass where it is singular."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from daebench.runs.ivp import Array, ConstrainedIvp
+
+SINGULAR = 1e-12
+"""Eigenvalue of a matrix with ones on its diagonal below which it is taken for zero."""
+
+DEPENDENT = 1e-9
+"""Singular value of G, its rows of length one, below which it is taken for zero, in parts of the largest."""
+
+SHARE = 1e-6
+"""Share of a constraint in a direction from which on it is named."""
+
+
+@dataclass(frozen=True)
+class InverseMass:
+    """Ranks of H_pp and of G H_pp G^T at a state, in coordinates in which the diagonal of H_pp is one, so that units do not matter.
+
+    Parameters
+    ----------
+    d, rank : int
+        Number of positions without the time, and rank of H_pp.
+    definite : bool
+        Whether H_pp has no negative eigenvalue.
+    independent, determined : int
+        Rank of G, and of G H_pp G^T: multipliers of independent constraints are determined where the two are equal.
+    along : tuple of int
+        Constraints whose gradients have a part in momenta that no velocity depends on.
+    """
+
+    d: int
+    rank: int
+    definite: bool
+    independent: int
+    determined: int
+    along: tuple[int, ...]
+
+    @property
+    def ranks(self) -> str:
+        """The ranks in words."""
+        return f"H_pp has rank {self.rank} of {self.d}, and G H_pp G^T rank {self.determined} of {self.independent}"
+
+    @property
+    def fault(self) -> str:
+        """Why multipliers are not determined, and what to do, as part of a sentence; "" where they are."""
+        if self.determined == self.independent:
+            return ""
+        names = " and ".join(f"g{k + 1}" for k in self.along)
+        where = f"{self.ranks}, so that multipliers are not determined: momenta along the gradient of {names} change no velocity"
+        cure = "add a gauge term to H that makes them do so, such as (q.p)^2/8 for a unit quaternion q, or (v.p)^2 with that gradient v"
+        return f"{where}; {cure}: where v.p = 0 it leaves the motion as it is"
+
+    @property
+    def note(self) -> str:
+        """What is unusual though it determines the multipliers, as a sentence; "" of a positive definite H_pp."""
+        if self.rank == self.d and self.definite:
+            return ""
+        what = "" if self.definite else ", and negative eigenvalues"
+        return f"H_pp has rank {self.rank} of {self.d}{what}; G H_pp G^T is regular, so that multipliers are determined"
+
+
+def inverse_mass(ivp: ConstrainedIvp, p: Array, q: Array) -> InverseMass:
+    """Return the ranks of H_pp and of G H_pp G^T at a state.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    p, q : ndarray, shape(d,)
+        The state.
+
+    Raises
+    ------
+    LinAlgError
+        If a value is not finite.
+    """
+    root, S = scaled(ivp, p, q)
+    eigenvalues = np.linalg.eigvalsh(S)
+    zero = SINGULAR * max(1.0, float(np.max(np.abs(eigenvalues))))
+    rows = np.asarray(ivp.value("G", q), dtype=float)[:, : len(root)] * root
+    lengths = np.linalg.norm(rows, axis=1)
+    rows = rows / np.where(lengths > 0, lengths, 1.0)[:, None]
+    U, sizes, Vt = np.linalg.svd(rows, full_matrices=False)
+    independent = int(np.sum(sizes > DEPENDENT * max(float(sizes[0]), DEPENDENT)))
+    values, vectors = np.linalg.eigh(Vt[:independent] @ S @ Vt[:independent].T)
+    lost = np.abs(values) <= zero
+    shares = U[:, :independent] @ (vectors[:, lost] / sizes[:independent, None])
+    along = np.flatnonzero(np.max(np.abs(shares), axis=1, initial=0.0) > SHARE * np.max(np.abs(shares), initial=0.0))
+    return InverseMass(
+        d=len(root),
+        rank=int(np.sum(np.abs(eigenvalues) > zero)),
+        definite=bool(eigenvalues[0] >= -zero),
+        independent=independent,
+        determined=int(np.sum(~lost)),
+        along=tuple(map(int, along)),
+    )
+
+
+def scaled(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
+    """Return the roots r of the diagonal of H_pp without the time, 1 where it is zero, and H_pp with rows and columns divided by r."""
+    n = ivp.d - bool(ivp.facts.EXTENDED)
+    H_pp = np.asarray(ivp.value("H_pp", p, q), dtype=float)[:n, :n]
+    root = np.sqrt(np.abs(np.diag(H_pp)))
+    root = np.where(root > 0, root, 1.0)
+    if not np.all(np.isfinite(H_pp)):
+        raise np.linalg.LinAlgError(f"H_pp of {ivp.problem} is not finite")
+    return root, H_pp / root[:, None] / root
+
+
+def root_of(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
+    """Return R with H_pp = R R^T without the time; raise LinAlgError where H_pp has negative eigenvalues.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    p, q : ndarray, shape(d,)
+        The state.
+    """
+    root, S = scaled(ivp, p, q)
+    eigenvalues, vectors = np.linalg.eigh(S)
+    if eigenvalues[0] > SINGULAR or eigenvalues[0] < -SINGULAR:
+        n = len(root)
+        return np.linalg.cholesky(np.asarray(ivp.value("H_pp", p, q), dtype=float)[:n, :n])
+    return np.asarray(root[:, None] * vectors * np.sqrt(np.where(eigenvalues > SINGULAR, eigenvalues, 0.0)))
+
+
+def mass(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
+    """Return M, the inverse of H_pp; where that is singular, its pseudo-inverse, which moves no momentum that no velocity depends on.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers.
+    p, q : ndarray, shape(d,)
+        The state.
+    """
+    if ivp.facts.EXPLICIT and not ivp.facts.EXTENDED:
+        root, S = scaled(ivp, p, q)
+        if np.min(np.abs(np.linalg.eigvalsh(S))) <= SINGULAR:
+            return np.asarray(np.linalg.pinv(S, rcond=SINGULAR, hermitian=True) / root[:, None] / root)
+    return np.asarray(ivp.value("mass", tuple(p), tuple(q)), dtype=float)
