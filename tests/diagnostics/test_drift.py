@@ -5,7 +5,6 @@ import pytest
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy import energy_drift, energy_verdicts
-from daebench.diagnostics.growth import growth_exponent
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.diagnostics.trend import trend, trends

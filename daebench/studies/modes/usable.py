@@ -102,7 +102,7 @@ class Oscillations:
 
         none = np.zeros(self.ivp.d)
         columns = [difference(x, none) for x in w * self.momenta] + [difference(none, x) for x in self.shapes]
-        return np.array(columns).reshape(-1, 2 * len(w)).T
+        return np.array(columns).reshape(len(columns), len(columns)).T
 
     def grows(self, name: str, h: float) -> bool:
         """Return whether a step cannot be made or lets an oscillation grow by more than its derivative is uncertain."""
