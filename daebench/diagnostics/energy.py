@@ -253,13 +253,18 @@ def _drift(t: Array, error: Array, verdict: str, mean_trend: Trend, size: float,
     )
     if verdict != DRIFTS:
         return drift
+    told = read_law(t, error, mean_trend, resolution)
+    return _with_law(drift, told, size) if isinstance(told, Law) else replace(drift, law=told)
+
+
+def read_law(t: Array, error: Array, mean_trend: Trend, resolution: float) -> Law | str:
+    """Return the law of an error that drifts, with its interval; in a word where the drift is that of the scatter, or irregular."""
     word = law_of(mean_trend)
     if word in ("growing scatter", "irregular"):
-        return replace(drift, law=word)
+        return word
     fast = mean_trend.fast and word == "saturated"
     leak = mean_trend.leak * (float(np.ptp(error[len(error) // 2 :]) / np.ptp(error)) if fast else 1.0)
-    told = law_in(t, error, windows=mean_trend.windows, leak=leak, resolution=resolution, fast=fast)
-    return _with_law(drift, told, size)
+    return law_in(t, error, windows=mean_trend.windows, leak=leak, resolution=resolution, fast=fast)
 
 
 def _with_law(drift: Drift, told: Law, size: float) -> Drift:

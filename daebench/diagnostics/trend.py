@@ -39,7 +39,7 @@ LEAST_WINDOWS = 4
 SMALL, SMALL_ONE_WAY = 0.5, 0.2
 """The window means of what is bounded are within this part of the range of the error; where they go one way, the bound is within that."""
 
-ALIKE, BY_CHANCE = 0.3, 3.0
+ALIKE, BY_CHANCE = 0.3, 3.5
 """Window means go one way where Kendall's correlation with time is more than this, and than so many of its standard deviations for noise."""
 
 

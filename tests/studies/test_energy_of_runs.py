@@ -82,6 +82,6 @@ def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
         "rattle": "bounded",
         "generalized_alpha": "drifts",
     }
-    assert told["implicit_euler"]["energy_law"] == "saturated at -26.9"
+    assert told["implicit_euler"]["energy_law"].startswith("saturated at -26.9 (-26.9")
     assert [name for name, each in told.items() if each["energy_size"] > 1] == ["implicit_euler", "generalized_alpha"]
     assert told["rattle"]["energy_change_bound"] < 1e-3 < told["rattle"]["energy_error"]
