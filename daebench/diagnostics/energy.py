@@ -96,8 +96,7 @@ class Drift:
 
     @property
     def words(self) -> str:
-        """The law in words with the interval of its number: "linear (t^0.97 to t^1.03)", "saturated at -26.6 (-26.7 to -26.5)"; "" without
-        a drift."""
+        """The law in words with the interval of its number, such as "saturated at -26.6 (-26.7 to -26.5)"; "" without a drift."""
         if self.law in ("linear", "power"):
             begin = self.law if self.law == "linear" else f"t^{self.exponent:.2g}"
             return f"{begin} (t^{between(self.exponent_low, self.exponent_high, ' to t^')})"
@@ -270,7 +269,7 @@ def read_law(t: Array, error: Array, mean_trend: Trend, resolution: float) -> La
 def _with_law(drift: Drift, told: Law, size: float) -> Drift:
     """Return a drift with its law, and the interval of the law's number."""
     low, high = told.exponent_low, told.exponent_high
-    linear = told.name == "power" and 1 - LINEAR_BAND <= low and high <= 1 + LINEAR_BAND
+    linear = told.name == "power" and low >= 1 - LINEAR_BAND and high <= 1 + LINEAR_BAND
     drift = replace(drift, law="linear" if linear else told.name, exponent=told.exponent, exponent_low=low, exponent_high=high)
     drift = replace(drift, exponent_error=(high - low) / 4)
     if told.name != "saturated":

@@ -112,7 +112,7 @@ def law(t: Array, error: Array, *, windows: int = MOST, resolution: float = 0.0,
 
 @dataclass(frozen=True)
 class _Fit:
-    """The best shape of a kind: its number, the sum of squares that it leaves, how many windows there are and how much neighbours correlate."""
+    """The best shape of a kind: its number, the sum of squares that it leaves, and how many windows there are and correlate."""
 
     number: float
     left: float

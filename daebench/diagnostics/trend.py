@@ -40,7 +40,7 @@ SMALL, SMALL_ONE_WAY = 0.5, 0.2
 """The window means of what is bounded are within this part of the range of the error; where they go one way, the bound is within that."""
 
 ALIKE, BY_CHANCE = 0.3, 3.5
-"""Window means go one way where Kendall's correlation with time is more than this, and than so many of its standard deviations for noise."""
+"""Window means go one way where Kendall's correlation with time is beyond this, and so many of its standard deviations for noise."""
 
 
 ALIASED = "aliased output: the oscillation has fewer than five outputs per period, so a slow change may be its alias"
@@ -159,8 +159,7 @@ def _residuals(u: Array, rows: Array) -> _Residuals:
 def _by_windows(
     u: Array, error: Array, coarse: Secular, residuals: _Residuals, windows: NDArray[np.int64]
 ) -> tuple[Secular, Array, Array, "_Means"]:
-    """Return what takes as many windows as an error has: its secular part, the bound on its change, what its windows leave, and how they
-    move."""
+    """Return what takes as many windows as an error has: its secular part, the bound on its change, what windows leave, and their means."""
     part = replace(coarse, **{field.name: getattr(coarse, field.name).copy() for field in fields(coarse)})
     counts, left, taken = np.where(windows >= LEAST_WINDOWS, windows, MOST), np.zeros(len(error)), Windows.none(len(error))
     moved = _Means(np.zeros(len(error)), np.zeros(len(error), dtype=bool))

@@ -1,10 +1,10 @@
 """The largest step of a scheme at rest: up to where no small oscillation grows and the step can be made, by its derivative.
 
-The derivative is by central differences: at rest Newton's iteration has converged before it begins, and would not carry a complex step. Its
-rows and columns are the natural modes that oscillate, momenta in units in which each of them turns in a circle: a step that is stable is close
-to a rotation there, whose eigenvalues are as accurate as its entries, however stiff others are. A direction without a restoring force is left
-out. A step moves along it at constant velocity, which is a Jordan block of two ones and no growth, but round-off makes the block's
-eigenvalues grow by its root.
+The derivative is by central differences: at rest Newton's iteration has converged before it begins, and would not carry a complex step.
+Its rows and columns are the natural modes that oscillate, momenta in units in which each of them turns in a circle: a step that is stable
+is close to a rotation there, whose eigenvalues are as accurate as its entries, however stiff others are. A direction without a restoring
+force is left out. A step moves along it at constant velocity, which is a Jordan block of two ones and no growth, but round-off makes the
+block's eigenvalues grow by its root.
 """
 
 from collections.abc import Sequence
