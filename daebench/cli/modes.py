@@ -32,11 +32,10 @@ def modes(
     The equilibrium is found by a descent of the potential energy from the case. Zeros are the directions in which a formulation drifts.
     """
     from daebench.studies.modes.run import modes as made
-    from daebench.studies.modes.usable import METHODS
 
     folder = Folder(out, pictures=("modes",))
     folder.check()
-    asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": methods_if_given(methods) or METHODS}
+    asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": methods_if_given(methods)}
     found = made(problem, case=case, parameters=pairs("param", param or []), **asked)
     written = _write(folder, found)
     if as_json:
@@ -69,11 +68,13 @@ def _print(found: "Modes") -> None:
     print_table(["formulation", "eigenvalues", "zeros", "largest real part", "largest modulus 1/s"], rows)
     steps = [[name, "none" if h is None else f"{h:.4g}"] for name, h in summary["steps"].items()]
     print_table(["method", "step limit s"], steps)
+    for name, why in found.left_out.items():
+        print(f"no limit of {name}: {why}")
 
 
 def _frequency(square: float) -> list[str]:
     """Return a frequency as text; if its square is not positive, there is no oscillation."""
     if square <= 0:
-        return ["free" if square > -1e-9 else f"grows by e in {1 / (-square) ** 0.5:.3g} s", "", ""]
+        return ["free" if square == 0 else f"grows by e in {1 / (-square) ** 0.5:.3g} s", "", ""]
     w = square**0.5
     return [f"{w:.10g}", f"{w / 6.283185307179586:.6g}", f"{6.283185307179586 / w:.6g}"]

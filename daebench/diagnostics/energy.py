@@ -6,7 +6,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from daebench.diagnostics.growth import growth_exponent
+from daebench.diagnostics.growth import Law
+from daebench.diagnostics.growth import law as law_in
 from daebench.diagnostics.trend import RED, Trend, trends
 from daebench.errors import BadInput
 from daebench.runs.trajectory import Array
@@ -17,7 +18,7 @@ SHORTEST = 32
 """Smallest number of samples for a drift."""
 
 LINEAR_BAND = 0.25
-"""Growth is linear if the exponent is known and equal to one within this."""
+"""Growth is linear if the whole interval of its exponent is this near to one."""
 
 MISFIT = 0.05
 """A change has no law if the window means deviate from the shape by more than this part of it, with equal signs of neighbours."""
@@ -29,7 +30,7 @@ KEPT, BOUNDED, DRIFTS, UNDETERMINED, FAILED = "kept", "bounded", "drifts", "unde
 
 VERDICTS = {
     KEPT: "it is round-off: at most 10 eps sqrt(N) max(|T|, |U|) after N steps",
-    BOUNDED: "its mean changes by no more than a stated bound, which is less than its oscillation",
+    BOUNDED: "its mean changes by no more than a stated bound, moves within half of its oscillation, and goes no one way",
     DRIFTS: "its mean changes, or its oscillation grows, by a stated law",
     UNDETERMINED: "none of these can be decided, for a stated reason",
     FAILED: "the run stopped, or a number in it is not finite",
@@ -57,13 +58,17 @@ class Drift:
     law : str
         Law of a drift: "linear", "power", "exponential", "saturated", "step", "irregular" or "growing scatter"; else "".
     exponent, exponent_error : float
-        Exponent alpha of the secular part ~ t^alpha and its standard error; NaN where no power of t fits.
+        Exponent alpha of the secular part ~ t^alpha, and a quarter of the length of its interval; NaN where no power of t fits.
+    exponent_low, exponent_high : float
+        Ends of its interval of 95 %; an end at 0.1 or 10 is open.
     change : float
         Change of the mean from the start to the end, by the shape that fits best.
     change_bound : float
         Upper bound on the modulus of the change of the mean over the time.
     level : float
         Mean at the end; for law "saturated" the limit.
+    level_low, level_high : float
+        Ends of the limit's interval of 95 %, one of them infinite where it may have no limit; NaN for other laws.
     slope, slope_error : float
         Least-squares slope over the whole run, in the error's unit per unit of time, and the standard error that it has if the secular
         part is a straight line. The verdict does not use them.
@@ -74,9 +79,13 @@ class Drift:
     law: str = ""
     exponent: float = NAN
     exponent_error: float = NAN
+    exponent_low: float = NAN
+    exponent_high: float = NAN
     change: float = NAN
     change_bound: float = NAN
     level: float = NAN
+    level_low: float = NAN
+    level_high: float = NAN
     slope: float = NAN
     slope_error: float = NAN
 
@@ -87,10 +96,19 @@ class Drift:
 
     @property
     def words(self) -> str:
-        """The law in words: "linear", "t^2.0", "saturated at -26.6"; "" without a drift."""
-        if self.law == "power" and np.isfinite(self.exponent):
-            return f"t^{self.exponent:.2g}"
-        return f"saturated at {self.level:.3g}" if self.law == "saturated" else self.law
+        """The law in words with the interval of its number, such as "saturated at -26.6 (-26.7 to -26.5)"; "" without a drift."""
+        if self.law in ("linear", "power"):
+            begin = self.law if self.law == "linear" else f"t^{self.exponent:.2g}"
+            return f"{begin} (t^{between(self.exponent_low, self.exponent_high, ' to t^')})"
+        if self.law == "saturated":
+            return f"saturated at {self.level:.3g} ({between(self.level_low, self.level_high)})"
+        return self.law
+
+
+def between(low: float, high: float, to: str = " to ") -> str:
+    """Return the ends of an interval, with as many digits as tell them apart, from three up to six."""
+    texts = [(f"{low:.{digits}g}", f"{high:.{digits}g}") for digits in (3, 4, 5, 6)]
+    return to.join(next((pair for pair in texts if pair[0] != pair[1]), texts[-1]))
 
 
 def energy_drift(
@@ -111,8 +129,9 @@ def energy_drift(
       are too few oscillations for windows; or the first value is far outside of the range of all that are later than an eighth of the
       time, or the last one likewise; or the oscillation grows fourfold, law "growing scatter". A change that may be the alias of an
       oscillation is "undetermined". A change that rounding explains, as it would an error that is "kept", is no drift.
-    - "bounded": there are at least five oscillations, and the bound on the change of the mean is less than the range of the error. The
-      bound is the range of the window means, carried on to both ends of the time, and a quarter more: it does not rest on the
+    - "bounded": there are at least five oscillations, the window means are within half of the range of the error, and the bound on the
+      change of the mean is less than that range, or than a fifth of it where the window means go one way by Kendall's correlation with
+      time. The bound is the range of the window means, carried on to both ends of the time, and a quarter more: it does not rest on the
       absence of a significant drift.
     - "undetermined": anything else, with the reason: too short, fewer than five oscillations, aliased output, or a single random walk,
       which takes an ensemble, see :func:`daebench.diagnostics.random_walk.random_walk`.
@@ -233,20 +252,39 @@ def _drift(t: Array, error: Array, verdict: str, mean_trend: Trend, size: float,
     )
     if verdict != DRIFTS:
         return drift
-    exponent, exponent_error = (NAN, NAN) if mean_trend.spreads else growth_exponent(t, error, resolution=resolution)
-    return replace(drift, law=law_of(mean_trend, exponent, exponent_error), exponent=exponent, exponent_error=exponent_error)
+    told = read_law(t, error, mean_trend, resolution)
+    return _with_law(drift, told, size) if isinstance(told, Law) else replace(drift, law=told)
 
 
-def law_of(mean_trend: Trend, exponent: float = NAN, exponent_error: float = NAN) -> str:
-    """Return the law of a drift in a word; without an exponent by the shape that fits best."""
+def read_law(t: Array, error: Array, mean_trend: Trend, resolution: float) -> Law | str:
+    """Return the law of an error that drifts, with its interval; in a word where the drift is that of the scatter, or irregular."""
+    word = law_of(mean_trend)
+    if word in ("growing scatter", "irregular"):
+        return word
+    fast = mean_trend.fast and word == "saturated"
+    leak = mean_trend.leak * (float(np.ptp(error[len(error) // 2 :]) / np.ptp(error)) if fast else 1.0)
+    return law_in(t, error, windows=mean_trend.windows, leak=leak, resolution=resolution, fast=fast)
+
+
+def _with_law(drift: Drift, told: Law, size: float) -> Drift:
+    """Return a drift with its law, and the interval of the law's number."""
+    low, high = told.exponent_low, told.exponent_high
+    linear = told.name == "power" and low >= 1 - LINEAR_BAND and high <= 1 + LINEAR_BAND
+    drift = replace(drift, law="linear" if linear else told.name, exponent=told.exponent, exponent_low=low, exponent_high=high)
+    drift = replace(drift, exponent_error=(high - low) / 4)
+    if told.name != "saturated":
+        return drift
+    return replace(drift, level=size * told.limit, level_low=size * told.limit_low, level_high=size * told.limit_high)
+
+
+def law_of(mean_trend: Trend) -> str:
+    """Return the law of a drift in a word by the shape that fits best."""
     best = mean_trend.secular
     if mean_trend.spreads:
         return "growing scatter"
     if best.scatter > MISFIT * best.seen and best.neighbours > RED:
         return "irregular"
-    if np.isnan(exponent) and best.law == "power":
-        exponent, exponent_error = best.number, 0.0
-    return "linear" if best.law == "power" and abs(exponent - 1) <= LINEAR_BAND and exponent_error <= LINEAR_BAND else best.law
+    return "linear" if best.law == "power" and abs(best.number - 1) <= LINEAR_BAND else str(best.law)
 
 
 def _line(t: Array, error: Array) -> tuple[float, float]:

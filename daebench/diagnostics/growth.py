@@ -1,103 +1,237 @@
-"""The growth exponent of a secular part, from means over windows that are equally long in log t."""
+"""The law of a secular part with its interval: the exponent of a power of t, or the limit of what saturates, from means over windows."""
 
-from itertools import pairwise
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from daebench.diagnostics.oscillations import centred, correlation, products
+from daebench.diagnostics.secular import POINTS, shape
+from daebench.diagnostics.window_means import MOST, window_means
 from daebench.runs.trajectory import Array
 
-OCTAVES = 5
-"""The first window ends at most so many octaves before the end of the run."""
+NAN, INFINITE = float("nan"), float("inf")
 
-FEWEST = 16
-"""Fewest samples in a window."""
+FEWEST = 5
+"""Fewest windows of two oscillations each that a law is read from; where there are fewer, it is read from the most, and the oscillation
+counts as their error."""
 
-RANGE = (0.1, 10.0)
-"""Exponents that are looked for."""
+RANGES = {"power": (0.1, 10.0), "exponential": (0.5, 100.0), "saturated": (0.5, 400.0), "step": (1 / 64, 63 / 64)}
+"""Numbers that are looked for: exponents, rates times the whole time, and places as parts of the whole time."""
+
+TRIED, FINER, ROUGHLY = 60, 4, 1
+"""Numbers between two that are tried, how often they are tried again between the neighbours of the best, and where only the sum of squares
+is asked for."""
+
+CONFIDENCE = 0.95
+"""Level of the intervals."""
+
+REJECTED = 0.99
+"""Level at which a power of t has to be rejected beside another shape."""
+
+SLOWER = 3.0
+"""Rates of what settles fast are looked for from this part of the one by which the error has half of its change."""
+
+OVERLAP = 1 / 6
+"""Correlation of neighbouring windows of noise, which have half of their samples in common."""
+
+SLOWEST = 0.95
+"""Largest correlation of neighbouring windows that is reckoned with."""
+
+NUMBERS = 3
+"""Numbers of a law: a shift, a factor, and an exponent, rate or place."""
+
+LEAST_FREEDOM = 2.0
+"""Fewest degrees of freedom of the scatter of window means."""
 
 
-def growth_exponent(t: Array, error: Array, *, resolution: float = 0.0) -> tuple[float, float]:
-    """Return the exponent alpha of the secular part of an error, and its standard error.
+@dataclass(frozen=True)
+class Law:
+    """The law of a secular part.
 
-    Windows are half an octave long in t, the first one excepted, which begins at the start. The law |mean_k - mean_1| ~ t^alpha
-    is fitted to their means, with weights and without taking logarithms, so that windows where the oscillation still
-    hides the drift take part with the weight they deserve and the first mean need not be at t = 0::
+    Parameters
+    ----------
+    name : str
+        "power", "exponential", "saturated" or "step".
+    exponent, exponent_low, exponent_high : float
+        Exponent of the power of t that fits best, and the ends of its interval of 95 %; an end at 0.1 or 10 is open. NaN where no power of
+        t fits.
+    limit, limit_low, limit_high : float
+        Limit of what saturates and the ends of its interval of 95 %, one of them infinite where it may have no limit; otherwise NaN.
+    """
 
-        mean_k = a + c <t^alpha>_k        weights 1 / error_k^2,  error_k = 4 std(R) / n_k
+    name: str
+    exponent: float = NAN
+    exponent_low: float = NAN
+    exponent_high: float = NAN
+    limit: float = NAN
+    limit_low: float = NAN
+    limit_high: float = NAN
 
-    <t^alpha>_k is the mean of t^alpha over window k, and R the running sum of the residuals about the window's own line.
+
+def law(t: Array, error: Array, *, windows: int = MOST, resolution: float = 0.0, leak: float = 0.0, fast: bool = False) -> Law:
+    """Return the law of the secular part of an error, by its tapered means over windows of equal length.
+
+    Each of the shapes t^a, exp(k t), 1 - exp(-k t) and a step is fitted by least squares. A power of t is rejected where another one leaves
+    a sum of squares that is smaller by more than the F distribution allows at 99 %. The interval of its exponent are all those that the
+    distribution allows at 95 %, and likewise that of a limit::
+
+        S(a) <= S_min (1 + F / n) + w l^2 / 2        n = (w - 3) (1 - r) / (1 + r),        nu = w (1 - r^2) / (1 + r^2) - 3
+
+    with w windows, whose deviations from the law correlate by r with their neighbours, 3 numbers of a law, and the quantile F of one and nu
+    degrees of freedom: correlated means are worth fewer of a mean, and of a variance. What the windows leave of an oscillation, l at most,
+    may follow a slow beat that a law takes for its own.
 
     Parameters
     ----------
     t, error : ndarray, shape(n,)
-        Times, increasing, and errors, finite.
+        Times, increasing and about equally spaced, and errors, finite; n is at least 32.
+    windows : int
+        How many windows hold two oscillations each.
     resolution : float
         Round-off of one value of the error.
-
-    Returns
-    -------
-    growth, growth_error : float
-        Both NaN if there are fewer than five windows of 16 samples or no exponent between 0.1 and 10 fits.
+    leak : float
+        Largest part of the oscillation that a window mean leaves.
+    fast : bool
+        Whether it saturates and begins with its fastest change, which windows are too long for.
     """
-    t = t - t[0]
-    windows = _windows(t)
-    if len(windows) < 5:
-        return float("nan"), float("nan")
-    mean = np.array([np.mean(error[window]) for window in windows])
-    floor = max(resolution, 4 * float(np.finfo(float).eps) * float(np.max(np.abs(error))))
-    sigma = np.array([max(floor, _mean_error(t[window], error[window])) for window in windows])
-    ends = np.array([[t[window][0], (t[window][0] + t[window][-1]) / 2, t[window][-1]] for window in windows]) / t[-1]
-    low, high = RANGE
-    for _ in range(4):
-        alphas = np.linspace(low, high, 60)
-        best = int(np.argmin([_misfit(alpha, ends, mean, sigma) for alpha in alphas]))
-        low, high = float(alphas[max(best - 1, 0)]), float(alphas[min(best + 1, 59)])
-    growth = float(alphas[best])
-    if min(growth - RANGE[0], RANGE[1] - growth) < 1e-3:
-        return float("nan"), float("nan")
-    return growth, _standard_error(growth, ends, mean, sigma)
+    u = (t - t[0]) / (t[-1] - t[0])
+    means = window_means(u, error, windows)
+    floor = len(means) * max(resolution, 8 * float(np.finfo(float).eps) * float(np.max(np.abs(error)))) ** 2
+    beat = len(means) * leak**2 / 2
+    if fast:
+        return _saturated(means, floor, beat, least=_slowest_rate(u, error))
+    fits = {name: _Fit.of(name, means, floor) for name in RANGES}
+    name = min(fits, key=lambda each: fits[each].left)
+    best = fits[name]
+    if fits["power"].left <= best.left * (1 + best.allowed(REJECTED)) + beat:
+        return Law("power", fits["power"].number, *_exponents(means, floor, beat, fits["power"]))
+    return _saturated(means, floor, beat) if name == "saturated" else Law(name)
 
 
-def _windows(t: Array) -> list[slice]:
-    """Return the windows, with as many octaves as leave enough samples in each."""
-    for octaves in range(OCTAVES, 0, -1):
-        edges = np.searchsorted(t, t[-1] * 2.0 ** (-np.arange(2 * octaves, 0, -1) / 2))
-        bounds = [0, *map(int, edges), len(t)]
-        if min(np.diff(bounds)) >= FEWEST:
-            return [slice(a, b) for a, b in pairwise(bounds)]
-    return []
+@dataclass(frozen=True)
+class _Fit:
+    """The best shape of a kind: its number, the sum of squares that it leaves, and how many windows there are and correlate."""
+
+    number: float
+    left: float
+    windows: int
+    alike: float
+
+    @classmethod
+    def of(cls, kind: str, means: Array, floor: float) -> "_Fit":
+        tried = _grid(*RANGES[kind])
+        for finer in range((FINER if kind == "power" else ROUGHLY) + 1):
+            columns = _columns(kind, tuple(tried.tolist()), len(means)) if finer == 0 else _averaged(kind, tried, len(means))
+            residuals = _residuals(means, columns)
+            squares = products(residuals, residuals)
+            best = int(np.argmin(squares))
+            number, residual = float(tried[best]), residuals[best]
+            tried = np.linspace(tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)], TRIED)
+        return cls(number, floor + float(squares[best]), len(means), _alike(residual, floor))
+
+    def allowed(self, level: float) -> float:
+        """Return by which part of the sum of squares another number may leave more."""
+        from scipy.special import fdtri
+
+        w, r = self.windows, self.alike
+        freedom = max(LEAST_FREEDOM, w * (1 - r**2) / (1 + r**2) - NUMBERS)
+        return float(fdtri(1.0, freedom, level)) / ((w - NUMBERS) * (1 - r) / (1 + r))
 
 
-def _mean_error(t: Array, error: Array) -> float:
-    """Return the error of a window's mean: of the order of the standard error for noise, a bound for an oscillation."""
-    s = t - np.mean(t)
-    residual = error - np.mean(error) - s * float(s @ error) / float(s @ s)
-    return 4 * float(np.std(np.cumsum(residual))) / len(t)
+def _alike(residual: Array, floor: float) -> float:
+    """Return the correlation of neighbouring window means about a law; what a fit takes from it is given back."""
+    alike = float(correlation(residual)) if float(products(residual, residual)) > floor else 0.0
+    return min(max(alike + 2 / len(residual), OVERLAP), SLOWEST)
 
 
-def _design(alpha: float, ends: Array, sigma: Array) -> Array:
-    """Return the weighted columns 1 and <t^alpha>, the mean over each window by Simpson's rule."""
-    power = ends**alpha @ np.array([1.0, 4.0, 1.0]) / 6
-    return np.column_stack([np.ones_like(power), power]) / sigma[:, None]
+def _grid(low: float, high: float) -> Array:
+    return np.geomspace(low, high, TRIED)
 
 
-def _fit(alpha: float, ends: Array, mean: Array, sigma: Array) -> tuple[Array, Array]:
-    A, b = _design(alpha, ends, sigma), mean / sigma
-    a_c = np.asarray(np.linalg.lstsq(A, b, rcond=None)[0], dtype=float)
-    return a_c, A @ a_c - b
+@lru_cache(maxsize=256)
+def _columns(kind: str, numbers: tuple[float, ...], windows: int) -> Array:
+    return _averaged(kind, np.array(numbers), windows)
 
 
-def _misfit(alpha: float, ends: Array, mean: Array, sigma: Array) -> float:
-    misfit = _fit(alpha, ends, mean, sigma)[1]
-    return float(misfit @ misfit)
+def _averaged(kind: str, numbers: Array, windows: int) -> Array:
+    """Return the means of shapes over windows, shape(numbers, windows)."""
+    u = (np.arange(POINTS) + 0.5) / POINTS
+    return window_means(u, np.array([shape(kind, float(x), u) for x in numbers]), windows)
 
 
-def _standard_error(alpha: float, ends: Array, mean: Array, sigma: Array) -> float:
-    """Return the standard error of alpha from the linearised fit, enlarged where the fit is worse than its weights."""
-    (_, c), misfit = _fit(alpha, ends, mean, sigma)
-    step = 1e-4
-    slope = (_design(alpha + step, ends, sigma)[:, 1] - _design(alpha - step, ends, sigma)[:, 1]) * c / (2 * step)
-    jacobian = np.column_stack([_design(alpha, ends, sigma), slope])
-    scale = np.linalg.norm(jacobian, axis=0)
-    inverse = np.linalg.pinv(jacobian / scale)
-    return float(np.linalg.norm(inverse[2]) / scale[2] * np.sqrt(max(1.0, float(misfit @ misfit) / (len(mean) - 3))))
+def _residuals(means: Array, columns: Array) -> Array:
+    """Return what is left of window means by each shape, with the best shift and factor."""
+    m, shifted = centred(means), centred(columns)
+    squares = products(shifted, shifted)
+    return np.asarray(m - (shifted @ m / np.where(squares > 0, squares, 1.0))[:, None] * shifted)
+
+
+def _exponents(means: Array, floor: float, beat: float, best: _Fit) -> tuple[float, float]:
+    """Return the ends of the interval of an exponent."""
+    most = best.left * (1 + best.allowed(CONFIDENCE)) + beat
+
+    def excess(exponent: float) -> float:
+        residual = _residuals(means, _averaged("power", np.array([exponent]), len(means)))[0]
+        return floor + float(residual @ residual) - most
+
+    return _end(excess, best.number, RANGES["power"][0]), _end(excess, best.number, RANGES["power"][1])
+
+
+def _end(excess: Callable[[float], float], inside: float, last: float) -> float:
+    """Return where an excess becomes positive between a number inside of an interval and the last one, which is returned if it does not."""
+    from scipy.optimize import brentq
+
+    if excess(inside) >= 0:
+        return inside
+    tried = np.geomspace(inside, last, TRIED // 3)
+    before = inside
+    for number in map(float, tried[1:]):
+        if excess(number) > 0:
+            return float(brentq(excess, before, number, rtol=1e-6))
+        before = number
+    return last
+
+
+def _saturated(means: Array, floor: float, beat: float, least: float = RANGES["saturated"][0]) -> Law:
+    """Return the limit L of a + c s(t) with the saturating shape s, and all limits that some rate allows."""
+    tried = _grid(least, RANGES["saturated"][1])
+    fits: list[Array] = []
+    for _ in range(FINER + 1):
+        fits.append(_limits(means, tried))
+        best = int(np.argmin(fits[-1][1]))
+        tried = np.linspace(tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)], TRIED)
+    limit, squares, spread, outwards, rates = np.concatenate(fits, axis=1)
+    first = int(np.argmin(squares))
+    residual = _residuals(means, _averaged("saturated", rates[[first]], len(means)))[0]
+    fit = _Fit(rates[first], floor + squares[first], len(means), _alike(residual, floor))
+    room = fit.left * (1 + fit.allowed(CONFIDENCE)) + beat - floor - squares
+    within = room >= 0
+    reach = spread[within] * np.sqrt(room[within])
+    low, high = float(np.min(limit[within] - reach)), float(np.max(limit[within] + reach))
+    if np.min(rates[within]) <= RANGES["saturated"][0]:  # it may as well go on for ever
+        low, high = (low, INFINITE) if outwards[first] > 0 else (-INFINITE, high)
+    return Law("saturated", limit=float(limit[first]), limit_low=low, limit_high=high)
+
+
+def _slowest_rate(u: Array, error: Array) -> float:
+    """Return a rate below which the change of an error is not, which is far larger than what follows, by the time of its half."""
+    from_start = np.abs(error - error[0])
+    half = int(np.argmax(from_start > np.mean(from_start[len(u) // 2 :]) / 2))
+    slowest = np.log(2) / (SLOWER * max(float(u[half]), float(u[1])))
+    low, high = RANGES["saturated"]
+    return min(max(float(slowest), low), high / 2)
+
+
+def _limits(means: Array, rates: Array) -> Array:
+    """Return limits, the sums of squares left, the standard deviations of the limits for means of unit variance, the changes, and rates."""
+    found = []
+    for rate, column in zip(rates, _averaged("saturated", rates, len(means)), strict=True):
+        left = 1 + column * np.expm1(-rate)  # exp(-k u), averaged: 1 at the start and nothing of it in the limit
+        A = np.column_stack([np.ones_like(left), -left])
+        inverse = np.linalg.pinv(A, rcond=1e-12)
+        limit, change = inverse @ means
+        residual = means - A @ (limit, change)
+        found.append((limit, residual @ residual, np.linalg.norm(inverse[0]), change, rate))
+    return np.array(found).T

@@ -6,8 +6,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from daebench.diagnostics.energy import NAN, SHORTEST, energy_drift, law_of
+from daebench.diagnostics.energy import NAN, SHORTEST, energy_drift, law_of, read_law
 from daebench.diagnostics.ensemble_trend import ensemble_trend
+from daebench.diagnostics.growth import Law
 from daebench.diagnostics.spread import Spread, spread_exponent
 from daebench.diagnostics.trend import Trend
 from daebench.errors import BadInput
@@ -50,7 +51,9 @@ class Walk:
     change, change_bound : float
         Change of the mean over the time by the shape that fits best, and the upper bound on its modulus.
     level : float
-        Mean at the end.
+        Mean at the end; for law "saturated" the limit.
+    level_low, level_high : float
+        Ends of the limit's interval of 95 %; NaN for other laws.
     slope, slope_error : float
         Mean over the members of their least-squares slopes, in the error's unit per unit of time, and its standard error.
     exponent, exponent_error : float
@@ -68,12 +71,24 @@ class Walk:
     change: float = NAN
     change_bound: float = NAN
     level: float = NAN
+    level_low: float = NAN
+    level_high: float = NAN
     slope: float = NAN
     slope_error: float = NAN
     exponent: float = NAN
     exponent_error: float = NAN
     decades: float = NAN
     spreads: bool = False
+
+    @property
+    def exponent_low(self) -> float:
+        """Lower end of the exponent's interval of 95 %."""
+        return self.exponent - CONFIDENCE * self.exponent_error
+
+    @property
+    def exponent_high(self) -> float:
+        """Upper end of it."""
+        return self.exponent + CONFIDENCE * self.exponent_error
 
     @property
     def brief(self) -> str:
@@ -144,7 +159,7 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, wind
     octaves = OCTAVES if windows is None else WINDOW_OCTAVES
     spread = spread_exponent(spread_windows[0], spread_windows[1] / size, max(resolution / size, ROUNDED), octaves)
     walk = _judged(t, error / size, max(resolution / size, ROUNDED), spread)
-    scaled = ("change", "change_bound", "level", "slope", "slope_error")
+    scaled = ("change", "change_bound", "level", "level_low", "level_high", "slope", "slope_error")
     return replace(walk, **{name: size * getattr(walk, name) for name in scaled})
 
 
@@ -155,8 +170,32 @@ def _judged(t: Array, error: Array, noise: float, spread: Spread) -> Walk:
     slope_error = max(float(np.std(slopes, ddof=1)) / np.sqrt(len(slopes)), energy_drift(t, np.mean(error, axis=0)).slope_error)
     verdict, reason, law = _verdict(of_mean, error, spread, noise)
     last = float(np.mean(error[:, -(len(t) // 8) :]))
-    numbers = (of_mean.secular.change, of_mean.bound, last, float(np.mean(slopes)), slope_error)
-    return Walk(verdict, len(error), reason, law, *numbers, spread.exponent, spread.exponent_error, spread.decades, spread.seen)
+    walk = Walk(
+        verdict,
+        len(error),
+        reason,
+        law,
+        change=of_mean.secular.change,
+        change_bound=of_mean.bound,
+        level=last,
+        slope=float(np.mean(slopes)),
+        slope_error=slope_error,
+        exponent=spread.exponent,
+        exponent_error=spread.exponent_error,
+        decades=spread.decades,
+        spreads=spread.seen,
+    )
+    return _with_limit(walk, t, np.mean(error, axis=0), of_mean, noise)
+
+
+def _with_limit(walk: Walk, t: Array, mean: Array, of_mean: Trend, noise: float) -> Walk:
+    """Return a verdict whose mean saturates with the limit in the place of the mean at the end; another law may fit as well."""
+    told = read_law(t, mean, of_mean, noise) if walk.law == "saturated" else ""
+    if not isinstance(told, Law):
+        return walk
+    if told.name != "saturated":
+        return replace(walk, law=told.name)
+    return replace(walk, level=told.limit, level_low=told.limit_low, level_high=told.limit_high)
 
 
 def _verdict(of_mean: Trend, error: Array, spread: Spread, noise: float) -> tuple[str, str, str]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.ends import ENOUGH, Windows, change_bound, edge_changes
+from daebench.diagnostics.growth import FEWEST
 from daebench.diagnostics.oscillations import aliased, oscillations, rough
 from daebench.diagnostics.secular import Secular, secular
 from daebench.diagnostics.window_means import MOST, leakage, smooth, window_count, window_means
@@ -35,11 +36,18 @@ SPREADING = 4.0
 LEAST_WINDOWS = 4
 """Fewest windows to which shapes are fitted."""
 
+SMALL, SMALL_ONE_WAY = 0.5, 0.2
+"""The window means of what is bounded are within this part of the range of the error; where they go one way, the bound is within that."""
+
+ALIKE, BY_CHANCE = 0.3, 3.5
+"""Window means go one way where Kendall's correlation with time is beyond this, and so many of its standard deviations for noise."""
+
 
 ALIASED = "aliased output: the oscillation has fewer than five outputs per period, so a slow change may be its alias"
 WALKS = "a random walk of a single run, or a similar error: an ensemble can decide"
 FEW = f"fewer than {OSCILLATIONS} oscillations"
-SHORT = "too short: window means scatter as much as the error"
+SHORT = "too short: window means scatter nearly as much as the error"
+ONE_WAY = "too short: the mean moves one way by a large part of the oscillation, but no further than its own scatter may take it"
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,12 @@ class Trend:
         The reason for an undetermined verdict; "" if it is decided.
     spreads : ndarray of bool, shape(m,)
         Whether it is the oscillation that grows.
+    windows : ndarray of int, shape(m,)
+        How many windows the law is read from, see :func:`daebench.diagnostics.growth.law`.
+    leak : ndarray, shape(m,)
+        What these leave of the oscillation, at most.
+    fast : ndarray of bool, shape(m,)
+        Whether the change is over within an eighth of the time, or begins there.
     """
 
     secular: Secular
@@ -65,6 +79,9 @@ class Trend:
     bound: Any
     reason: Any
     spreads: Any
+    windows: Any
+    leak: Any
+    fast: Any
 
     def one(self, i: int) -> Self:
         """Return that of one error."""
@@ -80,6 +97,18 @@ class _Residuals:
     swings: NDArray[np.int64]
     ripples: NDArray[np.int64]
     ripple_range: Array
+
+    def leak(self, windows: NDArray[np.int64]) -> Array:
+        """Return the part of the fast oscillations that means over so many windows leave, at most."""
+        return np.asarray(leakage(2 * self.ripples / (windows + 1)) * self.ripple_range / 2)
+
+
+@dataclass(frozen=True)
+class _Means:
+    """The ranges of the window means of errors, and whether they go one way."""
+
+    range: Array
+    one_way: NDArray[np.bool_]
 
 
 def trend(t: Array, error: Array, noise: float) -> Trend:
@@ -103,7 +132,7 @@ def trends(t: Array, error: Array, noise: Array) -> Trend:
     coarse = secular(window_means(u, error, MOST))
     residuals = _residuals(u, error - coarse.along(u))
     windows = window_count(residuals.ripples)
-    part, bound, left = _by_windows(u, error, coarse, residuals, windows)
+    part, bound, left, means = _by_windows(u, error, coarse, residuals, windows)
     changed = part.seen > np.maximum.reduce([noise, _thresholds(part, windows, residuals.rows) * part.scatter, LEFT * left])
     alias = changed.copy()
     alias[changed] = aliased(residuals.rows[changed]) & (part.seen < np.ptp(residuals.rows, axis=1))[changed]
@@ -112,13 +141,14 @@ def trends(t: Array, error: Array, noise: Array) -> Trend:
     bound = np.where(drifts, np.maximum(bound, np.abs(part.change)), bound)
     reason = np.where(alias, ALIASED, "").astype(object)
     open_ = np.flatnonzero(~changed & ~spreads)
-    reason[open_] = _doubts(error, residuals, part, bound, noise, open_)
+    reason[open_] = _doubts(error, residuals, part, bound, noise, means, open_)
     edges, edge = edge_changes(u, error, noise)
     part.put(edges, edge)
     bound[edges] = np.maximum(bound[edges], np.abs(edge.change))
     drifts = drifts | spreads
     drifts[edges], spreads[edges], reason[edges] = True, False, ""
-    return Trend(part, drifts, bound, reason, spreads)
+    read = np.where(windows >= FEWEST, windows, MOST)
+    return Trend(part, drifts, bound, reason, spreads, read, residuals.leak(read), np.isin(np.arange(len(error)), edges))
 
 
 def _residuals(u: Array, rows: Array) -> _Residuals:
@@ -126,20 +156,41 @@ def _residuals(u: Array, rows: Array) -> _Residuals:
     return _Residuals(rows, oscillations(rows), oscillations(ripple), np.ptp(ripple, axis=1))
 
 
-def _by_windows(u: Array, error: Array, coarse: Secular, residuals: _Residuals, windows: NDArray[np.int64]) -> tuple[Secular, Array, Array]:
-    """Return what takes as many windows as an error has: its secular part, the bound on its change, and what its windows leave."""
+def _by_windows(
+    u: Array, error: Array, coarse: Secular, residuals: _Residuals, windows: NDArray[np.int64]
+) -> tuple[Secular, Array, Array, "_Means"]:
+    """Return what takes as many windows as an error has: its secular part, the bound on its change, what windows leave, and their means."""
     part = replace(coarse, **{field.name: getattr(coarse, field.name).copy() for field in fields(coarse)})
     counts, left, taken = np.where(windows >= LEAST_WINDOWS, windows, MOST), np.zeros(len(error)), Windows.none(len(error))
+    moved = _Means(np.zeros(len(error)), np.zeros(len(error), dtype=bool))
     for count in np.unique(counts).tolist():
         members = np.flatnonzero(counts == count)
         means = window_means(u, error[members], count)
         taken.put(members, means)
+        moved.range[members], moved.one_way[members] = np.ptp(means, axis=1), goes_one_way(means)
         known = windows[members] >= WINDOWS
         if known.any():
             part.put(members[known], secular(means[known]))
     known = windows >= WINDOWS
-    left[known] = leakage(2 * residuals.ripples[known] / (counts[known] + 1)) * residuals.ripple_range[known] / 2
-    return part, change_bound(u, error, taken, residuals.swings) + 2 * left, left
+    left[known] = residuals.leak(counts)[known]
+    return part, change_bound(u, error, taken, residuals.swings) + 2 * left, left, moved
+
+
+def goes_one_way(means: Array) -> NDArray[np.bool_]:
+    """Return whether window means go up or down with time, by the signs of all of their differences, shape(m,).
+
+    Kendall's correlation is the sum of the signs over their number n (n - 1) / 2, and has the variance 2 (2 n + 5) / (9 n (n - 1)) where
+    the means know nothing of each other.
+
+    Parameters
+    ----------
+    means : ndarray, shape(m, n)
+        Means over n windows, a row for each error.
+    """
+    n = means.shape[1]
+    signs = sum(np.sum(np.sign(means[:, k:] - means[:, :-k]), axis=1) for k in range(1, n))
+    correlation = np.abs(signs) / (n * (n - 1) / 2)
+    return np.asarray((correlation > ALIKE) & (correlation > BY_CHANCE * np.sqrt(2 * (2 * n + 5) / (9 * n * (n - 1)))))
 
 
 def beyond(secular_part: Secular) -> bool:
@@ -168,15 +219,24 @@ def _spreads(residual: Array, noise: Array) -> NDArray[np.bool_]:
     return np.asarray(np.logical_and.reduce([grows, *(a < b for a, b in pairwise(quarters))]))
 
 
-def _doubts(error: Array, residuals: _Residuals, part: Secular, bound: Array, noise: Array, members: NDArray[np.int64]) -> Any:
+def _doubts(
+    error: Array,
+    residuals: _Residuals,
+    part: Secular,
+    bound: Array,
+    noise: Array,
+    means: _Means,
+    members: NDArray[np.int64],
+) -> Any:
     """Return why errors without a drift are not known to be bounded; "" if they are."""
     whole, bound, swings = np.ptp(error[members], axis=1), bound[members], residuals.swings[members]
-    unbound = bound >= whole
+    moves = means.one_way[members] & (bound >= SMALL_ONE_WAY * whole)
+    unbound = moves | (bound >= whole) | (means.range[members] >= SMALL * whole)
     walks = unbound & (swings >= OSCILLATIONS) & _wanders(part, MOST)[members]
     asked = unbound & ~walks
     walks[asked] = rough(residuals.rows[members[asked]])
     alias = unbound & ~walks & (swings >= OSCILLATIONS)
     alias[alias] = aliased(residuals.rows[members[alias]])
-    choices = [whole <= noise[members], walks, swings < OSCILLATIONS, ~unbound, alias]
-    reasons = np.array(["", WALKS, FEW, "", ALIASED, SHORT], dtype=object)
-    return np.asarray(reasons[np.select(choices, range(5), 5)])
+    choices = [whole <= noise[members], walks, swings < OSCILLATIONS, ~unbound, alias, moves]
+    reasons = np.array(["", WALKS, FEW, "", ALIASED, ONE_WAY, SHORT], dtype=object)
+    return np.asarray(reasons[np.select(choices, range(6), 6)])

@@ -45,8 +45,11 @@ def enter(ivp: ConstrainedIvp) -> Map:
     inverse, par = functions(ivp).inverse_chart, _numbers(ivp.par)
 
     def into(p: Any, q: Any) -> State:
-        with np.errstate(all="ignore"):
-            eta, xi = inverse(_numbers(p), _numbers(q), par)
+        try:
+            with np.errstate(all="ignore"):
+                eta, xi = inverse(_numbers(p), _numbers(q), par)
+        except ZeroDivisionError:
+            eta, xi = (np.nan,), (np.nan,)
         if not np.all(np.isfinite([*eta, *xi])):
             raise BadInput(f"the chart of {ivp.problem} is singular at q = {np.real(q).tolist()}; start elsewhere, or leave out local:.")
         return eta, xi

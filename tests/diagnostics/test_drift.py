@@ -5,7 +5,7 @@ import pytest
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.energy import energy_drift, energy_verdicts
-from daebench.diagnostics.growth import growth_exponent
+from daebench.diagnostics.growth import law
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import manifold_drift
 from daebench.diagnostics.trend import trend, trends
@@ -119,7 +119,9 @@ def test_the_standard_error_of_the_slope_holds_for_autocorrelated_noise(random):
 
 def test_what_settles_at_once_is_still_a_change_of_the_mean():
     found = energy_drift(T, 1e-3 * (1 - np.exp(-T)))
-    assert (found.verdict, found.words) == ("drifts", "saturated at 0.001")
+    assert (found.verdict, found.law) == ("drifts", "saturated")
+    assert found.level == pytest.approx(1e-3, rel=1e-6)
+    assert found.level_low <= found.level <= found.level_high
     assert energy_drift(T, 0 * T).verdict == "kept"
     assert energy_drift(T, 1e-3 + 0 * T).verdict == "bounded"
 
@@ -215,9 +217,10 @@ BEGUN = {
 
 
 @pytest.mark.parametrize("error", BEGUN.values(), ids=BEGUN)
-def test_the_first_window_takes_part_in_the_growth_exponent(error):
-    """From the second window on each is a power of t to many digits; with the first one, which ends at t = 1, none is."""
-    exponent, exponent_error = growth_exponent(FIRST, error)
-    assert not exponent_error < 5e-3
-    assert growth_exponent(FIRST, 2 + FIRST)[1] < 1e-3
-    assert np.isnan(exponent) == np.isnan(exponent_error)
+def test_what_no_power_of_t_is_has_no_narrow_interval_of_an_exponent(error):
+    """From t = 1 on each is a power of t to many digits; with what is before, none is."""
+    told = law(FIRST, error)
+    assert told.name != "power" or told.exponent_high - told.exponent_low > 0.02
+    line = law(FIRST, 2 + FIRST)
+    assert line.exponent_high - line.exponent_low < 1e-3
+    assert line.exponent_low <= 1 <= line.exponent_high

@@ -19,7 +19,7 @@ from daebench.schemes.kernels.newton import ITERATIONS
 from daebench.schemes.kernels.rank import RANK_LOST
 from daebench.schemes.kernels.relax import ROUNDS
 
-TURNED = 9
+TURNED = 10
 """Status where the equations of a step are singular although G keeps its rank."""
 
 REASONS = {

@@ -181,7 +181,13 @@ def _energy(measured: Measured) -> Columns:
     worst = float(measured.run.maxima.get("energy", np.max(np.abs(energy_error(measured.ivp, measured.run)))))
     columns: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(measured)}
     columns |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}
-    return {**columns, "energy_slope": drift.slope, "growth": drift.exponent}
+    return {
+        **columns,
+        "energy_slope": drift.slope,
+        "growth": drift.exponent,
+        "growth_low": drift.exponent_low,
+        "growth_high": drift.exponent_high,
+    }
 
 
 def _energy_scale(measured: Measured) -> float:
@@ -256,6 +262,8 @@ METRICS: Mapping[str, Metric] = {
                 "energy_change_bound": "",
                 "energy_slope": "1/s",
                 "growth": "",
+                "growth_low": "",
+                "growth_high": "",
                 "energy_scale": "",
             },
             "largest energy error, also over the mean kinetic energy, and the verdict on its trend; its scale is 2 max T, or |H|",

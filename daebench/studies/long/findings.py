@@ -87,6 +87,8 @@ class Findings:
             "told_from": asdict(self.share) | {"until": None if math.isnan(self.share.until) else self.share.until},
             "exponent": getattr(self.growth, "exponent", None),
             "standard_error": getattr(self.growth, "exponent_error", None),
+            "exponent_low": getattr(self.growth, "exponent_low", None),
+            "exponent_high": getattr(self.growth, "exponent_high", None),
             "verdict": self.verdict,
             "windows": self.table.to_dict("records"),
         }

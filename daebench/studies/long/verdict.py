@@ -2,7 +2,7 @@
 
 import math
 
-from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.energy import Drift, between
 from daebench.diagnostics.random_walk import CONFIDENCE, MEMBERS, Walk
 from daebench.studies.long.table import Share
 
@@ -69,7 +69,8 @@ def _law(growth: Walk | Drift) -> str:
     """Return the law of a drift of the mean, and how much it is."""
     of = f"the mean of {growth.members} members" if isinstance(growth, Walk) else "the energy"
     if growth.law == "saturated":
-        return f"{of} saturated at {growth.level:.3g}"
+        within = "" if math.isnan(growth.level_low) else f" ({between(growth.level_low, growth.level_high)}, 95 %)"
+        return f"{of} saturated at {growth.level:.3g}{within}"
     if growth.law == "linear":
         return f"linear: {of} drifts by {_around(growth.slope, growth.slope_error)} a second"
     return f"{growth.law}: {of} changes by {growth.change:.3g} over the time"
@@ -85,7 +86,8 @@ def _spread(walk: Walk) -> str:
 
 
 def _of_few(drift: Drift, share: Share) -> str:
-    power = "" if math.isnan(drift.exponent) else f", as t^({_around(drift.exponent, drift.exponent_error)})"
+    interval = between(drift.exponent_low, drift.exponent_high)
+    power = "" if math.isnan(drift.exponent) else f", as t^({drift.exponent:.3g}), 95 %: {interval}"
     sentences = {
         "kept": "kept: the error is no more than rounding",
         "bounded": f"bounded: the mean changes by at most {drift.change_bound:.2g} over the time",

@@ -86,12 +86,14 @@ def _polished(ivp: ConstrainedIvp, q: Array) -> Equilibrium:
         left = np.concatenate([ivp.value("H_q", zero, q) + G.T @ lam, ivp.value("g", q)])
         if k == POLISHED or not np.all(np.isfinite(left)):
             break
-        K = stiffness(ivp, q, lam)
+        K = stiffness(ivp, q, lam)[0]
         change = np.linalg.lstsq(np.block([[K, G.T], [G, np.zeros((ivp.m, ivp.m))]]), -left, rcond=1e-12)[0]
         q, lam = q + change[: ivp.d], lam + change[ivp.d :]
     return Equilibrium(q, lam, float(np.max(np.abs(left))) if np.all(np.isfinite(left)) else np.inf)
 
 
-def stiffness(ivp: ConstrainedIvp, q: Array, lam: Array) -> Array:
-    """Return H_qq + sum lam_i g_i'' at rest, shape(d, d)."""
-    return np.asarray(ivp.value("H_qq", np.zeros(ivp.d), q) + ivp.value("curvature", q, lam), dtype=float)
+def stiffness(ivp: ConstrainedIvp, q: Array, lam: Array) -> tuple[Array, Array]:
+    """Return H_qq + sum lam_i g_i'' at rest, and the sum of the moduli of its terms, shape(d, d) each."""
+    terms = [np.array(ivp.value("H_qq", np.zeros(ivp.d), q), dtype=float)]
+    terms += [np.array(ivp.value("curvature", q, one), dtype=float) for one in np.diag(lam)]
+    return np.sum(terms, axis=0), np.sum(np.abs(terms), axis=0)

@@ -11,8 +11,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.shown import Shown
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
-from daebench.studies.modes.spectrum import Linear, Spectra, natural, spectra, zeros
-from daebench.studies.modes.usable import METHODS, usable_steps
+from daebench.studies.modes.spectrum import DEPENDENT, Linear, Spectra, largest_real, natural, spectra, zeros
+from daebench.studies.modes.usable import Oscillations, require_usable, usable_methods, usable_steps
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem
@@ -44,7 +44,9 @@ class Modes(Shown):
     alpha, beta, stiff : float
         Baumgarte's numbers, 1/s, and the stiffness of the penalty.
     steps : mapping of str to float
-        Largest step size that can be made and with which nothing grows, s, by method.
+        Largest step size that can be made and with which no oscillation grows, s, by method.
+    left_out : mapping of str to str
+        Why there is none of the others that were named.
     """
 
     drawn_by: ClassVar[str] = "daebench.studies.modes.figure"
@@ -58,6 +60,7 @@ class Modes(Shown):
     beta: float
     stiff: float
     steps: Mapping[str, float]
+    left_out: Mapping[str, str]
 
     @property
     def frequencies(self) -> Array:
@@ -71,7 +74,7 @@ class Modes(Shown):
             name: {
                 "eigenvalues": [[float(x.real), float(x.imag)] for x in found],
                 "zeros": zeros(found),
-                "largest_real": float(np.max(found.real, initial=0.0)),
+                "largest_real": largest_real(found),
                 "fastest": float(np.max(np.abs(found), initial=0.0)),
             }
             for name, found in self.spectra.items()
@@ -88,6 +91,7 @@ class Modes(Shown):
             "beta": self.beta,
             "stiff": self.stiff,
             "steps": {name: None if h == float("inf") else h for name, h in self.steps.items()},
+            "left_out": dict(self.left_out),
         }
 
 
@@ -99,7 +103,7 @@ def modes(
     alpha: float | None = None,
     beta: float | None = None,
     stiff: float | None = None,
-    methods: Sequence[str] = METHODS,
+    methods: Sequence[str] | None = None,
 ) -> Modes:
     """Return natural frequencies at an equilibrium, the spectrum of each formulation there, and the step limits of schemes.
 
@@ -124,8 +128,8 @@ def modes(
         Of Baumgarte's stabilisation, 1/s; by default both 10, as in ``ida:baumgarte``.
     stiff : float, optional
         Stiffness k of the penalty k |g|^2 / 2; by default one that makes oscillations a hundred times as fast as the fastest natural one.
-    methods : sequence of str
-        Fixed-step methods whose step limit is computed.
+    methods : sequence of str, optional
+        Fixed-step methods whose step limit is computed; by default some that are for the problem.
 
     Returns
     -------
@@ -134,7 +138,8 @@ def modes(
     Raises
     ------
     BadInput
-        If there is no equilibrium, or the problem depends on time, has forces, is a Poisson system, or has arrays as vectors.
+        If there is no equilibrium, or the problem depends on time, has forces, is a Poisson system, or has arrays as vectors, or a method
+        chooses its steps itself or is not for the problem.
     """
     ivp = initial_value_problem(problem, case, parameters, consistent=False)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED:
@@ -143,12 +148,17 @@ def modes(
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
         if value is not None:
             positive(name, value)
+    names = usable_methods(ivp) if methods is None else tuple(methods)
+    require_usable(ivp, names)
     rest = equilibrium(ivp)
     system = Linear.at(ivp, rest)
-    squares, shapes = natural(system)
+    squares, shapes, momenta = natural(system)
+    oscillates = squares > 0
+    about = Oscillations(ivp, rest.q, np.sqrt(squares[oscillates]), shapes[oscillates], momenta[oscillates])
     fastest = float(np.sqrt(np.max(np.abs(squares), initial=0.0))) or 1.0
     alpha, beta = alpha or BAUMGARTE, beta or BAUMGARTE
-    least = float(np.min(np.linalg.eigvalsh(system.G @ system.H_pp @ system.G.T)))
-    stiff = stiff or STIFFER * fastest**2 / least
+    pulls = np.linalg.eigvalsh(system.G @ system.H_pp @ system.G.T)
+    stiff = stiff or STIFFER * fastest**2 / float(np.min(pulls[pulls > DEPENDENT * pulls[-1]]))
     found = spectra(system, alpha=alpha, beta=beta, stiff=stiff)
-    return Modes(ivp, rest, squares, shapes, found, alpha, beta, stiff, usable_steps(ivp, rest.q, fastest, methods))
+    steps, left_out = usable_steps(about, names)
+    return Modes(ivp, rest, squares, shapes, found, alpha, beta, stiff, steps, left_out)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.studies.modes.equilibrium import Equilibrium, stiffness
 
@@ -22,6 +23,12 @@ DEPENDENT = 1e-10
 
 ZERO = 1e-5
 """Eigenvalues of at most this part of the largest are zeros of the drift: two in one place come out as the square root of round-off."""
+
+SLOW = 1e-4
+"""Eigenvalues below this part of the largest are sought again: the round-off of the largest hides what tells them apart."""
+
+ROUNDED = 16.0
+"""A square of a frequency within so many roundings of the terms that it is made of is zero, times the number of positions."""
 
 Spectra = Mapping[str, NDArray[np.complex128]]
 
@@ -36,19 +43,30 @@ class Linear:
         Second derivatives of H, and of H + lam^T g by q.
     G : ndarray, shape(m, d)
         Derivative of the constraints.
+    sizes : ndarray, shape(d, d)
+        Sizes of the terms of K, whose sum may be far smaller.
     """
 
     H_pp: Array
     H_pq: Array
     K: Array
     G: Array
+    sizes: Array
 
     @classmethod
     def at(cls, ivp: ConstrainedIvp, rest: Equilibrium) -> "Linear":
-        """Return it at an equilibrium."""
+        """Return it at an equilibrium.
+
+        Raises
+        ------
+        BadInput
+            If H_pp is not positive definite there, or momenta and positions are coupled.
+        """
         state = np.zeros(ivp.d), rest.q
         H_pp, H_pq = (np.array(ivp.value(name, *state), dtype=float) for name in ("H_pp", "H_pq"))
-        return cls(H_pp, H_pq, stiffness(ivp, rest.q, rest.lam), np.array(ivp.value("G", rest.q), dtype=float))
+        _require_mass_alone(ivp, H_pp, H_pq)
+        K, sizes = stiffness(ivp, rest.q, rest.lam)
+        return cls(H_pp, H_pq, K, np.array(ivp.value("G", rest.q), dtype=float), sizes)
 
     @property
     def velocity(self) -> Array:
@@ -76,6 +94,15 @@ class Linear:
         matrix = np.vstack(rows)
         _, singular, directions = np.linalg.svd(matrix)
         return np.asarray(directions[int(np.sum(singular > DEPENDENT * singular[0])) :].T)
+
+
+def _require_mass_alone(ivp: ConstrainedIvp, H_pp: Array, H_pq: Array) -> None:
+    """Refuse an equilibrium whose small oscillations are not those of K dq = w^2 M dq."""
+    size = np.sqrt(np.maximum(np.diag(H_pp), np.finfo(float).tiny))
+    if not np.min(np.linalg.eigvalsh(H_pp / np.outer(size, size))) > DEPENDENT:
+        raise BadInput(f"modes need a mass matrix, and H_pp of {ivp.problem} is not positive definite at rest.")
+    if np.any(H_pq):
+        raise BadInput(f"modes need an H whose momenta and positions are not coupled at rest, and H_pq of {ivp.problem} is not zero there.")
 
 
 def spectra(system: Linear, *, alpha: float, beta: float, stiff: float) -> Spectra:
@@ -112,22 +139,43 @@ def _eigenvalues(matrix: Array, basis: Array) -> NDArray[np.complex128]:
     return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
 
 
+def largest_real(eigenvalues: NDArray[np.complex128]) -> float:
+    """Return the largest real part, 0 where it is the root of round-off of what is 0 twice, or of a pair of the stiffest."""
+    largest = float(np.max(eigenvalues.real, initial=0.0))
+    return largest if largest > ZERO * float(np.max(np.abs(eigenvalues), initial=0.0)) else 0.0
+
+
 def zeros(eigenvalues: NDArray[np.complex128]) -> int:
     """Return how many eigenvalues are zero."""
     moduli = np.abs(eigenvalues)
     return int(np.sum(moduli <= ZERO * max(float(np.max(moduli, initial=0.0)), np.finfo(float).tiny)))
 
 
-def natural(system: Linear) -> tuple[Array, Array]:
-    """Return the squares of natural frequencies, 1/s^2, in ascending order, and the shapes dq of the modes as rows, largest entry 1.
+def natural(system: Linear) -> tuple[Array, Array, Array]:
+    """Return the squares of natural frequencies, 1/s^2, in ascending order, and the shapes dq of the modes and M dq, as rows.
 
     They are the stationary values of dq^T K dq / dq^T M dq over the directions dq with G dq = 0, by a symmetric eigenvalue problem in
-    positions of unit mass, so that equal and nearly equal ones are as accurate as others.
+    positions of unit mass, so that equal and nearly equal ones are as accurate as others. Each value is taken anew along its direction, so
+    that it has its own round-off and not that of the stiffest; one within that is zero. The largest entry of a shape is 1.
     """
     root = np.linalg.cholesky(system.H_pp)  # dq = root x has unit mass in x
     _, singular, directions = np.linalg.svd(system.G @ root)
     free = directions[int(np.sum(singular > DEPENDENT * singular[0])) :].T
-    squares, vectors = np.linalg.eigh(free.T @ root.T @ system.K @ root @ free)
-    shapes = (root @ free @ vectors).T
-    largest = shapes[np.arange(len(shapes)), np.argmax(np.abs(shapes), axis=1)]
-    return squares, shapes / largest[:, None]
+    vectors = free @ _directions(free.T @ root.T @ system.K @ root @ free)
+    along = root @ vectors
+    squares = np.sum(along * (system.K @ along), axis=0)
+    rounding = ROUNDED * float(np.finfo(float).eps) * len(root) * np.sum(np.abs(along) * (system.sizes @ np.abs(along)), axis=0)
+    squares = np.where(np.abs(squares) <= rounding, 0.0, squares)
+    order = np.argsort(squares, kind="stable")
+    shapes, momenta = along.T[order], np.linalg.solve(root.T, vectors).T[order]
+    largest = shapes[np.arange(len(shapes)), np.argmax(np.abs(shapes), axis=1)][:, None]
+    return squares[order], shapes / largest, momenta / largest
+
+
+def _directions(A: Array) -> Array:
+    """Return the eigenvectors of a symmetric matrix as columns; the slow ones are sought again among themselves, without the stiffest."""
+    values, vectors = np.linalg.eigh(A)
+    slow = np.abs(values) < SLOW * np.max(np.abs(values), initial=0.0)
+    if slow.any():
+        vectors[:, slow] = vectors[:, slow] @ _directions(vectors[:, slow].T @ A @ vectors[:, slow])
+    return np.asarray(vectors)

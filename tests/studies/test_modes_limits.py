@@ -1,0 +1,225 @@
+"""Step limits at rest against eigenvalues of equations that are linearised here, and the known stability of schemes on an oscillator."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.linalg import eigh, null_space
+
+import daebench
+from daebench.errors import BadInput
+from daebench.joints import Mechanism, Plate, PointMass, Rod, Spring, Start
+from daebench.studies.modes.usable import METHODS
+from daebench.systems.constrained import Case, ConstrainedHamiltonian
+
+FACTORS = {"rattle": 2.0, "symplectic_euler": 2.0, "rk4": 8**0.5, "lobatto3": 8**0.5}
+"""h omega at which a step on x'' = -omega^2 x ceases to be stable: |trace| = 2 of the symplectic ones, |R(i y)| = 1 of rk4."""
+
+
+def natural_frequencies(definition, q, values):
+    """Return omega of the modes that oscillate, and the number of free ones: by derivatives of U + lam^T g that SymPy takes here."""
+    symbols, g = list(definition.q), sp.Matrix(definition.g)
+    numbers = {symbol: values[symbol.name] for symbol in definition.parameters} if definition.parameters else {}
+    at = numbers | dict(zip(symbols, map(float, q), strict=True))
+    number = lambda matrix: np.array(sp.Matrix(matrix).subs(at).evalf(17), dtype=float)  # noqa: E731
+    force, G = number(sp.Matrix([definition.U]).jacobian(symbols)).ravel(), number(g.jacobian(symbols))
+    lam = np.linalg.lstsq(G.T, -force, rcond=None)[0]
+    assert np.max(np.abs(force + G.T @ lam)) < 1e-7 * max(1.0, np.max(np.abs(force)))
+    K = number(sp.hessian(definition.U + (sp.Matrix(list(map(float, lam))).T * g)[0], symbols))
+    free = null_space(G)
+    squares = eigh(free.T @ K @ free, free.T @ number(definition.M) @ free, eigvals_only=True)
+    oscillates = squares > 1e-9 * squares[-1]
+    return np.sqrt(squares[oscillates]), int(np.sum(~oscillates))
+
+
+def require_limits(found, fastest, rel=1e-4):
+    assert found.steps == pytest.approx({name: FACTORS[name] / fastest for name in found.steps}, rel=rel)
+
+
+def excavator(*, boom: float = 800.0, stick: float = 400.0, bucket: float = 300.0, oil: float = 2e7) -> ConstrainedHamiltonian:
+    """Return an excavator's arm in the plane: boom, stick and bucket, and a cylinder for each as a stiff spring."""
+    heavy, light, load, k = sp.symbols("boom stick bucket oil", positive=True)
+    return Mechanism(
+        ground={"O": (0, 0), "P": ("0.6", "-0.5")},
+        points={"A": ("2.5", "2"), "B": (5, "1.5"), "C": ("4.6", "2.4"), "D": ("6.5", "-0.4"), "E": ("6.9", "0.1")},
+        bodies={
+            "boom": Plate("O", "A", "B", mass=heavy),
+            "stick": Plate("B", "C", "D", mass=light),
+            "bucket": Rod("D", "E", mass=load),
+            "soil": PointMass("E", load),
+        },
+        forces=[Spring("P", "A", stiffness=k), Spring("A", "C", stiffness=k), Spring("C", "E", stiffness=k / 4)],
+        gravity=(0, "-9.81"),
+        parameters={heavy: boom, light: stick, load: bucket, k: oil},
+        cases={"held": Start(about="held by its cylinders, which give way a little")},
+    ).problem()
+
+
+def dumbbell(*, stiffness: float = 1.0, soft: float = 1.0) -> ConstrainedHamiltonian:
+    """Return two masses on a rod and two more on springs of their own in the plane, free to move and to turn."""
+    k, s = sp.symbols("stiffness soft", positive=True)
+    q, p = sp.symbols("x1 y1 x2 y2 x3 y3 x4 y4", real=True), sp.symbols("p1:9", real=True)
+    x1, y1, x2, y2, x3, y3, x4, y4 = q
+    length = lambda a, b, c, d: sp.sqrt((a - c) ** 2 + (b - d) ** 2)  # noqa: E731
+    springs = [
+        (k, length(x1, y1, x3, y3), 1),
+        (k, length(x2, y2, x3, y3), 1),
+        (s, length(x3, y3, x4, y4), 2),
+        (s, length(x1, y1, x4, y4), 2),
+    ]
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=sp.diag(1, 1, 2, 2, 3, 3, 1, 1),
+        U=sp.Add(*(stiff * (now - rest) ** 2 / 2 for stiff, now, rest in springs)),
+        g=[(x1 - x2) ** 2 + (y1 - y2) ** 2 - 1],
+        parameters={k: stiffness, s: soft},
+        cases={"apart": Case(q=(0, 0, 1, 0, 0.5, 0.9, 1.5, 2.6), p=(0,) * 8)},
+    )
+
+
+def masses_on_a_line(*, wall: float = 1.0, middle: float = 1.0, last: float = 1.0) -> ConstrainedHamiltonian:
+    """Return four masses on a line, the last two tied to each other, on springs to a wall and between them."""
+    k = sp.symbols("wall middle last", real=True)
+    q, p = sp.symbols("x1:5", real=True), sp.symbols("p1:5", real=True)
+    x1, x2, x3, x4 = q
+    return ConstrainedHamiltonian(
+        q=q,
+        p=p,
+        M=sp.diag(1, 2, 1, 3),
+        U=(k[0] * x1**2 + k[1] * (x2 - x1) ** 2 + k[2] * (x3 - x2) ** 2) / 2,
+        g=[x4 - x3 - 1],
+        parameters=dict(zip(k, (wall, middle, last), strict=True)),
+        cases={"pulled": Case(q=(0.1, 0.2, 0.3, 1.3), p=(0,) * 4)},
+    )
+
+
+def line_squares(wall, middle, last):
+    """Return omega^2 in the three coordinates that the tie leaves, in extended precision."""
+    K = sp.Matrix([[wall + middle, -middle, 0], [-middle, middle + last, -last], [0, -last, last]])
+    roots = sp.Poly((sp.diag(1, sp.Rational(1, 2), sp.Rational(1, 4)) * K).charpoly().as_expr()).nroots(n=40, maxsteps=500)
+    return np.sort([float(sp.re(root)) for root in roots])
+
+
+STIFF = {
+    "equal": (1, 1, 1),
+    "1 to 100": (1, 100, 1),
+    "1 to 1e4": (1, 10**4, 1),
+    "1 to 1e6": (10**6, 1, 1),
+    "1 to 1e8": (1, 1, 10**8),
+    "1e8 between": (1, 10**8, 1),
+    "free": (0, 1, 1),
+    "free and stiff": (0, 10**6, 1),
+}
+
+
+@pytest.mark.parametrize("stiffnesses", STIFF.values(), ids=STIFF)
+def test_limits_of_masses_on_a_line_are_those_of_their_known_eigenvalues(stiffnesses):
+    names = ("wall", "middle", "last")
+    found = daebench.modes(masses_on_a_line(), parameters=dict(zip(names, map(float, stiffnesses), strict=True)), methods=("rattle", "rk4"))
+    squares = line_squares(*stiffnesses)
+    free = stiffnesses[0] == 0
+    assert np.sum(found.squares == 0) == free
+    assert found.squares[int(free) :] == pytest.approx(squares[int(free) :], rel=1e-7)
+    require_limits(found, squares[-1] ** 0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [1.0, 1e2, 1e4, 1e6, 1e8], ids=lambda ratio: f"1 to {ratio:.0e}")
+def test_a_free_rotation_and_stiff_springs_are_no_growth(ratio):
+    found = daebench.modes(dumbbell(), parameters={"stiffness": ratio}, methods=("rattle", "rk4"))
+    frequencies, free = natural_frequencies(dumbbell(), found.rest.q, found.ivp.parameters)
+    assert np.sum(found.squares == 0) == free == 3
+    assert found.frequencies[3:] == pytest.approx(frequencies, rel=1e-5)
+    require_limits(found, frequencies[-1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("oil", [2e4, 2e7, 2e9], ids=["soft", "oil", "steel"])
+def test_limits_of_an_excavator_are_those_of_its_linearised_equations(oil):
+    definition = excavator()
+    found = daebench.modes(definition, parameters={"oil": oil}, methods=("rattle", "rk4"))
+    frequencies, free = natural_frequencies(definition, found.rest.q, found.ivp.parameters)
+    assert free == 0
+    assert found.frequencies == pytest.approx(frequencies, rel=1e-7)
+    require_limits(found, frequencies[-1])
+
+
+CATALOGUE = {
+    "planar_pendulum": None,
+    "spherical_pendulum": None,
+    "double_pendulum": None,
+    "pendulum_chain": None,
+    "four_bar": "swing",
+    "four_bar_spring": None,
+    "slider_crank": None,
+    "rigid_water": None,
+    "butane": None,
+    "torus": None,
+    "watt_six_bar": None,
+    "double_spherical_pendulum": None,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("problem", "case"), CATALOGUE.items(), ids=CATALOGUE)
+def test_limits_of_the_catalogue_are_those_of_its_linearised_equations(problem, case):
+    import importlib
+
+    found = daebench.modes(problem, case=case, methods=("rattle", "rk4"))
+    definition = importlib.import_module(f"daebench.problems.{problem}").problem()
+    frequencies, free = natural_frequencies(definition, found.rest.q, found.ivp.parameters)
+    assert np.sum(found.squares <= 0) == free
+    assert found.frequencies[free:] == pytest.approx(frequencies, rel=1e-6)
+    require_limits(found, frequencies[-1])
+
+
+@pytest.mark.slow
+def test_limits_of_water_are_the_published_ones():
+    found = daebench.modes("rigid_water", methods=("rattle", "symplectic_euler", "lobatto3", "rk4"))
+    assert found.frequencies[-1] == pytest.approx(4.46987, rel=1e-6)
+    require_limits(found, 4.46987)
+
+
+# ---- what is asked for before the work -----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def nothing_done(monkeypatch):
+    """Fail where the work begins."""
+    monkeypatch.setattr("daebench.studies.modes.run.equilibrium", lambda ivp: pytest.fail("the work has begun"))
+
+
+@pytest.mark.parametrize("name", ["ida:index2", "ida:ggl", "scipy:DOP853", "cvode:bdf"])
+@pytest.mark.usefixtures("nothing_done")
+def test_a_solver_is_refused_before_the_work(name):
+    with pytest.raises(BadInput, match=f"^{name} chooses its steps by a tolerance, and has no step limit; [^.]*[.]$"):
+        daebench.modes("planar_pendulum", methods=("rattle", name))
+
+
+@pytest.mark.parametrize("definition", [dumbbell, masses_on_a_line], ids=lambda definition: definition.__name__)
+@pytest.mark.usefixtures("nothing_done")
+def test_a_chart_that_is_not_there_is_refused_before_the_work_where_it_is_named(definition):
+    with pytest.raises(BadInput, match="needs a chart of the manifold"):
+        daebench.modes(definition(), methods=("local:gauss2",))
+
+
+@pytest.mark.slow
+def test_a_problem_without_a_chart_has_the_limits_of_the_other_methods():
+    found = daebench.modes(masses_on_a_line())
+    assert list(found.steps) == [name for name in METHODS if not name.startswith("local:")]
+    assert found.left_out == {}
+    known = {name: limit for name, limit in found.steps.items() if name in FACTORS}
+    assert known == pytest.approx({name: FACTORS[name] / line_squares(1, 1, 1)[-1] ** 0.5 for name in known}, rel=1e-4)
+
+
+def test_a_chart_that_is_singular_at_rest_is_left_out_with_the_reason():
+    found = daebench.modes("spherical_pendulum", methods=("rattle", "local:gauss2"))
+    assert found.steps == pytest.approx({"rattle": 2.0}, rel=1e-4)
+    assert "is singular at q = [0.0, 0.0, -1.0]" in found.left_out["local:gauss2"]
+    assert found.summary()["left_out"] == found.left_out
+
+
+def test_where_nothing_oscillates_there_is_no_limit():
+    found = daebench.modes("four_bar", methods=("rattle",))
+    assert found.squares == pytest.approx([-11.445], rel=1e-9)
+    assert found.steps == {"rattle": float("inf")}
