@@ -89,7 +89,8 @@ def test_whatever_a_digit_or_a_column_is_is_a_sentence(forge, daebench):
 def test_a_problem_that_a_certificate_names_is_not_run(forge, daebench, tmp_path):
     place, certificate, digits = forge
     marker = tmp_path / "pwned"
-    (tmp_path / "evil.py").write_text(f"from pathlib import Path\nPath({str(marker)!r}).touch()\n")
+    problem = 'def problem(*, mass: float = 1.0) -> "ConstrainedHamiltonian":\n    return None\n'
+    (tmp_path / "evil.py").write_text(f"from pathlib import Path\nPath({str(marker)!r}).touch()\n{problem}")
     for name in ("./evil.py", f"{tmp_path}/evil.py", "evil.py", "evil", "exec:./evil.py"):
         for changes in ({"problem": name}, {"case": name}, {"problem": name, "case": name}):
             forged.forge_reference(place, json.dumps(certificate | changes), digits)
