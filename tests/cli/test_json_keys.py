@@ -129,7 +129,7 @@ def test_a_certificate_and_its_verification_have_the_documented_keys(daebench, t
     contestants.measure_briefly(monkeypatch)
     monkeypatch.chdir(tmp_path)
     assert_documented("certify", ("certify", "./ball.py:step", "--problem", contestants.PROBLEM, "--out", "made"), daebench)
-    assert_documented("certificate verify", ("certificate", "verify", "made"), daebench)
+    assert_documented("certificate verify", ("certificate", "verify", "made", "--trust"), daebench)
 
 
 def test_reports_and_lessons_have_the_documented_keys(daebench, tmp_path, monkeypatch):

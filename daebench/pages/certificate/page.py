@@ -25,7 +25,7 @@ def write_page_of(certificate: Certificate) -> Path:
         drawn=lambda caption: picture(draw(certificate), ALT, caption),
         tables=tables,
         notes=_notes(certificate),
-        verify=f"daebench certificate verify {NAME}",
+        verify=f"daebench certificate verify {NAME}{' --trust' * bool(certificate.content['code']['files'])}",
     )
 
 

@@ -151,7 +151,7 @@ def read(path: Path, trust: Trust | None = None) -> Archive:
     runs = [_at_row(path, number, partial(specification_of, row.specification)) for number, row in enumerate(rows, 1)]
     admit(path, foreign_names(archive), trust or Trust())
     for number, (run, row) in enumerate(zip(runs, rows, strict=True), 1):
-        _at_row(path, number, partial(require_row, run, row.row))
+        _at_row(path, number, partial(_require_of, run, row.row))
     return archive
 
 
@@ -194,6 +194,13 @@ def _require_whole(digests: Mapping[str, str], files: Mapping[str, bytes]) -> No
     wrong = [name for name in {*digests, *files} if name not in files or digests.get(name) != hashlib.sha256(files[name]).hexdigest()]
     if wrong:
         raise ValueError(f"{min(wrong)} is not what was written")
+
+
+def _require_of(run: GridRun, row: Mapping[str, Any]) -> None:
+    """Refuse a row that is not of its run, or is of another problem."""
+    require_row(run, row)
+    if row["problem"] != run.problem:
+        raise BadInput(f"row.problem is {shown(row['problem'])}, and must be that of its run.")
 
 
 def _at_row(path: Path, number: int, check: Callable[[], T]) -> T:

@@ -53,7 +53,7 @@ def require_row(specification: GridRun, row: Mapping[str, Any]) -> None:
         If a column is missing, or is not of its type or length, or repeats another run.
     """
     try:
-        Fields({"problem": Text(LONGEST), **_columns(specification)}, _others(specification), open=True).read(row, "row")
+        Fields({"problem": Text(LONGEST), **_columns(specification)}, _others(specification, row), open=True).read(row, "row")
         for name in REPEATED:
             if row.get(name) != getattr(specification, name):
                 raise wrong(f"row.{name}", row.get(name), "that of its run")
@@ -80,11 +80,12 @@ def _columns(specification: GridRun) -> dict[str, Kind]:
     return {**ONE, **{next(iter(METRICS[name].columns)): NumberOrText() for name in specification.metrics}}
 
 
-def _others(specification: GridRun) -> dict[str, Kind]:
+def _others(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Kind]:
     """Return what a row may have: older versions have fewer columns of a metric."""
     if type(specification) is not GridRun:
         return {}
-    return {**TIMES, **{column: NumberOrText() for name in specification.metrics for column in METRICS[name].columns}}
+    counts = {name: Whole() for name in row if name.startswith("n_")}
+    return {**TIMES, **counts, **{column: NumberOrText() for name in specification.metrics for column in METRICS[name].columns}}
 
 
 def _require_lengths(members: int, row: Mapping[str, Any]) -> None:

@@ -1,0 +1,121 @@
+"""References with a field altered absurdly and checksums made anew: each command on them ends in a sentence, and runs nothing."""
+
+import json
+import random
+
+import forged
+import pytest
+
+from daebench.errors import BadInput
+from daebench.reference.check import verify as verification
+from daebench.reference.check.verify import verify
+from daebench.reference.keep import places, store
+
+SEED = 45
+FEW, MANY = 40, 1500
+LONGEST = 1100
+NAME, POISSON = "planar_pendulum-rotating", "lotka_volterra_3d-blow_up"
+METHODS = {NAME: "rattle", POISSON: "midpoint"}
+
+
+@pytest.fixture(params=[NAME, POISSON], ids=["constrained", "poisson"])
+def forge(request, tmp_path, monkeypatch, uncompiled_schemes):
+    """Give a reference in the place of those of daebench: its folder, certificate and digits; it is not recomputed."""
+    place = forged.cut_reference(request.param, tmp_path / "references")
+    certificate, digits = json.loads((place / "certificate.json").read_text()), (place / f"{place.name}.csv").read_bytes()
+    monkeypatch.setattr(places, "DATA", place.parent)
+    monkeypatch.chdir(tmp_path)
+    for name in ("throughout", "row_by_row", "by_ida"):
+        monkeypatch.setattr(verification, name, lambda reference: (None, []))
+    (tmp_path / "mine.csv").write_bytes(digits)
+    return place, certificate, digits
+
+
+def commands(name):
+    """Return the commands that read a reference."""
+    problem, case = name.split("-", 1)
+    where, run = (problem, "--case", case), ("--h", "0.125", "--t-end", "1")
+    return [
+        ("reference", "show", name),
+        ("reference", "list"),
+        ("reference", "at", *where, "--t", "0.5"),
+        ("reference", "at", *where, "--t", "0.53"),
+        ("reference", "verify", name),
+        ("reference", "verify"),
+        ("reference", "export", name, "--out", "out.csv", "--overwrite"),
+        ("reference", "compare", "mine.csv", "--with", name),
+        ("compare", *where, "--methods", METHODS[name], *run),
+    ]
+
+
+def require_sentence(status, out, err, what):
+    """Require a known status that is no fault, and at most one sentence of limited length."""
+    assert status in (0, 1, 2), (what, err)
+    assert "Traceback" not in out + err, what
+    assert len(err.splitlines()) <= 1, (what, err)
+    assert len(err) <= LONGEST, (what, err)
+
+
+@pytest.mark.parametrize("count", [FEW, pytest.param(MANY, marks=pytest.mark.slow)], ids=["some", "many"])
+def test_whatever_a_field_of_a_certificate_says_is_a_sentence(forge, daebench, count):
+    place, certificate, digits = forge
+    everything = [(where, name) for where in forged.places_of(certificate) for name in [*forged.ABSURD, None]]
+    drawn = random.Random(SEED)
+    for where, name in drawn.sample(everything, min(count, len(everything))):
+        forged.forge_reference(place, forged.altered(certificate, where, forged.ABSURD.get(name)), digits)
+        words = drawn.choice(commands(place.name))
+        require_sentence(*daebench(*words), (words, where, name))
+
+
+CELLS = ["", "nan", "inf", "-1e300", "1e400", "x", "9" * 400, "1_0", "0x10", "\u0661", "-5", '"', "1,2"]
+
+
+def test_whatever_a_digit_or_a_column_is_is_a_sentence(forge, daebench):
+    place, certificate, digits = forge
+    header, *rows = digits.decode().splitlines()
+    drawn = random.Random(SEED)
+    columns = ["", "t", "t,t", f"{header},q9", header.replace("1", "0"), header.replace("t,", ""), ",".join(reversed(header.split(",")))]
+    for cell in CELLS:
+        k = drawn.randrange(len(rows))
+        cells = rows[k].split(",")
+        cells[drawn.randrange(len(cells))] = cell
+        columns.append("\n".join([header, *rows[:k], ",".join(cells), *rows[k + 1 :]]))
+    for text in [*("\n".join([column, *rows]) for column in columns[:7]), *columns[7:], "", header, "\n".join([header, *rows[::-1]])]:
+        forged.forge_reference(place, json.dumps(certificate), text.encode())
+        for words in drawn.sample(commands(place.name), 3):
+            require_sentence(*daebench(*words), (words, text[:80]))
+
+
+def test_a_problem_that_a_certificate_names_is_not_run(forge, daebench, tmp_path):
+    place, certificate, digits = forge
+    marker = tmp_path / "pwned"
+    problem = 'def problem(*, mass: float = 1.0) -> "ConstrainedHamiltonian":\n    return None\n'
+    (tmp_path / "evil.py").write_text(f"from pathlib import Path\nPath({str(marker)!r}).touch()\n{problem}")
+    for name in ("./evil.py", f"{tmp_path}/evil.py", "evil.py", "evil", "exec:./evil.py"):
+        for changes in ({"problem": name}, {"case": name}, {"problem": name, "case": name}):
+            forged.forge_reference(place, json.dumps(certificate | changes), digits)
+            for words in commands(place.name):
+                require_sentence(*daebench(*words), (words, changes))
+                assert not marker.exists(), (words, changes)
+
+
+def test_what_is_no_reference_is_named_with_its_place(forge, daebench):
+    place, certificate, digits = forge
+    forged.forge_reference(place, forged.altered(certificate, ("bound", "rule"), "3"), digits)
+    with pytest.raises(store.Misshapen, match=r"is not a reference that daebench wrote: bound\.rule is 3, and must be a text of"):
+        store.load(place.name)
+    (form, nothing) = verify(place.name).checks
+    assert (form.what, form.ok, nothing.found) == ("form", False, "not looked at")
+    status, _, err = daebench("reference", "show", place.name)
+    assert (status, err.count("\n")) == (1, 1)
+
+
+def test_a_problem_of_another_package_is_verified_if_it_is_asked_for(forge, monkeypatch):
+    place, _, _ = forge
+    monkeypatch.setattr("daebench.methods.foreign.own_problems", frozenset)
+    refused = verify(place.name, asked=False).checks
+    assert any("names code that does not come with daebench" in check.found for check in refused if not check.ok)
+    asked = verify(place.name).checks
+    assert not any("names code" in check.found for check in asked)
+    with pytest.raises(BadInput, match="is not a name of a reference"):
+        verify("./evil")
