@@ -79,15 +79,15 @@ def stability(
                 print(f"{extreme.name}: {extreme.about}")
                 for sentence in summary["said"][extreme.name]:
                     print(f"  {sentence}")
-    if as_json:
-        print_json(summary)
-    else:
-        _tell_rest(summary)
+    _tell_rest(summary, as_json=as_json)
     raise typer.Exit(status)
 
 
-def _tell_rest(summary: dict[str, Any]) -> None:
-    """Print which extremes were left out and why, which stored runs were made again, and the written files."""
+def _tell_rest(summary: dict[str, Any], *, as_json: bool) -> None:
+    """Print which extremes were left out and why, which stored runs were made again, and the written files; or all as JSON."""
+    if as_json:
+        print_json(summary)
+        return
     for name, why in summary["left_out"].items():
         print(f"no {name}: {why}.")
     if summary["made_again"]:

@@ -509,8 +509,8 @@ TASK |= {"setting": None, "h": 0.1, "guessed": False}
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("crashes", "ends the process in which it runs, by signal 11"),
-        ("leaves", "ends the process in which it runs, with status 3"),
+        ("crashes", "was ended by signal SIGSEGV (segmentation fault)"),
+        ("leaves", "the process of the code exited with status 3"),
         ("exits", "SystemExit"),
         ("one", "must return p and q"),
         ("spoils", "no longer finite"),
