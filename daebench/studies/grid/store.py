@@ -81,10 +81,14 @@ class StoredRow:
     cell = OldAttribute("specification")
 
 
+UNWRITTEN = ("SQLITE_FULL", *(f"SQLITE_IOERR_{why}" for why in ("WRITE", "SHMSIZE", "SHMMAP", "FSYNC", "TRUNCATE")))
+"""Names of errors of SQLite where a disk has no room."""
+
+
 def _of_disk(error: sqlite3.Error | OSError) -> bool:
     """Return whether an error is of a disk that is full, or that cannot be written, and not of the file on it."""
     code: str = getattr(error, "sqlite_errorname", "")
-    return code.startswith(("SQLITE_FULL", "SQLITE_IOERR")) or getattr(error, "errno", None) in FULL
+    return code in UNWRITTEN or getattr(error, "errno", None) in FULL
 
 
 class StoreFull(DaebenchError):
