@@ -97,7 +97,7 @@ def _explained(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> float:
         slopes = np.abs(np.asarray(ivp.value("H_q", *ivp.start), dtype=float)[:n])
         most = max(most, float(slopes @ np.abs(ivp.q0[:n])))
     rounding = ROUNDED * float(np.finfo(states.dtype).eps) * max(1, run.steps) ** 0.5
-    return max(rounding, run.value if run.knob == "tol" else 0.0) * most
+    return float(max(rounding, run.value if run.knob == "tol" else 0.0) * most)
 
 
 def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:

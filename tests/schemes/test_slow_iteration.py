@@ -3,7 +3,6 @@
 import pytest
 from runs import method
 
-from daebench.compiler.link import Linker, Options
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.request import Request
 from daebench.schemes.kernels.newton import NOT_CONVERGED, OK
@@ -52,11 +51,3 @@ def test_a_symmetric_projection_that_converges_slowly_goes_on():
     pendulum = initial_value_problem("double_pendulum", "horizontal")
     run = method("midpoint+symproj").solve(pendulum, Request(value=0.03, steps=712, every=0, watch=())).complete()
     assert run.steps == 712
-
-
-def test_both_forms_of_the_iteration_have_the_same_end():
-    pendulum = initial_value_problem("double_pendulum", "horizontal")
-    text = Linker(pendulum.source.derivation, Options(compiled=False), "daebench.schemes.rattle").module(
-        "Newton.", [("daebench.schemes.kernels.constrained", "one_step")], False
-    )
-    assert "steady" in text
