@@ -151,7 +151,6 @@ CATALOGUE = {
     "four_bar_spring": None,
     "slider_crank": None,
     "rigid_water": None,
-    "butane": None,
     "torus": None,
     "watt_six_bar": None,
     "double_spherical_pendulum": None,
