@@ -30,7 +30,7 @@ KEPT, BOUNDED, DRIFTS, UNDETERMINED, FAILED = "kept", "bounded", "drifts", "unde
 
 VERDICTS = {
     KEPT: "it is round-off: at most 10 eps sqrt(N) max(|T|, |U|) after N steps",
-    BOUNDED: "its mean changes by no more than a stated bound, moves within half of its oscillation, and goes no one way",
+    BOUNDED: "its mean changes by no more than a stated bound, and moves within half of its oscillation",
     DRIFTS: "its mean changes, or its oscillation grows, by a stated law",
     UNDETERMINED: "none of these can be decided, for a stated reason",
     FAILED: "the run stopped, or a number in it is not finite",
@@ -129,10 +129,10 @@ def energy_drift(
       are too few oscillations for windows; or the first value is far outside of the range of all that are later than an eighth of the
       time, or the last one likewise; or the oscillation grows fourfold, law "growing scatter". A change that may be the alias of an
       oscillation is "undetermined". A change that rounding explains, as it would an error that is "kept", is no drift.
-    - "bounded": there are at least five oscillations, the window means are within half of the range of the error, and the bound on the
-      change of the mean is less than that range, or than a fifth of it where the window means go one way by Kendall's correlation with
-      time. The bound is the range of the window means, carried on to both ends of the time, and a quarter more: it does not rest on the
-      absence of a significant drift.
+    - "bounded": there are at least five oscillations, the window means are within half of the range of the error, or within a tenth of
+      it where they go one way by Kendall's correlation with time, and the bound on the change of the mean is less than that range. The
+      bound is the range of the window means, carried on to both ends of the time, and a quarter more: it does not rest on the absence of
+      a significant drift.
     - "undetermined": anything else, with the reason: too short, fewer than five oscillations, aliased output, or a single random walk,
       which takes an ensemble, see :func:`daebench.diagnostics.random_walk.random_walk`.
 

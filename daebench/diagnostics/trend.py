@@ -36,8 +36,8 @@ SPREADING = 4.0
 LEAST_WINDOWS = 4
 """Fewest windows to which shapes are fitted."""
 
-SMALL, SMALL_ONE_WAY = 0.5, 0.2
-"""The window means of what is bounded are within this part of the range of the error; where they go one way, the bound is within that."""
+SMALL, SMALL_ONE_WAY = 0.5, 0.1
+"""The window means of what is bounded are within this part of the range of the error, and within that where they go one way."""
 
 ALIKE, BY_CHANCE = 0.3, 3.5
 """Window means go one way where Kendall's correlation with time is beyond this, and so many of its standard deviations for noise."""
@@ -230,7 +230,7 @@ def _doubts(
 ) -> Any:
     """Return why errors without a drift are not known to be bounded; "" if they are."""
     whole, bound, swings = np.ptp(error[members], axis=1), bound[members], residuals.swings[members]
-    moves = means.one_way[members] & (bound >= SMALL_ONE_WAY * whole)
+    moves = means.one_way[members] & (means.range[members] >= SMALL_ONE_WAY * whole)
     unbound = moves | (bound >= whole) | (means.range[members] >= SMALL * whole)
     walks = unbound & (swings >= OSCILLATIONS) & _wanders(part, MOST)[members]
     asked = unbound & ~walks

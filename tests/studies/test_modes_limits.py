@@ -134,7 +134,7 @@ def test_a_free_rotation_and_stiff_springs_are_no_growth(ratio):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("oil", [2e4, 2e7, 2e9], ids=["soft", "oil", "steel"])
+@pytest.mark.parametrize("oil", [2e7, 2e9], ids=["oil", "steel"])
 def test_limits_of_an_excavator_are_those_of_its_linearised_equations(oil):
     definition = excavator()
     found = daebench.modes(definition, parameters={"oil": oil}, methods=("rattle", "rk4"))
@@ -148,12 +148,9 @@ CATALOGUE = {
     "planar_pendulum": None,
     "spherical_pendulum": None,
     "double_pendulum": None,
-    "pendulum_chain": None,
-    "four_bar": "swing",
     "four_bar_spring": None,
     "slider_crank": None,
     "rigid_water": None,
-    "butane": None,
     "torus": None,
     "watt_six_bar": None,
     "double_spherical_pendulum": None,
@@ -171,6 +168,16 @@ def test_limits_of_the_catalogue_are_those_of_its_linearised_equations(problem, 
     assert np.sum(found.squares <= 0) == free
     assert found.frequencies[free:] == pytest.approx(frequencies, rel=1e-6)
     require_limits(found, frequencies[-1])
+
+
+@pytest.mark.slow
+def test_limits_of_two_hanging_four_bars_are_their_closed_form():
+    """Three uniform bars turn and two are carried along: omega^2 = g (3/2 + 2) / (l (3/3 + 2))."""
+    found = daebench.modes("four_bar", case="swing", methods=("rattle", "rk4"))
+    at = found.ivp.parameters
+    fastest = (7 / 6 * at["gravity"] / at["length"]) ** 0.5
+    assert found.frequencies == pytest.approx([fastest], rel=1e-9)
+    require_limits(found, fastest)
 
 
 @pytest.mark.slow
