@@ -41,7 +41,10 @@ def continued(name, where, h):
         solved = root(lambda x, t=there: where.value("g", place(x, t)), guess, jac=lambda x, t=there: matrix(x, t), tol=1e-13).x
         moved, off = np.abs(down @ (solved - nu)).max(), np.abs(down @ (solved - guess)).max()
         moved = max(moved, np.abs(place(nu, there) - place(nu, s)).max())
-        met = np.abs(np.linalg.solve(matrix(solved, there), where.value("g", place(solved, there)))) @ np.abs(down.T).max(axis=1) < 1e-9 * size
+        met = (
+            np.abs(np.linalg.solve(matrix(solved, there), where.value("g", place(solved, there)))) @ np.abs(down.T).max(axis=1)
+            < 1e-9 * size
+        )
         if met and off < 0.1 * moved + 1e-10 * size and np.sign(np.linalg.det(matrix(solved, there))) == sign:
             nu, s, part = solved, there, 1.5 * part
         elif part < LEAST:
