@@ -13,7 +13,7 @@ KINDS |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_tw
 def tally(monkeypatch, method, ivp, request):
     """Return the work of a run by kind, counted call by call."""
     kernel, found = method.kernel(ivp, "float64", request.watched(CONSTRAINED), count=True), dict.fromkeys(WORK, 0)
-    sweeps = [each for each in vars(kernel) if "update" in each and not each.startswith(("newton", "relax", "tally"))]
+    sweeps = [each for each in vars(kernel) if "update" in each and not each.startswith(("newton", "relax", "tally", "branch_walked"))]
     for function, kind in (KINDS | dict.fromkeys(sweeps, "newton")).items():
         if hasattr(kernel, function):
             monkeypatch.setattr(kernel, function, _counting(getattr(kernel, function), found, kind))

@@ -1,0 +1,132 @@
+"""A step lands on the motion's own branch of g = 0, or is named: against the branch that own code follows from h = 0."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from branches import continued
+from planted import plant
+
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.runs.request import Request
+
+SCHEMES = ["rattle", "symplectic_euler", "symplectic_euler_adjoint"]
+MECHANISMS = {
+    "pendulum": ("planar_pendulum", {}),
+    "torus": ("torus", {}),
+    "light-end": ("double_pendulum", {"mass1": 1000.0}),
+    "light-middle": ("double_pendulum", {"mass2": 1000.0}),
+    "spring": ("four_bar_spring", {"stiffness": 1000.0}),
+    "water": ("rigid_water", {}),
+    "wishbone": ("double_wishbone", {}),
+    "heavy-wheel": ("double_wishbone", {"wheel_mass": 200.0}),
+}
+SHARES = (0.02, 0.2, 0.6, 1.2)
+"""Step sizes in the time in which a motion passes its own length."""
+
+NAMED = "ends on another branch of g = 0 than the one on which the motion goes on from there; use a smaller h"
+OMEGA = 27.541
+"""Frequency of the suspension's small oscillations, rad/s: that of its reduced mass and stiffness, by second differences of H on g = 0."""
+
+AT_REST = (
+    *(0.009684640101318405, 0.7289732612084602, -0.16198367614989972),
+    *(-0.009610178128284253, 0.6909149630607166, 0.148305343848527),
+    *(-0.12993161753881347, 0.6093200323276361, -0.07093201267823404),
+)
+"""A start at rest, a millimetre from the equilibrium, where the spring carries the wheel."""
+
+
+def step(name, where, h, steps=1, **options):
+    method = FixedStep(name, compiled=False, options=options)
+    return method.solve(replace(where, on_singular="continue"), Request(value=h, steps=steps, every=1, watch=()))
+
+
+def starts(place, momenta=3):
+    """Yield starts of a mechanism with random momenta, at rest, slow and fast, and the time in which it passes its length."""
+    problem, parameters = MECHANISMS[place]
+    loaded = {"p0": (0.0,) * 9, "q0": AT_REST} if problem == "double_wishbone" else {}
+    still = initial_value_problem(problem, None, parameters, **loaded)
+    rng = np.random.default_rng(3)
+    q = np.asarray(still.q0)
+    size, inverse_mass, G = np.abs(q).max(), np.asarray(still.value("H_pp", still.p0, q)), np.asarray(still.value("G", q))
+    v, a = still.value("H_p", still.p0, q), inverse_mass @ still.value("H_q", still.p0, q)
+    time = 1 / max(np.abs(v).max() / size, np.sqrt(np.abs(a).max() / size))
+    for speed in (0.0, 0.1, 1.0, 1.0)[:momenta]:
+        p = np.linalg.solve(inverse_mass, rng.standard_normal(len(q)))
+        p -= G.T @ np.linalg.solve(G @ inverse_mass @ G.T, G @ inverse_mass @ p)
+        p *= speed * size / time / np.abs(inverse_mass @ p).max()
+        yield initial_value_problem(still, p0=p, q0=q, project=True), time
+
+
+@pytest.mark.parametrize("name", SCHEMES, ids=str)
+@pytest.mark.parametrize("place", MECHANISMS, ids=str)
+def test_a_step_is_the_root_that_continues_from_small_h(place, name):
+    right = 0
+    for where, time in starts(place):
+        for share in SHARES:
+            expected = continued(name, where, share * time)
+            if expected is not None:  # else the branch has an end before h
+                run = step(name, where, share * time)
+                assert run.failure is None
+                assert np.abs(run.q[-1] - expected).max() < 1e-7 * np.abs(expected).max()
+                right += 1
+    assert right >= 6
+
+
+@pytest.mark.parametrize("share", [0.2, 1.0, 1.5, 1.8, 1.95])
+@pytest.mark.parametrize("name", ["rattle", "symplectic_euler", "rattle_ilves", "shake"], ids=str)
+def test_a_suspension_at_rest_stays_where_it_is_up_to_the_limit_of_stability(name, share):
+    start = initial_value_problem("double_wishbone", p0=(0.0,) * 9, q0=AT_REST)
+    run = step(name, start, share / OMEGA, 12).complete()
+    widest = 1 / np.sqrt(1 - share**2 / 4) if name == "symplectic_euler" else 1.0  # its conserved ellipse is tilted
+    assert np.abs(run.q - np.array(AT_REST)).max() < 1.01e-3 * (1 + widest)
+
+
+@pytest.mark.parametrize(
+    ("name", "wheel"),
+    [("rattle_ilves", 20.0), ("rattle_ilves", 200.0), ("rattle_gauss_seidel", 20.0)],
+    ids=["ilves", "ilves-heavy", "gauss-seidel"],
+)
+def test_solvers_of_molecular_dynamics_reach_the_root_of_rattle(name, wheel):
+    start = initial_value_problem("double_wishbone", None, {"wheel_mass": wheel}, p0=(0.0,) * 9, q0=AT_REST)
+    loose, fine = (step(scheme, start, 0.06, **options).complete() for scheme, options in ((name, {"tolerance": 1e-9}), ("rattle", {})))
+    assert np.abs(loose.q[-1] - fine.q[-1]).max() < 1e-6
+
+
+# ---- the old start, planted ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", ["spring", "wishbone", "heavy-wheel"], ids=str)
+def test_a_root_of_another_branch_is_named_and_not_silent(place, monkeypatch, tmp_path):
+    plant(
+        monkeypatch,
+        tmp_path,
+        "schemes.kernels.constrain",
+        "newton(update_position, (tangent, nu0),",
+        "newton(update_position, (tangent + V.T @ nu0, 0 * nu0),",
+    )
+    named = 0
+    for where, time in starts(place, 4):
+        for share in SHARES:
+            run, expected = step("rattle", where, share * time), continued("rattle", where, share * time)
+            named += NAMED in (run.failure or "")
+            silent = run.failure is None and expected is not None and np.abs(run.q[-1] - expected).max() > 1e-7
+            assert not silent, (share, run.q[-1], expected)
+    assert named >= 1
+
+
+def test_the_sentence_says_where_and_what_to_do(monkeypatch, tmp_path):
+    plant(
+        monkeypatch,
+        tmp_path,
+        "schemes.kernels.constrain",
+        "newton(update_position, (tangent, nu0),",
+        "newton(update_position, (tangent + V.T @ nu0, 0 * nu0),",
+    )
+    start = initial_value_problem("double_wishbone", p0=(0.0,) * 9, q0=AT_REST)
+    run = step("rattle", start, 1.8 / OMEGA, 400)
+    assert (
+        run.failure == f"rattle on double_wishbone, case released, stopped at t = 0 (step 1 of 400, h = {1.8 / OMEGA:g}): the step {NAMED}."
+    )
+    assert len(run.t) == 1
