@@ -1,5 +1,6 @@
 """``daebench step-for``: the largest step size whose statistics agree with those of half of it."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -37,7 +38,7 @@ def step_for(
     case: Case = None,
     param: Param = None,
     option: Free = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of starts and of the bootstrap.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the starts.")] = 0,
     anyway: Anyway = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for steps.csv and a picture.")] = None,
     overwrite: Overwrite = False,
@@ -85,14 +86,14 @@ def _print(summary: Mapping[str, Any]) -> None:
     rows = []
     for row in summary["tried"]:
         for name, (value, low, high) in (row["differences"] or {}).items():
-            rows.append([f"{row['h']:g}", name, f"{value:.3g}", f"{low:.3g} to {high:.3g}", row["verdict"]])
-        if row["why"]:
+            interval = f"{low:.3g} to {high:.3g}" if math.isfinite(high) else "too few members"
+            rows.append([f"{row['h']:g}", name, f"{value:.3g}", interval, row["verdict"]])
+        if not row["differences"]:
             rows.append([f"{row['h']:g}", "", "", row["why"], row["verdict"]])
     print_table(["h", "quantity", "difference from h/2", "interval", "verdict"], rows)
     for row in summary["tried"]:
         if row["verdict"] == "undecided":
-            enough = f"about {row['needed']} members would decide" if row["needed"] else "the difference is the margin within rounding"
-            print(f"h = {row['h']:g} s is undecided: {enough}")
+            print(f"h = {row['h']:g} s is undecided: {row['why']}")
     print(_passed(summary))
     level, planned = summary["level"], summary["planned"]
     print(f"level {level:g} of the search: each of {planned} tests at {level / planned:.3g}")

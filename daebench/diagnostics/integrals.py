@@ -22,6 +22,27 @@ def energy_error(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTraje
     return np.asarray(H - H[0], dtype=float)
 
 
+def energy_rounding(ivp: InitialValueProblem, eps: float) -> float:
+    """Return how much H changes when the coordinates at the start are changed by a part eps of the largest of their kind.
+
+    ::
+
+        eps ( sum_i |H_p|_i max |p| + sum_i |H_q|_i max |q| )        or, of a Poisson system,        eps sum_i |H_y|_i max |y|
+
+    So much the rounding of a state explains, also where H itself is zero because kinetic and potential energy cancel.
+
+    Parameters
+    ----------
+    ivp : InitialValueProblem
+        The problem with its numbers.
+    eps : float
+        Machine epsilon.
+    """
+    gradient = ("H_y",) if isinstance(ivp, PoissonIvp) else ("H_p", "H_q")
+    changes = [np.sum(np.abs(ivp.value(name, *ivp.start))) * np.max(np.abs(x)) for name, x in zip(gradient, ivp.start, strict=True)]
+    return eps * float(np.sum(changes))
+
+
 def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
     """Return the error of each first integral that the problem declares besides H, by name, each shape(n,) over the outputs.
 

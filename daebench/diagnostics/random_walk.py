@@ -29,6 +29,9 @@ CONFIDENCE = 2.0
 ROUNDED = 8 * float(np.finfo(float).eps)
 """Part of the largest error below which an error counts as zero."""
 
+AT_ROUNDING = 4.0
+"""A spread within so many roundings of a state is round-off where its growth cannot be read, and an error likewise."""
+
 WALK = (0.25, 0.75)
 """Exponents of a random walk are between these: halfway to those of what is bounded, 0, and of what is linear, 1."""
 
@@ -96,7 +99,9 @@ class Walk:
         return self.law or self.verdict
 
 
-def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, windows: tuple[ArrayLike, ArrayLike] | None = None) -> Walk:
+def random_walk(
+    t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, rounding: float = 0.0, windows: tuple[ArrayLike, ArrayLike] | None = None
+) -> Walk:
     """Return how the errors e_i(t) of the members i of an ensemble grow, of the energy or any other conserved quantity.
 
     Truncation is common to members that follow the same motion; round-off differs between members. Unbiased rounding makes each error a
@@ -118,8 +123,10 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, wind
     - "undetermined": the spread follows no single power of t over the last eight octaves.
     - "random walk": alpha with 2 standard errors on both sides is between 1/4 and 3/4.
     - "drifts", law "apart": alpha - 2 standard errors is at least 3/4.
-    - "bounded": members do not spread beyond the resolution, or alpha + 2 standard errors is at most 1/4; and the bound on the change of
-      the mean is less than the range of the mean, or than that of the members about it.
+    - "bounded": members do not spread beyond the resolution, or alpha + 2 standard errors is at most 1/4, or alpha says neither this nor
+      any of the above of a spread that is within four roundings of a state at all times; and the bound on the change of the mean is
+      less than the range of the mean, or than that of the members about it.
+    - "kept": none of these is decided, and no error is beyond four roundings of a state.
     - "undetermined": anything else, with the reason.
 
     A drift of each member's own, of normal distribution, beside a random walk passes as one while it is small. Where it adds a third to
@@ -136,6 +143,8 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, wind
     resolution : float
         Round-off of one value of the error, such as eps |H|, where it is known, or what starts that differ make of truncation where that
         is more; a spread below it counts as none.
+    rounding : float
+        What the rounding of a state changes the quantity by, where it is known, see :func:`daebench.diagnostics.integrals.energy_rounding`.
     windows : (array_like, array_like), shape(w,) and shape(N, w), optional
         Centres of windows that are equally long in log t, and the mean of each member over each: the spread is followed over these.
 
@@ -158,7 +167,11 @@ def random_walk(t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, wind
     spread_windows = _means(t, error) if windows is None else _given(windows)
     octaves = OCTAVES if windows is None else WINDOW_OCTAVES
     spread = spread_exponent(spread_windows[0], spread_windows[1] / size, max(resolution / size, ROUNDED), octaves)
+    if _undecided(spread) and np.max(np.std(spread_windows[1], axis=1, ddof=1)) <= AT_ROUNDING * rounding:
+        spread = Spread(seen=False)
     walk = _judged(t, error / size, max(resolution / size, ROUNDED), spread)
+    if walk.verdict == "undetermined" and size <= AT_ROUNDING * rounding:
+        walk = replace(walk, verdict="kept", reason="")
     scaled = ("change", "change_bound", "level", "level_low", "level_high", "slope", "slope_error")
     return replace(walk, **{name: size * getattr(walk, name) for name in scaled})
 
@@ -204,8 +217,8 @@ def _verdict(of_mean: Trend, error: Array, spread: Spread, noise: float) -> tupl
         return "kept", "", ""
     if of_mean.drifts:
         return "drifts", "", law_of(of_mean)
-    verdict = _spreading(spread.exponent, spread.exponent_error) if spread.seen else "bounded"
-    if spread.bent and verdict in ("growing", "random walk"):
+    verdict = _spreading(spread)
+    if _bent(spread):
         return "undetermined", "the spread follows no single power of t", ""
     if verdict == "growing":
         return "drifts", "", "apart"
@@ -227,10 +240,19 @@ def _slopes(t: Array, error: Array) -> Array:
     return np.asarray(error @ s / float(s @ s))
 
 
-def _spreading(exponent: float, exponent_error: float) -> str:
+def _undecided(spread: Spread) -> bool:
+    """Return whether a spread says nothing of its growth."""
+    return _bent(spread) or _spreading(spread) == "undetermined"
+
+
+def _bent(spread: Spread) -> bool:
+    return spread.bent and _spreading(spread) in ("growing", "random walk")
+
+
+def _spreading(spread: Spread) -> str:
     """Return the verdict by the exponent of a spread; NaN is an unknown exponent."""
-    low, high = exponent - CONFIDENCE * exponent_error, exponent + CONFIDENCE * exponent_error
-    if high <= WALK[0]:
+    low, high = (spread.exponent + side * CONFIDENCE * spread.exponent_error for side in (-1, 1))
+    if not spread.seen or high <= WALK[0]:
         return "bounded"
     if WALK[0] < low and high < WALK[1]:
         return "random walk"

@@ -165,3 +165,38 @@ def test_members_that_are_the_same_run_are_refused(random):
     with pytest.raises(BadInput, match="1 of 16 members have the errors of another one"):
         random_walk(t, error)
     assert random_walk(t, np.zeros((MEMBERS, BLOCKS))).brief == "kept"
+
+
+@pytest.mark.parametrize("roundings", [0.3, 1.0, 2.0, 4.0])
+@pytest.mark.parametrize("law", ["walk", "late", "noise"])
+def test_a_spread_within_four_roundings_of_a_state_is_never_a_reason_to_leave_the_verdict_open(law, roundings, random):
+    """The members' oscillation is common and large; where they part by a few roundings, its mean decides."""
+    for _ in range(10):
+        own = {
+            "walk": walks(random),
+            "late": random.standard_normal((MEMBERS, 1)) * (t / T) ** 8,
+            "noise": random.standard_normal((MEMBERS, BLOCKS)),
+        }[law]
+        own *= roundings / np.max(np.std(own, axis=0, ddof=1))
+        found = random_walk(t, own + 1e8 * oscillations(random, 2e-13), resolution=1.0, rounding=1.0)
+        assert found.verdict in ("bounded", "random walk")
+
+
+def test_a_spread_beyond_four_roundings_is_a_walk_or_open_as_before(random):
+    told = Counter()
+    for _ in range(20):
+        own = walks(random)
+        own *= 100 / np.max(np.std(own, axis=0, ddof=1))
+        one, other = (random_walk(t, own + 1e8 * oscillations(random, 2e-13), resolution=1.0, rounding=size) for size in (0.0, 1.0))
+        told[other.brief] += 1
+        assert one.brief == other.brief
+    assert told["random walk"] >= 14
+
+
+def test_errors_within_four_roundings_are_kept_unless_they_drift(random):
+    errors = 0.5 * random.standard_normal((MEMBERS, BLOCKS)).cumsum(axis=1) / BLOCKS**0.5
+    assert random_walk(t, errors, rounding=1.0).verdict in ("kept", "random walk")
+    few = np.abs(np.sin(3 * t / T)) * (1 + 1e-3 * random.standard_normal((MEMBERS, 1)))
+    assert random_walk(t, few).verdict == "undetermined"
+    assert random_walk(t, few, rounding=1.0).verdict == "kept"
+    assert random_walk(t, few + 2 * t / T, rounding=1.0).verdict == "drifts"

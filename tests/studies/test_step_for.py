@@ -14,7 +14,7 @@ from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.step_for.figure import draw
 from daebench.studies.step_for.statistics import known, means, quantity
 
-DOUBLE = {"case": "horizontal", "method": "rattle", "members": 64}
+DOUBLE = {"case": "horizontal", "method": "rattle", "members": 1024, "drawn": {"size": 1e-3}}
 
 
 def finished(problem, case, h, steps, members=8, every=5):
@@ -25,7 +25,7 @@ def finished(problem, case, h, steps, members=8, every=5):
 
 
 def test_the_search_ends_with_the_first_step_that_passes(tmp_path):
-    found = daebench.step_for("double_pendulum", statistic="energy", margin=0.001, h=0.02, t_end=5, **DOUBLE)
+    found = daebench.step_for("double_pendulum", statistic="energy", margin=0.005, h=0.02, t_end=5, **DOUBLE)
     verdicts = [row.verdict for row in found.tried]
     assert verdicts[-1] == "equivalent"
     assert "equivalent" not in verdicts[:-1]
@@ -36,7 +36,7 @@ def test_the_search_ends_with_the_first_step_that_passes(tmp_path):
 
 def test_energy_errors_of_order_two_need_half_of_the_step_for_a_quarter_of_the_margin():
     steps = [
-        daebench.step_for("double_pendulum", statistic="energy", margin=margin, h=0.02, t_end=3, **DOUBLE).h for margin in (4e-3, 1e-3)
+        daebench.step_for("double_pendulum", statistic="energy", margin=margin, h=0.04, t_end=3, **DOUBLE).h for margin in (16e-3, 4e-3)
     ]
     assert steps[1] == steps[0] / 2
 
@@ -48,6 +48,17 @@ def test_too_few_members_are_undecided_and_never_pass():
     assert found.h is None
     assert found.tried[0].verdict == "undecided"
     assert found.needed[0.02] is None or found.needed[0.02] > 64
+
+
+def test_of_fewer_members_than_an_interval_takes_their_number_is_named(tmp_path):
+    """One of six tests at 5 % takes 53 members for the quantiles of 10 % and 90 %, whatever the margin."""
+    asked = {"case": "horizontal", "method": "rattle", "statistic": "energy", "margin": 100.0, "h": 0.02, "t_end": 1}
+    found = daebench.step_for("double_pendulum", members=40, **asked)
+    assert (found.h, set(found.needed.values())) == (None, {53})
+    rows = found.summary()["tried"]
+    assert {row["why"] for row in rows} == {"of 40 members the quantiles of 10 % and 90 % have no exact interval, which takes 53 members"}
+    assert draw(tmp_path, "steps", found).is_file()
+    assert daebench.step_for("double_pendulum", members=53, **asked).h == 0.02
 
 
 def test_members_that_stop_do_not_pass():
@@ -90,8 +101,9 @@ def test_disjoint_ensembles_of_a_real_problem_pass_a_difference_of_the_margin_no
     margin = abs(float(np.mean(x - y)))
     verdicts = [equivalence(x[part], y[part], margin).verdict for part in np.split(np.arange(4096), 64)]
     assert verdicts.count("equivalent") <= 8  # of 64, at a level of 5 %: more with probability 0.003
-    near = [equivalence(x[part], y[part], 20 * margin).verdict for part in np.split(np.arange(4096), 64)]
-    assert near.count("equivalent") >= 60
+    wide = 2 * float(np.std(y))
+    near = [equivalence(x[part], y[part], wide).verdict for part in np.split(np.arange(4096), 64)]
+    assert near.count("equivalent") >= 56
 
 
 REFUSED = [

@@ -8,6 +8,7 @@ import numpy as np
 
 from daebench.compiler.number_types import number_type
 from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.integrals import energy_rounding
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.checkpoint import Checkpoint
@@ -133,8 +134,9 @@ def growth(spec: LongRun, members: Mapping[int, Checkpoint]) -> Walk | Drift | N
         return None
     error = np.array([member_means[:common] for member_means in means])
     t = middles(error.shape[1], length) * spec.stride * spec.h
-    first = abs(next(iter(members.values())).first)
-    resolution = number_type(spec.precision).spacing * max(first, ROUNDINGS * float(np.max(np.abs(error))))
+    first, eps = abs(next(iter(members.values())).first), number_type(spec.precision).spacing
+    resolution = eps * max(first, ROUNDINGS * float(np.max(np.abs(error))))
     if len(error) >= MEMBERS:
-        return random_walk(t, error, resolution=resolution, windows=common_windows(spec, counted_members(members).values()))
+        windows = common_windows(spec, counted_members(members).values())
+        return random_walk(t, error, resolution=resolution, rounding=energy_rounding(spec.ivp, eps), windows=windows)
     return energy_drift(t, np.mean(error, axis=0), resolution=resolution)

@@ -37,6 +37,7 @@ def figure(found: StepFor) -> "Figure":
                 label = difference.name if difference.name not in shown else None
                 shown.add(difference.name)
                 ends = np.array([[difference.value - difference.low], [difference.high - difference.value]])
+                ends[~np.isfinite(ends)] = np.nan
                 filled = COLOURS[k] if row.verdict == EQUIVALENT else "white"
                 axis.errorbar([place], [difference.value], ends, fmt="o", color=COLOURS[k], markerfacecolor=filled, capsize=2, label=label)
         axis.set_xscale("log")

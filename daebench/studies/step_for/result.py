@@ -27,7 +27,7 @@ class Tried:
     test : Equivalence or None
         The test, where all members came to their end.
     why : str
-        Why it could not be made.
+        Why it could not be made, or what an undecided one lacks.
     """
 
     h: float
@@ -59,7 +59,7 @@ class StepFor(Shown):
     members : int
         Number of starts.
     seed : int
-        Seeds starts and bootstrap.
+        Seeds the starts.
     tried : tuple of Tried
         The steps.
     """
@@ -85,7 +85,7 @@ class StepFor(Shown):
 
     @property
     def needed(self) -> Mapping[float, int | None]:
-        """About how many members would decide on the steps that are undecided, by step; None where no number can be told."""
+        """How many members, or about how many, would decide on the steps that are undecided, by step; None where no number can be told."""
         return {row.h: row.test.needed for row in self.tried if row.verdict == UNDECIDED and row.test}
 
     @property

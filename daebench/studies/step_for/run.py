@@ -69,11 +69,14 @@ def step_for(
     The search ends with the first step that passes::
 
         >>> import daebench
-        >>> found = daebench.step_for(
-        ...     "double_pendulum", case="horizontal", statistic="energy", margin=0.005, method="rattle", h=0.02, t_end=5, members=64
-        ... )
+        >>> asked = {"statistic": "energy", "margin": 0.005, "method": "rattle", "h": 0.02, "t_end": 5}
+        >>> found = daebench.step_for("double_pendulum", case="horizontal", drawn={"size": 1e-3}, **asked)
         >>> [row.verdict for row in found.tried], found.h
         (['different', 'equivalent'], 0.01)
+
+    The margin is to be seen beside the spread over the starts: a quantile may be shifted by a part of the members that is as small as the
+    part of them within a margin of it, and of these the sample must have some ten. Where it has fewer the verdict is undecided, and says
+    how many members would decide. The smaller the spread of the starts, the fewer these are.
 
     A step that passes agrees with its half; whether the half agrees with the exact flow is not tested.
 
@@ -109,7 +112,7 @@ def step_for(
     anyway : bool
         Whether a scheme may run on a structure matrix for which it is not a Poisson integrator.
     seed : int
-        Seed of starts and bootstrap.
+        Seed of the starts.
     threads : int, optional
         Number of cores; by default all.
     progress : callable, optional
@@ -138,7 +141,7 @@ def step_for(
     run = _averaged(search.run(0), of)
     for k in range(halvings):
         half = _averaged(search.run(k + 1), of)
-        tried.append(_tested(run, half, margin, level / halvings, seed))
+        tried.append(_tested(run, half, margin, level / halvings))
         if progress:
             progress((k + 1) / halvings)
         if tried[-1].verdict == EQUIVALENT:
@@ -173,12 +176,12 @@ def _averaged(run: EnsembleRun, of: Quantity) -> _Averaged:
     return _Averaged(h, averages, stopped)
 
 
-def _tested(run: _Averaged, half: _Averaged, margin: float, level: float, seed: int) -> Tried:
+def _tested(run: _Averaged, half: _Averaged, margin: float, level: float) -> Tried:
     """Return what the statistics at a step and at its half say."""
     if why := run.stopped or half.stopped:
         return Tried(run.h, STOPPED, None, why)
-    test = equivalence(run.means, half.means, margin, level=level, seed=seed)
-    return Tried(run.h, test.verdict, test)
+    test = equivalence(run.means, half.means, margin, level=level)
+    return Tried(run.h, test.verdict, test, test.lacking)
 
 
 class _Search:
