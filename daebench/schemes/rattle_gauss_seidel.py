@@ -81,8 +81,8 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         q -> q - V_k^T g_k(q) / (G_k(q) V_k^T),                V = G(q0) M^-1,     |g_k(q)|    <= tolerance sum_i |G_ki(q0) q_i|
         v -> v - V_k^T (G_k(q1) v) / (G_k(q1) V_k^T),          V = G(q1) M^-1,     |G_k(q1) v| <= tolerance sum_i |G_ki(q1) v_i|
 
-    with v on the right before any correction, and q where the linearised constraints put it, from where the iteration starts; the current v
-    is used if this is less strict, because bodies that fall side by side have no terms to compare with at first. For a distance from the
-    origin this is | |q|^2 - l^2 | <= 2 l^2 tolerance, as in molecular dynamics. Tolerances below 4 eps are refused.
+    with q and v on the right before any correction; that q is where the linearised constraints put the step, as in ``rattle``. The current
+    v is used if this is less strict, because bodies that fall side by side have no terms to compare with at first. For
+    a distance from the origin this is | |q|^2 - l^2 | <= 2 l^2 tolerance, as in molecular dynamics. Tolerances below 4 eps are refused.
     """
     return rattle_step(solve_positions, solve_momenta, p0, q0, h)

@@ -15,7 +15,7 @@ from daebench.methods.names import parse, several
 from daebench.methods.run import prepare
 from daebench.runs.request import Request
 
-SEQUENCES = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 24), 10: (8, 9, 10, 12, 14)}
+SEQUENCES = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 24), 10: (8, 9, 10, 11, 12)}
 """Numbers of steps over T = 2 by order: large enough to be asymptotic, small enough to be above round-off."""
 
 
