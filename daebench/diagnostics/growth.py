@@ -42,6 +42,13 @@ SLOWEST = 0.95
 NUMBERS = 3
 """Numbers of a law: a shift, a factor, and an exponent, rate or place."""
 
+CLEARER = 0.1
+"""Where the later half of the windows leaves less than this part of its share of the sum of squares, the interval has its exponent, too:
+the beginning is no part of the law."""
+
+RESOLVED = 1e-6
+"""Part of an exponent within which it is found, and so the least half of its interval."""
+
 LEAST_FREEDOM = 2.0
 """Fewest degrees of freedom of the scatter of window means."""
 
@@ -176,7 +183,23 @@ def _exponents(means: Array, floor: float, beat: float, best: _Fit) -> tuple[flo
         residual = _residuals(means, _averaged("power", np.array([exponent]), len(means)))[0]
         return floor + float(residual @ residual) - most
 
-    return _end(excess, best.number, RANGES["power"][0]), _end(excess, best.number, RANGES["power"][1])
+    inside = [best.number * (1 - RESOLVED), best.number * (1 + RESOLVED)]
+    later, left = _later(means)
+    if 2 * left < CLEARER * best.left:
+        inside.append(later)
+    ends = [_end(excess, best.number, last) for last in RANGES["power"]]
+    return min(*ends, *inside), max(*ends, *inside)
+
+
+def _later(means: Array) -> tuple[float, float]:
+    """Return the exponent that fits the later half of the windows best, and the sum of squares that it leaves."""
+    half, tried = len(means) // 2, _grid(*RANGES["power"])
+    for _ in range(FINER):
+        left = _residuals(means[half:], _averaged("power", tried, len(means))[:, half:])
+        best = int(np.argmin(products(left, left)))
+        number, squares = float(tried[best]), float(products(left, left)[best])
+        tried = np.linspace(tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)], TRIED)
+    return number, squares
 
 
 def _end(excess: Callable[[float], float], inside: float, last: float) -> float:

@@ -100,7 +100,7 @@ def semidefinite(forms: Array) -> Array | None:
     """Return a positive semidefinite form that is not zero in the span of symmetric ones, of a large rank; None where none is found.
 
     By projections in turn onto the cone and onto the span, from that of the identity: where that has no part in the span, all traces are
-    zero, and there is none.
+    zero, and there is none. Where they are too slow, by the form of unit trace whose least eigenvalue is the largest, see :func:`_highest`.
 
     Parameters
     ----------
@@ -120,6 +120,29 @@ def semidefinite(forms: Array) -> Array | None:
             return A / size
         above = (vectors * np.maximum(eigenvalues, 0.0)) @ vectors.T
         A = (basis @ (basis.T @ above.ravel())).reshape(f, f)
+    return _highest(basis.T.reshape(-1, f, f))
+
+
+def _highest(basis: Array) -> Array | None:
+    """Return the semidefinite form whose least eigenvalue is the largest of all forms of unit trace; None where that is negative.
+
+    By linear programs: maximise s with v^T A v >= s for the eigenvectors v of all forms so far. Each s is a bound from above.
+    """
+    from scipy.optimize import linprog
+
+    traces = np.trace(basis, axis1=1, axis2=2)
+    cuts = np.array([np.einsum("kij,i,j->k", basis, v, v) for v in np.eye(basis.shape[1])])
+    bounds = [(-1.0, 1.0)] * len(basis) + [(None, None)]  # a semidefinite form of unit trace has a norm of at most 1
+    for _ in range(ROUNDS):
+        rows = np.column_stack([-cuts, np.ones(len(cuts))])
+        found = linprog(np.append(np.zeros(len(basis)), -1.0), rows, np.zeros(len(cuts)), np.append(traces, 0.0)[None], [1.0], bounds)
+        if found.status != 0 or found.x[-1] < -DEFINITE:
+            return None
+        A = np.einsum("k,kij->ij", found.x[:-1], basis)
+        eigenvalues, vectors = np.linalg.eigh(A)
+        if eigenvalues[0] >= -DEFINITE and found.x[-1] - eigenvalues[0] <= DEFINITE:
+            return np.asarray(A / np.linalg.norm(A))
+        cuts = np.vstack([cuts, np.einsum("kij,ia,ja->ak", basis, vectors, vectors)])
     return None
 
 

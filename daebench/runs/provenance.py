@@ -11,11 +11,13 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from daebench.runs.files import atomic
-from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.machine import machine
+
+if TYPE_CHECKING:
+    from daebench.runs.ivp import Ivp
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite", "pandas", "scikit-sundae", "heyoka", "solve_dae")
 """Packages on which numbers depend; those that are not installed are left out."""
@@ -37,9 +39,9 @@ def now() -> str:
     return datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
 
 
-def definition(ivp: Ivp) -> dict[str, str]:
+def definition(ivp: "Ivp") -> dict[str, str]:
     """Return a description of the definition of a motion."""
-    names = ("y0",) if isinstance(ivp, PoissonIvp) else ("p0", "q0")
+    names = ("y0",) if ivp.facts.KIND == "poisson" else ("p0", "q0")
     states = zip(names, ivp.start, strict=True)
     start = "; ".join(f"{name} = ({_numbers(part)})" for name, part in states) if ivp.size <= LONGEST else f"{ivp.size} numbers"
     return {

@@ -164,7 +164,7 @@ BAD = {
     "h negative": ((*RUN, "--h=-0.1", "--steps", "5"), "greater than 0"),
     "h nan": ((*RUN, "--h", "nan", "--steps", "5"), "finite number"),
     "h endless digits": ((*RUN, "--h", "1e400", "--steps", "5"), "finite number"),
-    "steps endless": ((*RUN, "--h", "0.1", "--steps", "1" + 400 * "0"), "more steps than can be counted"),
+    "steps endless": ((*RUN, "--h", "0.1", "--steps", "1" + 400 * "0"), "is too large; give a number below 2^63"),
     "every endless": ((*RUN, "--h", "0.1", "--steps", "5", "--every", "1" + 30 * "0"), "every"),
     "mass zero": ((*RUN, "--h", "0.1", "--steps", "5", "--param", "mass=0"), "greater than 0"),
     "compare into a file": (
