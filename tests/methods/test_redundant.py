@@ -111,7 +111,9 @@ def test_a_moment_without_rank_is_told_from_redundancy_that_stays():
     flat = dataclasses.replace(ivp(), q0=np.array([1.0, 0.0, 3.0, 0.0]), p0=np.zeros(4))  # all bars on one line
     found = freedom(flat)
     assert (found.rank, found.nearby, found.permanent) == (2, 3, False)
-    assert found.where == "though G has rank 3 nearby"
+    # without the bar in the middle two branches cross there, and it leaves one of them: (v - w)^2 = 0 of the two free directions
+    assert (found.forbidden, found.degrees) == (1, 1)
+    assert found.where.startswith("there, and forbids at second order 1 direction that G leaves free")
     alone = dataclasses.replace(ivp(spare=False), q0=flat.q0, p0=flat.p0)
     assert freedom(alone).where == "there, though not nearby"
 
