@@ -151,7 +151,7 @@ def test_a_figure_that_cannot_be_saved_leaves_the_old_one(tmp_path, monkeypatch)
         raise OSError("disk full")
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", broken)
-    with pytest.raises(DaebenchError, match=r"line\.svg cannot be written \(disk full\)"):
+    with pytest.raises(DaebenchError, match=r"line\.csv cannot be written \(disk full\)"):
         drawn(tmp_path)
     assert svg.read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["line.csv", "line.csv.txt", "line.png", "line.svg"]
