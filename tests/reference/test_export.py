@@ -15,7 +15,8 @@ RUN = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value
 
 @pytest.fixture
 def path(tmp_path):
-    row = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "value": 0.1, "gravity": 2.0, "failure": ""}
+    row = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "knob": "h", "value": 0.1, "gravity": 2.0, "failure": ""}
+    row |= {"t_end": 4.0, "t_reached": 4.0, "steps": 40, "energy_error": 1e-3}
     with opened(tmp_path / "rows.db") as store:
         store.put([StoredRow("b", RUN.plain(), row | {"error_q": 0.1 + 0.2}, code_version(), 0.5)])
         store.put([StoredRow("a", RUN.plain(), row | {"error_q": np.inf}, "another version", 0.25)])

@@ -1,6 +1,7 @@
 """The functions for testers, and the pytest plugin that hands them out: right codes pass, and wrong ones fail with reasons."""
 
 import importlib.metadata
+import json
 import math
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from daebench.errors import BadInput
 from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.check.convergence import convergence
 from daebench.reference.keep.store import save
+from daebench.systems.files.package import folder as folder_of
 from daebench.testing import assert_agrees, assert_converges, assert_solver_converges, reference_trajectory
 
 pytest_plugins = ["pytester"]
@@ -77,14 +79,13 @@ def keep(folder, *, bound=1e-33, amplification=1.0, double=None):
         rows = [[*q, *p] for q, p in (closed_form(x, (0, -1), (mp.mpf(5) / 2, 0), UNIT) for x in t)]
         columns = [[mp.nstr(x, 34) for x in column] for column in zip(*rows, strict=True)]
     text = {"t": [str(x) for x in t]} | dict(zip(("q1", "q2", "p1", "p2"), columns, strict=True)) | {"lam1": ["0"] * len(t)}
-    certificate = {
-        "problem": "planar_pendulum",
-        "case": "rotating",
-        "definition": {"parameters": {name: str(value) for name, value in UNIT.items()}, "structure": {}},
-        "horizon": {"double": double},
-        "amplification": dict.fromkeys(("values", "worst", "step"), [amplification] * len(t)),
-        "bound": {part: [[bound] * 2] * len(t) for part in "qp"} | {"lam": [[bound]] * len(t)},
-    }
+    certificate = json.loads((folder_of("daebench.reference") / "data/planar_pendulum-rotating/certificate.json").read_text())
+    for name in ("data", "format", "checksum"):
+        del certificate[name]
+    certificate["definition"]["parameters"] = {name: str(value) for name, value in UNIT.items()}
+    certificate["horizon"]["double"] = double
+    certificate["amplification"] |= dict.fromkeys(("values", "worst", "step"), [amplification] * len(t))
+    certificate["bound"] |= {part: [[bound] * 2] * len(t) for part in "qp"} | {"lam": [[bound]] * len(t)}
     save("planar_pendulum-rotating", certificate, text, folder)
     return reference_trajectory("planar_pendulum-rotating", folder=folder)
 
