@@ -72,7 +72,8 @@ def test_a_page_that_cannot_be_drawn_fails_alone(tmp_path):
     log = Log()
     with pytest.raises(PagesFailed, match="1 of 3 pages failed, the others are written: one: no such figure"):
         log.gallery(tmp_path, log.report("one", drawn=RunFailed("no such figure.")), log.report("two", waits=True), log.report("three"))
-    assert {name: bool(build_stamp.read(tmp_path / name).files) for name in ("one", "two", "three")} == {"one": False, "two": True, "three": True}
+    assert build_stamp.read(tmp_path / "one").files == {}
+    assert all(build_stamp.read(tmp_path / name).files for name in ("two", "three"))
 
 
 def test_a_page_that_is_refuted_is_not_drawn_and_the_one_before_it_is(tmp_path):
