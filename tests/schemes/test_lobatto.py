@@ -253,12 +253,12 @@ def test_a_planted_fault_is_caught(file, right, wrong, what, monkeypatch, tmp_pa
 @pytest.mark.parametrize(
     ("name", "h", "own"),
     [
-        ("lobatto3", 0.35, True),
+        ("lobatto3", 0.4, True),
         ("lobatto4", 0.5, True),
         ("radau2_ggl", 0.3, True),
         ("radau3_index2", 0.34, True),
         ("gauss2", 0.34, True),
-        ("midpoint", 0.2, True),
+        ("midpoint", 0.25, True),
         ("lobatto2", 0.15, False),
         ("rattle", 0.15, False),
     ],

@@ -91,7 +91,7 @@ def test_the_command_says_what_it_wrote(archived, daebench):
     status, out, err = daebench("archive", "s.db", "--out", "t.zip", "--trust")
     assert (status, err) == (0, "")
     assert out == "written: t.zip, 4 runs; hold it against a new run by: daebench reproduce t.zip\n"
-    status, out, _ = daebench("archive", "s.db", "--json", "--code", "ring.py")
+    status, out, _ = daebench("archive", "s.db", "--json", "--code", "ring.py", "--overwrite")
     assert (status, json.loads(out)["rows"], json.loads(out)["file"]) == (0, 4, "s.zip")
 
 

@@ -15,7 +15,17 @@ from daebench.studies.grid.store import Store, StoredRow, StoreWarning
 
 CELL = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy",))
 COUNT = 120
-RIGHT = {hashlib.sha256(str(k).encode()).hexdigest(): {f"column{j}": k + j / 7 for j in range(20)} for k in range(COUNT)}
+ABOUT = {"problem": "planar_pendulum", "case": "rotating", "method": "rattle", "knob": "h", "t_end": 4.0, "t_reached": 4.0, "failure": ""}
+RIGHT = {
+    hashlib.sha256(str(k).encode()).hexdigest(): {
+        **ABOUT,
+        "value": 0.1 + k,
+        "steps": 40,
+        "energy_error": k / 7,
+        **{f"column{j}": k + j / 7 for j in range(20)},
+    }
+    for k in range(COUNT)
+}
 
 
 @pytest.fixture(scope="module")

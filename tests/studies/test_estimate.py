@@ -1,9 +1,11 @@
 """About how long: kept runs are a measure for those like them, and compilation is counted apart from work."""
 
+import hashlib
 from dataclasses import replace
 
 import pytest
 
+from daebench.errors import BadInput
 from daebench.studies.grid.estimate import LEAST_COMPILE, LEAST_SECONDS, MOST_COMPILE, STEP_SECONDS, TOLERANCE_SECONDS, estimate
 from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.store import StoredRow, opened
@@ -19,7 +21,9 @@ def store(tmp_path):
 
 
 def keep(store, specification, took, failure="", maker=""):
-    store.put([StoredRow(f"{specification}", specification.plain(), {"failure": failure}, maker, took)])
+    store.put(
+        [StoredRow(hashlib.sha256(f"{specification}".encode()).hexdigest(), specification.plain(), {"failure": failure}, maker, took)]
+    )
 
 
 def test_without_kept_runs_it_is_what_is_usual(store):
@@ -75,8 +79,9 @@ def test_more_stages_and_larger_problems_take_longer_to_compile_up_to_a_limit(st
 
 
 def test_rows_with_less_than_no_repetitions_are_no_division_by_zero(store):
-    keep(store, replace(FIXED, repeat=-1), 0.5)
-    assert estimate([FIXED], store).seconds == pytest.approx(0.5)
+    keep(store, replace(FIXED, repeat=-1), took=0.5)
+    with pytest.raises(BadInput, match="repeat is -1, and must be a whole number from 0"):
+        estimate([FIXED], store)
 
 
 def test_where_steps_are_chosen_the_nearest_tolerance_tells(store):
