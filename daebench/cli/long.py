@@ -11,6 +11,8 @@ from daebench.cli.folder import Folder
 from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
 
     from daebench.studies.long.ensemble import Ensemble
@@ -48,7 +50,6 @@ def long(
     bits. Exit 1 if a member stops early.
     """
     from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.runs.files import make_folder
     from daebench.studies.grid.interrupts import terminated_as_interrupted
     from daebench.studies.long.ensemble import Ensemble
     from daebench.studies.long.run import STRIDE, LongRun
@@ -60,11 +61,7 @@ def long(
     shared["stride"] = STRIDE if stride is None else stride
     specs = [LongRun(problem=problem, case=named, method=name, **shared) for name in method_names(methods)]
     ensembles = [Ensemble(spec, ensemble, _whole(steps), out / "checkpoints") for spec in specs]
-    for method_ensemble in ensembles:
-        method_ensemble.check()
-    stems = tuple(group.stem for group in ensembles)
-    Folder(out, tuple(f"{stem}-members.csv" for stem in stems), stems).check()
-    make_folder(out / "checkpoints")
+    _check(out, ensembles)
     at_once = _at_once(workers, ensemble)
     with terminated_as_interrupted():
         if dry_run:
@@ -75,6 +72,17 @@ def long(
     if json:
         print_json({"runs": [findings.plain() for findings in results]})
     raise typer.Exit(1 if any(findings.failures for findings in results) else 0)
+
+
+def _check(out: Path, ensembles: "Sequence[Ensemble]") -> None:
+    """Refuse, before the runs, checkpoints of other runs and files that the command did not write."""
+    from daebench.runs.files import make_folder
+
+    for ensemble in ensembles:
+        ensemble.check()
+    stems = tuple(ensemble.stem for ensemble in ensembles)
+    Folder(out, tuple(f"{stem}-members.csv" for stem in stems), stems).check()
+    make_folder(out / "checkpoints")
 
 
 def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "Findings":

@@ -55,14 +55,8 @@ def precision(
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     specifications, refused = specifications_of(asked, words(ways) if ways else (), repeat=repeat, beside=executors.beside)
-    with study_runs(
-        [specification for _, specification in specifications],
-        store,
-        Folder(out, pictures=("precision",)),
-        executors,
-        f"precision on {problem}",
-        dry_run=dry_run,
-    ) as (runs, again):
+    wanted, folder = [specification for _, specification in specifications], Folder(out, pictures=("precision",))
+    with study_runs(wanted, store, folder, executors, f"precision on {problem}", dry_run=dry_run) as (runs, again):
         table = table_of(specifications, runs)
     path = draw(out, "precision", table)
     last = smallest_steps(table)

@@ -92,17 +92,14 @@ def work_precision(
     asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
     study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
     column = _column(error, study)
-    folder = Folder(out, ("work_precision.csv",), (f"work_precision_{column}",)) if ensemble is None else folder_of(out)
+    folder = _folder(out, column, ensemble)
     command = StudyCommand(store=store, folder=folder, executors=executors, left_out=left_out, dry_run=dry_run, json=json)
     if ensemble is not None:
         study = study if methods else without_slow(study, left_out)
         settings = settings_of(starts.value, size=size, box=box, energy=energy)
-        from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, column, command)
-        return
-    of_no_use = {"--size": size is not None, "--box": bool(box), "--energy": energy is not None, "--seed": seed != 0}
-    of_no_use |= {"--starts": starts is not Distribution.neighbourhood, "--solver-starts": solver_starts != SOLVER_STARTS}
-    _refuse_of_no_use([name for name, given in of_no_use.items() if given])
-    _from_one_start(study, column, command)
+        return from_starts(FromStarts(ensemble, solver_starts, starts.value, seed, settings), study, column, command)
+    _refuse_of_no_use(size, box, energy, seed, starts, solver_starts)
+    return _from_one_start(study, column, command)
 
 
 def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
@@ -121,9 +118,16 @@ def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
     raise typer.Exit(1 if any(map(is_outside, _without_run(table))) else 0)
 
 
-def _refuse_of_no_use(given: list[str]) -> None:
-    """Refuse options of many starts if there is one start."""
-    if given:
+def _folder(out: Path, column: str, ensemble: int | None) -> Folder:
+    """Return the folder of table and picture: from one start, or from many."""
+    return Folder(out, ("work_precision.csv",), (f"work_precision_{column}",)) if ensemble is None else folder_of(out)
+
+
+def _refuse_of_no_use(size: Any, box: Any, energy: Any, seed: int, starts: Distribution, solver_starts: int) -> None:
+    """Refuse options of many starts that are given if there is one start."""
+    options = {"--size": size is not None, "--box": bool(box), "--energy": energy is not None, "--seed": seed != 0}
+    options |= {"--starts": starts is not Distribution.neighbourhood, "--solver-starts": solver_starts != SOLVER_STARTS}
+    if given := [name for name, is_given in options.items() if is_given]:
         raise BadInput(f"{', '.join(given)} {'is' if len(given) == 1 else 'are'} for many starts; give their number with --ensemble.")
 
 

@@ -136,7 +136,7 @@ def _highest(basis: Array) -> Array | None:
     for _ in range(ROUNDS):
         rows = np.column_stack([-cuts, np.ones(len(cuts))])
         found = linprog(np.append(np.zeros(len(basis)), -1.0), rows, np.zeros(len(cuts)), np.append(traces, 0.0)[None], [1.0], bounds)
-        if found.status != 0 or found.x[-1] < -DEFINITE:
+        if found.x is None or found.x[-1] < -DEFINITE:
             return None
         A = np.einsum("k,kij->ij", found.x[:-1], basis)
         eigenvalues, vectors = np.linalg.eigh(A)

@@ -220,14 +220,8 @@ def prepare(
     results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
     results["solver_steps"] = solver_steps
     results["sensitivities"] = (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities)
-    manner: dict[str, Any] = {
-        "precision": precision,
-        "on_singular": on_singular,
-        "progress": progress,
-        "keep_interrupted": True,
-        "looks": LOOKS,
-    }
-    request = Request(value=value, **extent, **results, **manner, callbacks=callbacks)
+    manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
+    request = Request(value=value, **extent, **results, **manner, callbacks=callbacks, looks=LOOKS)
     require_differentiable(chosen, ivp, request.sensitivities, problem)
     chosen.check(ivp, request)
     return chosen, ivp, request

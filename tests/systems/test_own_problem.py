@@ -88,7 +88,7 @@ def test_what_a_problem_file_writes_is_had_from_daebench():
         assert name in package.__all__
 
 
-IDLE = {"param": ("--param", "mass=3"), "h": ("--h", 0), "steps": ("--steps", 200), "option": ("--option", "a=1"), "anyway": ("--anyway",)}
+IDLE = {"h": ("--h", 0), "steps": ("--steps", 200), "option": ("--option", "a=1"), "anyway": ("--anyway",)}
 
 
 @pytest.mark.parametrize("words", IDLE.values(), ids=IDLE)
