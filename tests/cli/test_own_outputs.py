@@ -20,7 +20,8 @@ from daebench.studies.grid.store import opened
 
 PENDULUM = ("planar_pendulum", "--case", "horizontal")
 RATTLE = (*PENDULUM, "--method", "rattle", "--h", "0.1")
-STUDY = (*RATTLE, "--t-end", "1", "--repeat", "0", "--workers", "1")
+STUDIED = ("--t-end", "1", "--repeat", "0", "--workers", "1")
+STUDY = (*RATTLE, *STUDIED)
 
 FAST = {
     "run": (("run", *RATTLE, "--t-end", "1", "--raw", "--out", "OUT"), "a.csv"),
@@ -39,13 +40,13 @@ FAST = {
 
 SLOW = {
     "work-precision": (("work-precision", *STUDY, "--out", "OUT"), "o"),
-    "precision": (("precision", *STUDY, "--ways", "float64,compensated", "--out", "OUT"), "o"),
+    "precision": (("precision", *PENDULUM, "--methods", "rattle", "--h", "0.1", *STUDIED, "--ways", "float64,compensated", "--out", "OUT"), "o"),
     "stability": (("stability", *RATTLE, "--t-end", "1", "--only", "round-off", "--workers", "1", "--out", "OUT"), "o"),
     "long": (("long", *RATTLE, "--steps", "2000", "--workers", "1", "--out", "OUT"), "o"),
-    "chaos": (("chaos", *RATTLE, "--steps", "20", "--cells", "2", "--out", "OUT"), "o"),
+    "chaos": (("chaos", *RATTLE, "--steps", "40", "--cells", "2", "--out", "OUT"), "o"),
     "step-for": (("step-for", *RATTLE, "--t-end", "1", "--statistic", "energy", "--margin", "9", "--members", "64", "--out", "OUT"), "o"),
     "advise": (("advise", *PENDULUM, "--accuracy", "1e-2", "--t-end", "1", "--methods", "rattle", "--ensemble", "4", "--out", "OUT"), "o"),
-    "modes": (("modes", "spherical_pendulum_spring", "--out", "OUT"), "o"),
+    "modes": (("modes", "planar_pendulum", "--out", "OUT"), "o"),
     "baumgarte": (("baumgarte", *PENDULUM, "--methods", "rk4", "--h", "0.1", "--t-end", "1", "--out", "OUT"), "o"),
 }
 """Those that take seconds."""
