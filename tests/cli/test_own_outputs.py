@@ -40,7 +40,10 @@ FAST = {
 
 SLOW = {
     "work-precision": (("work-precision", *STUDY, "--out", "OUT"), "o"),
-    "precision": (("precision", *PENDULUM, "--methods", "rattle", "--h", "0.1", *STUDIED, "--ways", "float64,compensated", "--out", "OUT"), "o"),
+    "precision": (
+        ("precision", *PENDULUM, "--methods", "rattle", "--h", "0.1", *STUDIED, "--ways", "float64,compensated", "--out", "OUT"),
+        "o",
+    ),
     "stability": (("stability", *RATTLE, "--t-end", "1", "--only", "round-off", "--workers", "1", "--out", "OUT"), "o"),
     "long": (("long", *RATTLE, "--steps", "2000", "--workers", "1", "--out", "OUT"), "o"),
     "chaos": (("chaos", *RATTLE, "--steps", "40", "--cells", "2", "--out", "OUT"), "o"),
@@ -118,10 +121,14 @@ def written(folder):
 
 
 def slowly(names, quick):
-    return [pytest.param(name, id=name, marks=[] if name in quick else [pytest.mark.slow]) for name in names]
+    """Return names as parameters: those that take seconds are slow, and most of them left to the day of a release."""
+    slow = [pytest.mark.slow]
+    marks = {name: [] if name in quick else slow if name in TYPICAL else [*slow, pytest.mark.exhaustive] for name in names}
+    return [pytest.param(name, id=name, marks=marks[name]) for name in names]
 
 
 QUICK = ("reference export", "export", "archive")
+TYPICAL = ("ensemble", "work-precision", "modes", "compare")
 
 
 @pytest.mark.parametrize("name", slowly([*FAST, *SLOW], (*QUICK, "run", "animate", "ensemble")))

@@ -37,7 +37,7 @@ def test_samples_that_differ_by_the_margin_are_rarely_called_equivalent_or_diffe
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [32, 64, 128, 256, 1024])
+@pytest.mark.parametrize("n", [128, *(pytest.param(n, marks=pytest.mark.exhaustive) for n in (32, 64, 256, 1024))])
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
 def test_the_level_is_held_in_all_families(family, n):
     found = told(family, n, 200)

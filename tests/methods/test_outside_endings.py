@@ -169,7 +169,14 @@ def step(p, q, h):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="there is no list of processes")
-@pytest.mark.parametrize("hang", ["while True: pass", "time.sleep(1000)", "sum(iter(int, 1))"], ids=["loop", "sleep", "in C"])
+@pytest.mark.parametrize(
+    "hang",
+    [
+        pytest.param("while True: pass", id="loop", marks=pytest.mark.exhaustive),
+        pytest.param("time.sleep(1000)", id="sleep", marks=pytest.mark.exhaustive),
+        pytest.param("sum(iter(int, 1))", id="in C"),
+    ],
+)
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT], ids=["killed", "terminated", "interrupted"])
 def test_no_process_outlives_daebench(folder, hang, number):
     (folder / "hangs.py").write_text(HANGS.replace("{hang}", hang))
@@ -208,7 +215,7 @@ LIBRARY = "#include <stdlib.h>\nint step(const double *par, double *p, double *q
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("code", CODES)
+@pytest.mark.parametrize("code", ["python", *(pytest.param(name, marks=pytest.mark.exhaustive) for name in ("library", "loaded"))])
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_command_ends_with_code_that_ends(folder, daebench, command, code):
     (folder / "quits.py").write_text("import os\ndef step(p, q, h): os._exit(0)\n")

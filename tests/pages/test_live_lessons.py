@@ -163,7 +163,7 @@ CELLS = {
     "rattle": {(62, 2): "fine", (62, 18): "coarse", (62, 30): "no solution", (32, 50): "wrong branch"},
     "se": {(62, 2): "no solution", (32, 2): "off the manifold"},
     "se+proj": {(14, 2): "fine", (32, 2): "coarse", (38, 2): "lost"},
-    "rk4": {(50, 2): "fine", (62, 2): "off the manifold", (62, 14): "blown up", (62, 30): "rank lost"},
+    "rk4": {(50, 2): "fine", (62, 2): "off the manifold", (62, 14): "blown up", (62, 30): "singular"},
 }
 """Squares of the maps of the lesson on extremes, by row and column, and what becomes of these runs: each ending that there is occurs."""
 
@@ -225,7 +225,8 @@ def test_what_the_lesson_on_extremes_says_holds_in_the_page(pages, seen):
             [["speed", speed], ["angle", angle], ["h", 90]],
         )
         formula, measured, step = page.evaluate("[line_.formula, line_.measured, line_.step()]")
-        assert measured == pytest.approx(formula, rel=1e-9)
+        # up to the limit there is a solution; within 1e-4 of it, where two of them meet, the branch from h = 0 can no longer be told
+        assert formula * (1 - 1e-4) < measured <= formula * (1 + 1e-9)
         assert step["beside"] < 1e-14
         end, free = step["end"][1], step["free"][1]
         assert abs(end - free) < abs(-end - free)  # of the two points the nearer one
