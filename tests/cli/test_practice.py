@@ -349,7 +349,7 @@ def test_a_loose_tolerance_makes_the_energy_drift_and_newton_does_not():
         found = method.solve(where, request).complete()
         drifts[tolerance] = energy_drift(found.t, energy_error(where, found))
     assert (drifts[None].verdict, drifts[1e-6].verdict) == ("bounded", "drifts")
-    assert abs(drifts[None].slope) < 0.2 * abs(drifts[1e-8].slope)
+    assert abs(drifts[None].slope) < 0.5 * abs(drifts[1e-8].slope)
     assert abs(drifts[1e-6].slope) > 30 * abs(drifts[1e-8].slope)
 
 
