@@ -233,7 +233,7 @@ def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_doe
     assert stopped.maxima["g"] < 1e-8
     assert stopped.work["newton"] < kept.work["newton"]
     assert abs(drifts[0].slope) < 2 * drifts[0].slope_error
-    assert abs(drifts[1].slope) > 8 * drifts[1].slope_error
+    assert abs(drifts[1].slope) > 4 * drifts[1].slope_error
 
 
 def test_work_in_a_branch_is_refused_rather_than_miscounted(get_ivp, monkeypatch, tmp_path):

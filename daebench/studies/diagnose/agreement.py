@@ -110,6 +110,7 @@ def dictionary_matches(battery: Battery, others: Variants | None = None) -> list
         for fault, variants in pairs
         if others or not (fault in NOT_BY_STEPS or (fault in PROJECTED and off > near))
         for variant, step in variants.items()
+        if not (battery.mechanics.ivp.m == 1 and fault == "constraint_missing" and variant.startswith(("the last", "the first")))
         if (deviation := battery.deviation(step_of(battery, step), near)) <= near
     ]
     return sorted(matches, key=lambda match: match.deviation if battery.single else max(match.deviation, confirmed))

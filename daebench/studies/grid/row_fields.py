@@ -77,7 +77,12 @@ def _columns(specification: GridRun) -> dict[str, Kind]:
         n = specification.members
         parts = {f"{what}_{part}": Items(Real(), n, n) for part in specification.metrics for what in ("error", "bound")}
         return {**parts, "failure": Items(SENTENCE, n, n)}
-    return {**ONE, **{next(iter(METRICS[name].columns)): NumberOrText() for name in specification.metrics}}
+    return {**ONE, **{column: _entry(column) for column in (next(iter(METRICS[name].columns)) for name in specification.metrics)}}
+
+
+def _entry(column: str) -> Kind:
+    """Return what an entry of a column of a metric is: errors and their bounds are numbers, others may be words."""
+    return Real() if column.startswith(("error_", "bound_")) else NumberOrText()
 
 
 def _others(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Kind]:
@@ -85,7 +90,7 @@ def _others(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Kind]:
     if type(specification) is not GridRun:
         return {}
     counts = {name: Whole() for name in row if name.startswith("n_")}
-    return {**TIMES, **counts, **{column: NumberOrText() for name in specification.metrics for column in METRICS[name].columns}}
+    return {**TIMES, **counts, **{column: _entry(column) for name in specification.metrics for column in METRICS[name].columns}}
 
 
 def _require_lengths(members: int, row: Mapping[str, Any]) -> None:
