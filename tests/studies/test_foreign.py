@@ -106,7 +106,7 @@ def test_whatever_a_field_of_an_archive_says_is_a_sentence(here, daebench, count
         refused += status == 2
         assert (
             status != 0
-            or json.loads(line) == json.loads(first)
+            or str(place[-1]).startswith("n_")  # counts of work may differ
             or which == 1
             or name is None
             or place[0] in ("key", "maker", "took")
