@@ -123,7 +123,10 @@ def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory
 
 
 def size(error: Any, scales: EnergyScales) -> Any:
-    """Return an energy error, or several, in parts of the mean kinetic energy; above :data:`LOST` the motion is lost."""
+    """Return an energy error, or several, in parts of the mean kinetic energy; above :data:`LOST` the motion is lost.
+
+    An error that is not a number has no size: nothing was measured.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         kinetic = np.maximum(scales.kinetic, AT_REST * np.asarray(scales.most))
-        return np.where(kinetic > 0, error / kinetic, np.where(error == 0, 0.0, np.inf))[()]
+        return np.where(kinetic > 0, error / kinetic, np.where(error == 0, 0.0, np.abs(error) * np.inf))[()]

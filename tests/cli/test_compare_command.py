@@ -103,6 +103,26 @@ def test_a_solver_that_is_not_installed_loses_no_other_row(daebench, monkeypatch
     assert (rows["scipy:RK23"]["failure"], rows["scipy:RK23"]["t_reached"]) == (None, 1.0)
 
 
+@pytest.mark.parametrize(
+    ("start", "method"),
+    [
+        ("planar_pendulum", "heyoka:taylor"),
+        ("planar_pendulum", "solve_dae:Radau"),
+        ("planar_pendulum --case rotating", "solve_dae:Radau"),
+        ("lotka_volterra", "heyoka:taylor"),
+    ],
+    ids=["at rest", "another solver at rest", "moving", "Poisson"],
+)
+def test_the_row_of_a_solver_that_is_not_installed_has_no_numbers(daebench, monkeypatch, start, method):
+    package = method.partition(":")[0]
+    monkeypatch.setitem(sys.modules, package, None)
+    status, out, _ = daebench("compare", *start.split(), "--methods", f"{method},scipy:RK23", "--t-end", "1", "--tol", "1e-3")
+    (line,) = [line for line in out.splitlines() if line.startswith(f" {method} ")]
+    assert status == 1
+    assert line.split() == [method, "0.001", "failed"]
+    assert f"{method} needs {package}, which is not installed" in out
+
+
 def test_an_error_within_the_bound_of_its_reference_is_not_claimed_to_be_so_large(capsys):
     table = made(["rattle"], 1).assign(position_error=1e-9, position_bound=1e-9)
     print_narrow(table)
