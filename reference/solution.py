@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from daebench.errors import RunFailed
+from daebench.errors import BadInput, DaebenchError, RunFailed, in_words
 from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.formulations.poisson import pose_poisson
 from daebench.methods.solvers.least_squares import reduced
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.scales import constrained_scales, poisson_scales
+from daebench.systems.files.execute import telling_exits
 
 DIGITS = 20
 """Decimal digits of the closed form; double precision needs 16."""
@@ -78,9 +79,14 @@ def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float 
 def _by_closed_form(ivp: InitialValueProblem, times: ArrayLike) -> ReferenceSolution | None:
     """Return the motion by the closed form; None where it has no values, as with a gravity of 0 in whose units it computes."""
     try:
-        solution = _evaluated_once(ivp, times)
+        with telling_exits():
+            solution = _evaluated_once(ivp, times)
     except (ArithmeticError, ValueError, TypeError):
         return None
+    except DaebenchError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise BadInput(f"{ivp.problem}: closed_form raises {in_words(error)}; correct it, or leave it out.") from error
     return solution if all(np.isfinite(rows).all() for rows in solution.states.values()) else None
 
 

@@ -47,6 +47,9 @@ RAISED = {
     "exception": ("    turn = ", "    1 / 0\n    turn = ", "ring.py, line 14: ZeroDivisionError: division by zero"),
     "exception at the top": ("from daebench.systems.kin", "from daebench.no_such.kin", "line 7: ModuleNotFoundError: No module named"),
     "exit": ("    turn = ", "    raise SystemExit(3)\n    turn = ", "ring.py, line 14: SystemExit: 3"),
+    "exit at the top": ("import sympy as sp", "import sys\n\nimport sympy as sp\n\nsys.exit(0)", "line 8: SystemExit: 0; correct the file"),
+    "exit past Python": ("    turn = ", "    __import__('os')._exit(0)\n    turn = ", "line 14: SystemExit: os._exit(0); correct"),
+    "exit past Python at the top": ("import sympy as sp", "import sympy as sp\nfrom os import _exit\n_exit(3)", "SystemExit: os._exit(3)"),
     "nothing returned": ("    return Constr", "    Constr", "problem() returns nothing, which is not its annotated type"),
     "other kind": (
         "-> ConstrainedHamiltonian",
@@ -171,6 +174,12 @@ DECLARED = {
     "closed form elsewhere": ("** 2) * t", "** 2) * (t + 1)", "closed_form is off the initial values at t = 0 by"),
     "closed form too fast": ("** 2) * t", "** 2) * t * 2", "closed_form misses the equations of motion by 1 of their size at t = 0 s"),
     "closed form that raises": ('parameters["mass"]', 'parameters["m"]', "closed_form raises KeyError: 'm'"),
+    "closed form that exits": ("    c, s =", "    raise SystemExit(0)\n    c, s =", "closed_form raises SystemExit: 0; correct it"),
+    "closed form that exits past Python": (
+        "    c, s =",
+        "    __import__('os')._exit(0)\n    c, s =",
+        "closed_form raises SystemExit: os._exit(0); correct it",
+    ),
     "closed form of wrong size": ("return [c * q0[0] - s * q0[1], s", "return [s", "closed_form returns 3 numbers, and a state has 4"),
     "kinetic flow that moves at once": (
         "kinetic_flow=flow",

@@ -21,8 +21,9 @@ from daebench.diagnostics.nearby import (
     text,
     without_potential,
 )
-from daebench.errors import BadInput
+from daebench.errors import BadInput, in_words
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
+from daebench.systems.files.execute import telling_exits
 
 CLOSE = 1e-7
 """Largest relative difference that rounding may make."""
@@ -143,9 +144,9 @@ def _guarded(where: str, form: Callable[[Any], list[Any]]) -> Callable[[Any], li
 
     def call(t: Any) -> list[Any]:
         try:
-            return form(t)
-        except Exception as error:
-            what = f"{type(error).__name__}: {' '.join(str(error).split()).rstrip('.')}"
-            raise BadInput(f"{where} raises {what}; correct it, or leave it out.") from error
+            with telling_exits():
+                return form(t)
+        except (Exception, SystemExit) as error:
+            raise BadInput(f"{where} raises {in_words(error)}; correct it, or leave it out.") from error
 
     return call

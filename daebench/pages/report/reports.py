@@ -10,7 +10,7 @@ from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.catalogue import reports
 from daebench.pages.report.page import Progress
 from daebench.pages.report.put_off import at_once
-from daebench.systems.files.execute import executed, existing, is_path, naming
+from daebench.systems.files.execute import executed, existing, is_path, naming, telling_exits
 from daebench.systems.files.imports import importable, imported
 from daebench.systems.files.read import parsed, summary
 
@@ -81,7 +81,7 @@ def _outside(name: str) -> Report:
     def make(out: Path, progress: Progress) -> Path:
         module = f"daebench_report_{path.stem}"
         sys.modules.pop(module, None)
-        with at_once(), importable(path.absolute().parent), naming(name, path, files, BadInput, passing=(DaebenchError,)):
+        with at_once(), importable(path.absolute().parent), naming(name, path, files, BadInput, passing=(DaebenchError,)), telling_exits():
             maker = getattr(executed(path.absolute(), module), "make", None)
             if not callable(maker):
                 raise BadInput(f"{name} defines no function make(out, progress); a report needs one that writes out/index.html.")

@@ -1,12 +1,14 @@
 """The user's own files: they are executed with the files beside them that they import, and mistakes are reported with their place."""
 
 import contextlib
+import os
 import sys
 import traceback
 import types
 from collections.abc import Callable, Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
+from typing import NoReturn
 
 from daebench.errors import LONGEST, BadInput, DaebenchError, Overdue, foreign, in_words
 from daebench.systems.files.imports import Fresh
@@ -50,6 +52,23 @@ def require_allowed(name: str) -> None:
     """Accept code that may be executed here; raise BadInput with its name if it may not."""
     if refusal := _REFUSAL.get():
         raise BadInput(f"{name} {refusal}")
+
+
+@contextlib.contextmanager
+def telling_exits() -> Iterator[None]:
+    """Let ``os._exit`` raise SystemExit for the time of a block, as ``sys.exit`` does; a process that is forked in it still ends."""
+    process, leave = os.getpid(), os._exit
+
+    def tell(status: int) -> NoReturn:
+        if os.getpid() != process:
+            leave(status)
+        raise SystemExit(f"os._exit({status})")
+
+    os._exit = tell
+    try:
+        yield
+    finally:
+        os._exit = leave
 
 
 def executed(path: Path, name: str) -> types.ModuleType:

@@ -3,7 +3,7 @@
 import sys
 import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -96,8 +96,15 @@ def call(problem: Problem, module: types.ModuleType, structure: Mapping[str, int
     return definition
 
 
-def naming(problem: Problem) -> AbstractContextManager[None]:
-    """Turn any error in a problem's files into one sentence with file and line, an InvalidProblem."""
-    return execute.naming(
-        problem.name, problem.path, lambda: [problem.path, *(set(problem.depends_on(problem)) - set(own_files()))], InvalidProblem
-    )
+@contextmanager
+def naming(problem: Problem) -> Iterator[None]:
+    """Turn any error in a problem's files, and what would end Python, into one sentence with file and line, an InvalidProblem.
+
+    The files are executed in this process. A signal, and an exit in compiled code that they load, cannot be told.
+    """
+
+    def files() -> list[Path]:
+        return [problem.path, *(set(problem.depends_on(problem)) - set(own_files()))]
+
+    with execute.naming(problem.name, problem.path, files, InvalidProblem), execute.telling_exits():
+        yield
