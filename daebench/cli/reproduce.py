@@ -58,6 +58,8 @@ def _told(runs: "Sequence[Reproduced]") -> list[str]:
         lines.append(f"within tolerances: {len(within)} runs; most in {_place(largest)}.")
     differ = [run for run in runs if run.verdict == DIFFERS]
     lines += [f"differs: {_place(run)}." for run in differ[:MOST]]
+    if absent := dict.fromkeys(name for run in runs for name in run.absent):
+        lines.append(f"not compared, as rows of another version of daebench lack it: {', '.join(absent)}.")
     return [*lines, f"... and {len(differ) - MOST} more differ; --json has all."] if len(differ) > MOST else lines
 
 
@@ -80,4 +82,5 @@ def _plain(run: "Reproduced") -> dict[str, Any]:
         "column": run.column,
         "archived": run.archived,
         "new": run.new,
+        "absent": list(run.absent),
     }

@@ -119,6 +119,11 @@ class Number:
 POSITIVE = Number(0.0, above=True)
 NOT_NEGATIVE = Number(0.0)
 
+SECONDS = Number(0.0, 1e9)
+"""A time that something took, s: thirty years at most."""
+
+DIGEST = Text(form="[0-9a-f]{64}", told="a SHA-256")
+
 
 @dataclass(frozen=True)
 class Nothing:
@@ -186,16 +191,19 @@ class Pair:
 
 @dataclass(frozen=True)
 class Named:
-    """A mapping of names to values of one kind."""
+    """A mapping of names to values of one kind; some names have to be there."""
 
     of: Kind
     names: Kind = field(default_factory=Text)
     most: int = 1000
+    required: tuple[str, ...] = ()
 
     def read(self, value: Any, place: str) -> dict[str, Any]:
         """Return the mapping."""
         if not isinstance(value, Mapping) or len(value) > self.most:
             raise wrong(place, value, f"a mapping of at most {self.most} entries")
+        if lacking := [name for name in self.required if name not in value]:
+            raise WrongField(f"{place} has no {lacking[0]}")
         return {
             self.names.read(name, f"a name in {place}"): self.of.read(entry, f"{place}.{name[:SHOWN]}") for name, entry in value.items()
         }

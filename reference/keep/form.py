@@ -8,6 +8,7 @@ from typing import Any
 from daebench.reference.keep.places import NAME
 from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.schema import (
+    DIGEST,
     LARGEST,
     NOT_NEGATIVE,
     POSITIVE,
@@ -31,7 +32,6 @@ NUMBER = re.compile(r"-?\d{1,40}(\.\d{0,80})?(e[-+]?\d{1,4})?", re.ASCII)
 MOST_ROWS = 10**6
 """Largest number of rows."""
 
-DIGEST = Text(form="[0-9a-f]{64}", told="a SHA-256")
 DECIMAL = Text(form=NUMBER.pattern, told="a decimal number in a text")
 SENTENCE = Text(10_000)
 FORMULA = Text(10**6)

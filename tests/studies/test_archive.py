@@ -124,20 +124,23 @@ def test_a_number_that_is_not_reproduced_is_named_and_ends_with_1(archived, daeb
         assert "error_q = " in out
 
 
-ROW = {"failure": "", "n_rhs": 100, "steps": 10, "a": 1.0, "tiny": 1e-16, "word": "x", "none": float("nan"), "seconds": 1.0}
+ROW = {"failure": "", "one": 1, "n_rhs": 100, "steps": 10, "a": 1.0, "tiny": 1e-16, "word": "x", "none": float("nan"), "seconds": 1.0}
 PAIRS = {
     "the same": ({}, EQUAL, ""),
     "time": ({"seconds": 2.0}, EQUAL, ""),
     "round-off": ({"tiny": 5e-16}, WITHIN, "tiny"),
     "counts": ({"n_rhs": 101}, WITHIN, "n_rhs"),
+    "counts that are far away": ({"n_rhs": 201}, DIFFERS, "n_rhs"),
     "the last digits": ({"a": 1.0 + 1e-9}, WITHIN, "a"),
-    "the worst decides": ({"a": 1.1, "tiny": 5e-16, "n_rhs": 900}, DIFFERS, "a"),
+    "the worst decides": ({"a": 1.1, "tiny": 5e-16, "n_rhs": 101}, DIFFERS, "a"),
     "a number": ({"a": 1.1}, DIFFERS, "a"),
     "no number": ({"a": float("nan")}, DIFFERS, "a"),
     "a number where there was none": ({"none": 1.0}, DIFFERS, "none"),
+    "nothing where there was none": ({"none": 0.0}, DIFFERS, "none"),
     "infinite": ({"a": float("inf")}, DIFFERS, "a"),
     "a word": ({"word": "y"}, DIFFERS, "word"),
     "a failure": ({"failure": "stopped"}, DIFFERS, "failure"),
+    "true in place of 1": ({"one": True}, DIFFERS, "one"),
     "a column less": ({"a": None}, DIFFERS, "a"),
 }
 
@@ -147,6 +150,50 @@ def test_two_rows_are_equal_within_or_differ(change, verdict, column):
     for old, new in ((ROW, ROW | change), (ROW | change, ROW)):
         found = compared(old, new, rtol=1e-6, atol=1e-12)
         assert (found.verdict, found.column) == (verdict, column)
+        assert not found.difference < 0
+
+
+@pytest.mark.parametrize("knob", ["h", "tol"], ids=["of a given size", "of their own size"])
+def test_another_number_of_steps_differs_where_their_size_is_given(knob):
+    verdict = compared(ROW | {"knob": knob}, ROW | {"knob": knob, "steps": 11}, rtol=1e-6, atol=1e-12).verdict
+    assert verdict == {"h": DIFFERS, "tol": WITHIN}[knob]
+
+
+WORDS = "./ring.py, line 3: it stopped at t = 1.25 s"
+
+
+@pytest.mark.parametrize(
+    ("other", "verdict"),
+    [("/tmp/x/definitions/1-ring/ring.py, line 3: it stopped at t = 1.5 s", WITHIN), ("x", DIFFERS), (WORDS + " again", DIFFERS)],
+    ids=["another place and time", "an absurd word", "more words"],
+)
+def test_a_failure_for_another_reason_differs(other, verdict):
+    assert compared(ROW | {"failure": WORDS}, ROW | {"failure": other}, rtol=1e-6, atol=1e-12).verdict == verdict
+
+
+def test_a_row_that_lacks_a_column_differs_unless_another_version_made_it(archived, daebench):
+    less = {name: value for name, value in ROW.items() if name != "a"}
+    assert compared(less, ROW, rtol=0.0, atol=0.0).column == "a"
+    old = compared(less, ROW, rtol=0.0, atol=0.0, complete=False)
+    assert (old.verdict, old.absent) == (EQUAL, ("a",))
+    files = parts(archived / "s.zip")
+    rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
+    for maker, status, said in ((rows[0].maker, 1, "energy_law = nothing, here"), ("0" * 64, 0, "lack it: energy_law.")):
+        older = [replace(row, maker=maker, row={name: row.row[name] for name in row.row if name != "energy_law"}) for row in rows]
+        pack(archived / "older.zip", files | {ROWS: "\n".join(map(as_json, older)).encode()})
+        found, out, err = daebench("reproduce", "older.zip", "--trust")
+        assert (found, err) == (status, "")
+        assert said in out
+
+
+def test_a_row_under_the_key_of_another_run_differs(archived, daebench):
+    files = parts(archived / "s.zip")
+    rows = [of_json(line) for line in files[ROWS].decode().splitlines()]
+    others = [replace(row, specification={**row.specification, "calls": 10**6}) for row in rows]  # which changes no number
+    pack(archived / "other.zip", files | {ROWS: "\n".join(map(as_json, others)).encode()})
+    status, out, err = daebench("reproduce", "other.zip", "--trust")
+    assert (status, err) == (1, "")
+    assert out.count(": key = ") == 3  # that of the file that was elsewhere may be another
 
 
 def test_a_study_whose_problem_file_has_changed_says_so(archived, daebench):

@@ -11,6 +11,9 @@ from daebench.studies.grid.rows import by_method
 if TYPE_CHECKING:
     import pandas as pd
 
+SMALLEST, LARGEST = 1e-150, 1e150
+"""Numbers between which scales of powers do not overflow; others are not drawn."""
+
 COLUMNS = ("error_q", "error_y", "energy_error")
 """What is drawn: the first of these that is a number anywhere."""
 
@@ -19,11 +22,12 @@ def draw(out: Path, table: "pd.DataFrame") -> list[Path]:
     """Write the pictures, each as SVG and PNG, and return their paths; there is none where nothing can be drawn on scales of powers."""
     paths: list[Path] = []
     for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
-        column = next((name for name in COLUMNS if name in rows and (rows[name] > 0).any()), None)
+        rows = rows[rows["value"].between(SMALLEST, LARGEST)]
+        column = next((name for name in COLUMNS if name in rows and rows[name].between(SMALLEST, LARGEST).any()), None)
         if column is None:
             continue
         stem = re.sub(r"[^A-Za-z0-9._+-]", "_", f"{Path(str(problem)).stem}-{case}")
-        _draw(out, stem, rows[rows[column] > 0], column)
+        _draw(out, stem, rows[rows[column].between(SMALLEST, LARGEST)], column)
         paths += [out / f"{stem}.svg", out / f"{stem}.png"]
     return paths
 

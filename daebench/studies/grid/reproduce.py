@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
@@ -11,18 +12,20 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.methods.foreign import ForeignName, Trust, admit
+from daebench.methods.foreign import ForeignName, Trust, admit, is_own_method
 from daebench.runs.json_values import MOST, strict
-from daebench.runs.schema import Fields, Items, Named, Text, Whole, WrongField, shown
+from daebench.runs.provenance import PACKAGES
+from daebench.runs.schema import DIGEST, SECONDS, Fields, Items, Named, Text, Whole, WrongField, shown
 from daebench.runs.zipped import MOST_MEMBERS, UNREADABLE
 from daebench.runs.zipped import unpacked as unpacked_files
 from daebench.studies.certificate.code import is_inside
 from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS
 from daebench.studies.grid.archive_code import FOLDER, foreign_method, placed
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.row_fields import require_row
-from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.row_fields import require_row, same
+from daebench.studies.grid.run_specification import GridRun, code_version
 from daebench.studies.grid.specification import specification_of
+from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import StoredRow, of_json
 from daebench.systems.files.execute import executing_nothing
 
@@ -54,14 +57,26 @@ OTHER = "it is not an archive of a study, or is damaged"
 READ = (1, FORMAT)
 """Versions of the layout that are read."""
 
-DIGEST = Text(form="[0-9a-f]{64}", told="a SHA-256")
 PLACE = Text(4096, 1)
-SHORT = Text(300)
+EXTRAS = ("heyoka", "solve_dae")
+"""Packages that need not be installed."""
 MANIFESTED = Fields(
-    {"made": SHORT, "versions": Named(SHORT), "machine": SHORT, "own": Items(PLACE), "files": Named(DIGEST, PLACE, MOST_MEMBERS)},
-    {"format": Whole(), "maker": Text(200), "executable": Items(PLACE), "without": Named(Text(10_000), PLACE)},
+    {
+        "format": Whole(),
+        "made": Text(form=r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", told="a date and a time, such as 2026-01-31 12:00 UTC"),
+        "versions": Named(
+            Text(form=r"\d[\w.+!-]*", told="a version"), required=("Python", *(name for name in PACKAGES if name not in EXTRAS))
+        ),
+        "machine": Text(300, form=r".+, \w+ logical cores, .+ on .+", told="a processor, its cores and a system"),
+        "own": Items(PLACE),
+        "files": Named(DIGEST, PLACE, MOST_MEMBERS),
+    },
+    {"maker": DIGEST, "executable": Items(PLACE), "without": Named(Text(10_000), PLACE)},
 )
 """What a manifest says."""
+
+LATER = ("maker", "executable", "without")
+"""What a manifest says since version 2 of the layout."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +122,8 @@ class Reproduced:
         Where the two differ most; "" where they are equal.
     archived, new : object
         What is there.
+    absent : tuple of str
+        Columns that the row of another version of daebench lacks, and that are not compared.
     """
 
     specification: GridRun
@@ -114,14 +131,15 @@ class Reproduced:
     column: str = ""
     archived: Any = None
     new: Any = None
+    absent: tuple[str, ...] = ()
 
     @property
     def difference(self) -> float:
-        """The largest difference, relative to the larger of the two numbers; 0 where they are equal, NaN where one is not a number."""
+        """The largest difference, relative to the larger of the two numbers; 0 where they are equal, NaN where one is not finite."""
         if self.verdict == EQUAL:
             return 0.0
-        numbers = isinstance(self.archived, int | float) and isinstance(self.new, int | float)
-        return _relative(float(self.archived), float(self.new)) if numbers else math.nan
+        finite = all(isinstance(x, int | float) and math.isfinite(x) for x in (self.archived, self.new))
+        return _relative(float(self.archived), float(self.new)) if finite else math.nan
 
 
 def read(path: Path, trust: Trust | None = None) -> Archive:
@@ -141,6 +159,8 @@ def read(path: Path, trust: Trust | None = None) -> Archive:
         manifest = strict(files.pop(MANIFEST))
         _require_version(path, manifest)
         manifest = MANIFESTED.read(manifest, "manifest")
+        if manifest["format"] > 1 and (lacking := [name for name in LATER if name not in manifest]):
+            raise WrongField(f"manifest has no {lacking[0]}")
         _require_whole(manifest["files"], files)
         rows = _rows(files[ROWS])
     except UNREADABLE as error:
@@ -163,10 +183,16 @@ def _rows(content: bytes) -> tuple[StoredRow, ...]:
     for number, line in enumerate(content.decode().split("\n"), 1):
         if line:
             try:
-                rows.append(of_json(line))
+                rows.append(_of_digests(of_json(line)))
             except ValueError as error:
                 raise ValueError(f"{ROWS}, line {number}: {error}") from error
     return tuple(rows)
+
+
+def _of_digests(row: StoredRow) -> StoredRow:
+    """Return a row whose key and maker are digests, and which took a time."""
+    DIGEST.read(row.key, "key"), DIGEST.read(row.maker, "maker"), SECONDS.read(row.took, "took")
+    return row
 
 
 def _short(error: BaseException) -> str:
@@ -261,12 +287,24 @@ def reproduced(
         for done, (row, specification) in enumerate(runs, 1):
             _require_short(specification)
             made = row_of(replace(specification, repeat=min(specification.repeat, 1)))
-            comparison = compared(row.row, made, rtol=rtol, atol=atol)
-            yield replace(comparison, specification=specification_of(row.specification))
+            comparison = compared(row.row, made, rtol=rtol, atol=atol, complete=row.maker == code_version())
+            named = specification_of(row.specification)
+            if comparison.verdict != DIFFERS and (key := _key_here(archive, row, named)) != row.key:
+                comparison = Reproduced(named, DIFFERS, "key", row.key, key)
+            yield replace(comparison, specification=named)
             tell(done / len(runs))
 
 
 UNNAMED = "was not found among the names in the archive, and is not executed."
+
+
+def _key_here(archive: Archive, row: StoredRow, specification: GridRun) -> str:
+    """Return the key that the row of a run has here; its own where that may be another.
+
+    It may for rows of another version, files that were elsewhere, and runs that were timed, as the processor is in their key.
+    """
+    elsewhere = specification.problem in archive.own or not is_own_method(specification.method)
+    return row.key if row.maker != code_version() or specification.repeat or elsewhere else key_of(specification)
 
 
 def _require_short(specification: GridRun) -> None:
@@ -280,20 +318,28 @@ def _require_short(specification: GridRun) -> None:
         raise BadInput(f"{specification.method} is to take {steps:.3g} steps in the archive, which are more than {MOST_STEPS:g}.")
 
 
-def compared(archived: Mapping[str, Any], new: Mapping[str, Any], *, rtol: float, atol: float) -> Reproduced:
-    """Return what is to be said of two rows: counts of work and words of failures may differ within, whether it failed may not."""
+def compared(archived: Mapping[str, Any], new: Mapping[str, Any], *, rtol: float, atol: float, complete: bool = True) -> Reproduced:
+    """Return what is to be said of two rows: where they differ most.
+
+    Counts of work may differ by half of the larger, since another processor rounds otherwise, but not the number of steps of a given size;
+    words of failures may differ in their numbers and places of files. Where the archived row is not ``complete``, as one of another version
+    of daebench may not be, the columns that it lacks are told.
+    """
     nobody: Any = None
-    worst = Reproduced(nobody, EQUAL)
+    differ = _Verdict(rtol, atol, fixed=new.get("knob") == "h")
+    lacking = tuple(name for name in new if name not in archived)
+    differences = [Reproduced(nobody, DIFFERS, name, None, new[name]) for name in lacking if complete]
     for name in archived:
-        if name in UNTOLD:
-            continue
-        for old, now in _entries(archived[name], new.get(name)):
-            word = _verdict(name, old, now, rtol, atol)
-            ahead = (EQUAL, WITHIN, DIFFERS).index(word) - (EQUAL, WITHIN, DIFFERS).index(worst.verdict)
-            candidate = Reproduced(nobody, word, name, old, now)
-            if ahead > 0 or (ahead == 0 and word != EQUAL and candidate.difference > worst.difference):
-                worst = candidate
-    return worst
+        for old, now in () if name in UNTOLD else _entries(archived[name], new.get(name)):
+            word = differ.verdict(name, old, now) if name in new else DIFFERS
+            differences += [Reproduced(nobody, word, name, old, now)] if word != EQUAL else []
+    worst = max(differences, key=_rank, default=Reproduced(nobody, EQUAL))
+    return replace(worst, absent=() if complete else lacking)
+
+
+def _rank(run: Reproduced) -> tuple[bool, float]:
+    """Return how far a difference is ahead of others."""
+    return run.verdict == DIFFERS, -1.0 if math.isnan(run.difference) else run.difference
 
 
 def _entries(old: Any, now: Any) -> list[tuple[Any, Any]]:
@@ -302,16 +348,33 @@ def _entries(old: Any, now: Any) -> list[tuple[Any, Any]]:
     return list(zip(old, now, strict=True)) if lists else [(old, now)]
 
 
-def _verdict(name: str, old: Any, now: Any, rtol: float, atol: float) -> str:
-    if old == now or (_is_nan(old) and _is_nan(now)):
-        return EQUAL
-    if name == "failure":
-        return WITHIN if bool(old) == bool(now) else DIFFERS
-    if isinstance(old, str | bool | list | None) or isinstance(now, str | bool | list | None):
-        return DIFFERS
-    if name.startswith("n_") or name == "steps":
-        return WITHIN
-    return WITHIN if math.isfinite(old - now) and abs(old - now) <= max(atol, rtol * max(abs(old), abs(now))) else DIFFERS
+PLACE_OR_NUMBER = re.compile(r"\S*[/\\]\S*|\S*\.py\b\S*|-?\d+(\.\d*)?(e[-+]?\d+)?")
+"""What may be another in the words of the same failure: the place of a file, or a number."""
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    """How closely values have to agree: tolerances of numbers, and whether steps are of a given size."""
+
+    rtol: float
+    atol: float
+    fixed: bool
+
+    def verdict(self, name: str, old: Any, now: Any) -> str:
+        """Return whether two values of a column are equal, within, or differ."""
+        if same(old, now) or (_is_nan(old) and _is_nan(now)):
+            return EQUAL
+        if name == "failure":
+            return WITHIN if len({PLACE_OR_NUMBER.sub("#", str(words)) for words in (old, now)}) == 1 else DIFFERS
+        if isinstance(old, str | bool | list | None) or isinstance(now, str | bool | list | None):
+            return DIFFERS
+        return WITHIN if math.isfinite(old - now) and abs(old - now) <= self._most(name, max(abs(old), abs(now))) else DIFFERS
+
+    def _most(self, name: str, larger: float) -> float:
+        """Return the largest difference of two numbers of a column that is within."""
+        if name == "steps" and self.fixed:
+            return 0.0
+        return larger / 2 if name.startswith("n_") or name == "steps" else max(self.atol, self.rtol * larger)
 
 
 def _is_nan(x: Any) -> bool:
