@@ -94,6 +94,11 @@ class Drift:
         """The law of a drift, otherwise the verdict."""
         return self.law or self.verdict
 
+    def undecided(self, reason: str) -> "Drift":
+        """Return the same numbers with the verdict "undetermined" for a reason, and no law."""
+        none = dict.fromkeys(("exponent", "exponent_error", "exponent_low", "exponent_high", "level_low", "level_high"), NAN)
+        return replace(self, verdict=UNDETERMINED, reason=reason, law="", **none)
+
     @property
     def words(self) -> str:
         """The law in words with the interval of its number, such as "saturated at -26.6 (-26.7 to -26.5)"; "" without a drift."""

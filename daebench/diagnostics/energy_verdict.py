@@ -1,12 +1,12 @@
 """The verdict on the energy of a run, and the size of its error."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.energy import DRIFTS, NAN, UNDETERMINED, Drift, energy_drift
+from daebench.diagnostics.energy import DRIFTS, Drift, energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.oscillations import oscillations
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
@@ -118,7 +118,7 @@ def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory
     error, failure = energy_error(ivp, run), run.failure or ""
     drift = energy_drift(run.t, error, resolution=resolution, scale=scales.most, steps=run.steps, eps=eps, failure=failure)
     if drift.verdict == DRIFTS and may_be_a_part(states[:, None], size(np.max(np.abs(error)), scales))[0]:
-        return replace(drift, verdict=UNDETERMINED, reason=PART, law="", exponent=NAN, exponent_error=NAN)
+        return drift.undecided(PART)
     return drift
 
 

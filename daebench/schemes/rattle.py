@@ -1,6 +1,6 @@
 """RATTLE, HLW (1.25), and its extension to any Hamiltonian, (1.26)."""
 
-from daebench.schemes.kernels.branch import PART, doubt, settled_on, walked
+from daebench.schemes.kernels.branch import PART, doubt, floor, settled_on, walked
 from daebench.schemes.kernels.claims import Claims, Member
 from daebench.schemes.kernels.constrain import momentum_correction, project_position
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_pq, H_q, H_qp, g, norm, rows, solve, zero
@@ -76,9 +76,9 @@ else:
         data, begin = (p0, q0, G0, h / 2), (still, still, zero(q0))
         first, first_report = once(update, begin, data)
         (half, dq, lam), newton_report = newton(update, first, data)
-        unsure = doubt(q0, G0, first[1], dq, lam - first[2])
+        unsure = doubt(q0, G0, first[1], dq, lam - first[2], floor(q0))
         (end, _), walk = walked(update_walk, (begin, 0 * h), data, unsure)
-        report = settled_on(q0, first[1], dq, end[1], unsure, walk, both(first_report, newton_report))
+        report = settled_on(first[1], dq, end[1], unsure, walk, both(first_report, newton_report), floor(q0))
         q1 = q0 + dq
         dp = half - h / 2 * H_q(p0 + half, q1)
         n, mu, settled = momentum_correction(p0 + dp, q1)

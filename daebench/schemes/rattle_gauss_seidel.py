@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from daebench.schemes.kernels.branch import on_branch
+from daebench.schemes.kernels.branch import on_branch, reach
 from daebench.schemes.kernels.claims import Member
 from daebench.schemes.kernels.constrain import tangential
 from daebench.schemes.kernels.language import CONSTRAINTS, EPS, INF, G, H_p, dot, dot_moduli, g, multiplier, rows, zero
@@ -58,11 +58,20 @@ def update_velocities(x: Iterate, data: tuple[Jacobian, Rows, Multiplier]) -> Ro
     return (v, mu), unmet, residual, pivot
 
 
+def bent(q: Vector, G0: Jacobian, V: Rows, nu: Multiplier) -> Number:
+    """Return 1 if nu^T G(q) V^T nu, at the end q of the free flight, is not within half of nu^T G0 V^T nu, and 0 if it is."""
+    b = V.T @ nu
+    straight, turned = dot(G0.T @ nu, b), dot(G(q).T @ nu, b)
+    return 1.0 if abs(turned - straight) > abs(straight) / 2 else 0.0
+
+
 def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vector, Multiplier, Report]:
     """Return dq - V^T nu on g = 0 within the tolerance, nu and a report."""
     tangent, nu0, start_report = tangential(dq, G0, V)
-    (dq, nu), report = relax(update_positions, (tangent, nu0), (q0, V, bounds(G0, q0 + tangent)))
-    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report))
+    nu = bent(q0 + dq, G0, V, nu0) * nu0
+    start = dq - V.T @ nu
+    (dq, nu), report = relax(update_positions, (start, nu), (q0, V, bounds(G0, q0 + start)))
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report), reach(q0, DATA[2]))
 
 
 def solve_momenta(p: Vector, q: Vector) -> tuple[Vector, Multiplier, Report]:
@@ -81,8 +90,14 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         q -> q - V_k^T g_k(q) / (G_k(q) V_k^T),                V = G(q0) M^-1,     |g_k(q)|    <= tolerance sum_i |G_ki(q0) q_i|
         v -> v - V_k^T (G_k(q1) v) / (G_k(q1) V_k^T),          V = G(q1) M^-1,     |G_k(q1) v| <= tolerance sum_i |G_ki(q1) v_i|
 
-    with q and v on the right before any correction; that q is where the linearised constraints put the step, as in ``rattle``. The current
-    v is used if this is less strict, because bodies that fall side by side have no terms to compare with at first. For
-    a distance from the origin this is | |q|^2 - l^2 | <= 2 l^2 tolerance, as in molecular dynamics. Tolerances below 4 eps are refused.
+    with q and v on the right before any correction. The current v is used if this is less strict, because bodies that fall side by side
+    have no terms to compare with at first. For a distance from the origin this is | |q|^2 - l^2 | <= 2 l^2 tolerance, as in molecular
+    dynamics. Tolerances below 4 eps are refused.
+
+    The iteration starts at the end of the free flight, as SHAKE does, and so leaves the residuals, and has the drift of the energy, of
+    SHAKE. The start decides from which side residuals are approached: from where the linearised constraints put the step, the energy of
+    rigid water changes 5 to 24 times as much at one tolerance, and that of butane and of a ring by a tenth to nine tenths of it. The
+    iteration starts there all the same where the free flight is so long that the constraints bend before its end, because it may end on
+    another branch then.
     """
     return rattle_step(solve_positions, solve_momenta, p0, q0, h)

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from daebench.schemes.kernels.branch import on_branch
+from daebench.schemes.kernels.branch import on_branch, reach
 from daebench.schemes.kernels.claims import Member
 from daebench.schemes.kernels.constrain import momentum_correction, tangential
 from daebench.schemes.kernels.language import G, exceeding, g, norm, solve
 from daebench.schemes.kernels.newton import both
 from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
 from daebench.schemes.kernels.relax import position_bounds, require_tolerance, until_met
-from daebench.schemes.kernels.spaces import Jacobian, Multiplier, Number, Report, Rows, Step, Vector
+from daebench.schemes.kernels.spaces import DATA, Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
 CLAIMS = replace(APPROXIMATE, source="López-Villellas, Mikkelsen and others, arXiv 2503.13075 (2025); HLW (1.25)")
 MEMBERS = {
@@ -38,7 +38,7 @@ def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -
     """Return dq - V^T nu on g = 0 within the tolerance, nu and a report."""
     tangent, nu0, start_report = tangential(dq, G0, V)
     (dq, nu), report = until_met(update_positions, (tangent, nu0), (q0, V, position_bounds(G0, q0 + tangent)))
-    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report))
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report), reach(q0, DATA[2]))
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:

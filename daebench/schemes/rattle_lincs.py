@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from daebench.errors import BadInput
-from daebench.schemes.kernels.branch import on_branch
+from daebench.schemes.kernels.branch import floor, on_branch
 from daebench.schemes.kernels.claims import EXPANDABLE, Member
 from daebench.schemes.kernels.language import CONSTRAINTS, G, H_p, dot, g, multiplier, norm, rows, sqrt, squares, zero
 from daebench.schemes.kernels.rattle_step import APPROXIMATE, CHOICES, choices, rattle_step
@@ -64,7 +64,7 @@ def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -
     nu0 = expand(K, G0 @ dq + multiplier(2.0 * s[k] * value[k] / (s[k] + D[k]) for k in range(CONSTRAINTS)))
     tangent = dq - V.T @ nu0
     (dq, nu, _), report = relax(update_turning, (tangent, nu0, 1.0 * DATA[3]), (q0, V, K, s, D))
-    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, report)
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, report, floor(q0))
 
 
 def update_momenta(x: tuple[Multiplier, Number], data: tuple[Gram, Multiplier]) -> tuple[tuple[Multiplier, Number], Number, Number, Number]:

@@ -1,6 +1,6 @@
 """Constrained symplectic Euler, HLW (1.19) and (1.20): implicit in p, explicit in q."""
 
-from daebench.schemes.kernels.branch import PART, doubt, settled_on, walked
+from daebench.schemes.kernels.branch import PART, doubt, floor, settled_on, walked
 from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.constrain import project_momentum, project_position
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, g, norm, rows, solve, zero
@@ -77,9 +77,9 @@ else:
         first, tangent, first_report = tangential_start(p0, q0, G0, h)
         (p_hat, lam), newton_report = newton(update, first, data)
         dq = h * H_p(p_hat, q0)
-        unsure = doubt(q0, G0, tangent, dq, lam - first[1])
+        unsure = doubt(q0, G0, tangent, dq, lam - first[1], floor(q0))
         (end, _), walk = walked(update_walk, ((p0, zero(q0)), 0 * h), data, unsure)
-        report = settled_on(q0, tangent, dq, h * H_p(end[0], q0), unsure, walk, both(first_report, newton_report))
+        report = settled_on(tangent, dq, h * H_p(end[0], q0), unsure, walk, both(first_report, newton_report), floor(q0))
         q1 = q0 + dq
         p1, _, settled = project_momentum(p_hat, q1)
         return p1, q1, (), both(report, settled)

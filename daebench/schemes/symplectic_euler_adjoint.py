@@ -1,6 +1,6 @@
 """The adjoint of constrained symplectic Euler, HLW (1.19) and (1.20): explicit in p, implicit in q."""
 
-from daebench.schemes.kernels.branch import PART, doubt, settled_on, walked
+from daebench.schemes.kernels.branch import PART, doubt, floor, settled_on, walked
 from daebench.schemes.kernels.claims import Claims
 from daebench.schemes.kernels.constrain import project_momentum, project_position
 from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_pq, H_q, g, norm, rows, solve, zero
@@ -69,9 +69,9 @@ else:
         first, first_report = once(update, begin, data)
         (q1, mu), newton_report = newton(update, first, data)
         tangent, dq = first[0] - q0, q1 - q0
-        unsure = doubt(q0, G0, tangent, dq, mu - first[1])
+        unsure = doubt(q0, G0, tangent, dq, mu - first[1], floor(q0))
         (end, _), walk = walked(update_walk, (begin, 0 * h), data, unsure)
-        report = settled_on(q0, tangent, dq, end[0] - q0, unsure, walk, both(first_report, newton_report))
+        report = settled_on(tangent, dq, end[0] - q0, unsure, walk, both(first_report, newton_report), floor(q0))
         p_hat = p0 - h * G0.T @ mu
         p1, _, settled = project_momentum(p_hat - h * H_q(p_hat, q1), q1)
         return p1, q1, (), both(report, settled)

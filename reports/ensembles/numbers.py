@@ -20,6 +20,7 @@ from daebench.runs.members import members as members_of
 from daebench.runs.request import Request
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.ensemble.energies import ended_members, member_energies
+from daebench.studies.held_verdict import held_verdicts
 
 OUTPUTS = 400
 """Approximate number of states of each run from which the verdict on its energy is computed."""
@@ -141,14 +142,15 @@ def measured(motion: Motion, some: Members, method: str, fraction: int, ratio: i
     h = ratio * motion.h / fraction
     steps = int(motion.t_end / h + 1e-9)
     asked = energy_request(h, steps, max(1, steps // OUTPUTS))
-    run = run_members(method_of(cast("Ivp", some.ivp), method), replace(some, h=h), asked)
+    solver = method_of(cast("Ivp", some.ivp), method)
+    run = run_members(solver, replace(some, h=h), asked)
     sizes, verdicts, ended = np.full(len(some), np.inf), np.full(len(some), FAILED, dtype="U12"), ended_members(run)
     if len(ended):
         with np.errstate(all="ignore"):  # a motion that is lost may have squares that overflow
             columns = member_energies(run, ended)
         found = np.array(columns["energy_size"], dtype=float)
         sizes[ended] = np.where(np.isfinite(found), found, np.inf)
-        verdicts[ended] = columns["energy_verdict"]
+        verdicts[ended] = held_verdicts(columns["energy_verdict"], run, ended, solver, asked)
     return pd.DataFrame(
         {"motion": motion.key, "method": method, "price": fraction, "h": h, "start": np.arange(len(some)), "size": sizes}
         | {"verdict": verdicts, "failure": [run.reason(i) for i in range(len(some))]}

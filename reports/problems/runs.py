@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.energy import KEPT
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -19,6 +19,7 @@ from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import Trajectory
 from daebench.studies.claims.bench import ROUNDINGS
+from daebench.studies.held_verdict import held_verdict
 
 FAMILIES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -89,14 +90,19 @@ def row(problem: str, name: str, against: Sizes) -> dict[str, Any]:
         run = rattle(problem) if name == "rattle" else solve(problem, ivp, solver)
     except DaebenchError as error:
         return about | {"end": "stopped", "why": str(error), "t": 0.0}
-    return about | measured(ivp, run, against)
+    return about | measured(ivp, run, against) | {"kind": kind(problem, ivp, solver, run, against)}
 
 
 def solve(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory]) -> Trajectory:
     """Return the run of a method to the end of an initial value problem."""
+    return solver.solve(ivp, asked(problem, solver))
+
+
+def asked(problem: str, solver: Method[ConstrainedIvp, Trajectory]) -> Request:
+    """Return the request of a run to the end of an initial value problem."""
     if solver.knob == "h":
-        return solver.solve(ivp, Request(value=step_size(problem), steps=STEPS, watch=()))
-    return solver.solve(ivp, Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=()))
+        return Request(value=step_size(problem), steps=STEPS, watch=())
+    return Request(value=TOL, t_end=horizon(problem).t_end, points=OUTPUTS, watch=())
 
 
 def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, Any]:
@@ -108,7 +114,7 @@ def measured(ivp: ConstrainedIvp, run: Trajectory, against: Sizes) -> dict[str, 
     error = energy_error(ivp, run) / against.energy
     relative_errors = {name: largest(errors) / against.integrals[name] for name, errors in integral_errors(ivp, run).items()}
     metrics: dict[str, Any] = {"end": "reached" if run.failure is None else "stopped", "why": run.failure or "", "t": float(run.t[-1])}
-    metrics |= {"energy": largest(error), "kind": kind(run, error), "energy_scale": against.energy}
+    metrics |= {"energy": largest(error), "energy_scale": against.energy}
     metrics |= {"g": largest(ivp.along("g", run.q)), "Gv": largest(ivp.along("Gv", run.p, run.q))}
     metrics |= {"g_rounding": ROUND_OFF * against.g, "Gv_rounding": ROUND_OFF * against.Gv}
     metrics |= {
@@ -128,11 +134,11 @@ def largest(values: Any) -> float:
     return float(np.max(values)) if np.all(np.isfinite(values)) else float("inf")
 
 
-def kind(run: Trajectory, error: Any) -> str:
-    """Return the verdict on a relative energy error: "kept", or the short form of :func:`daebench.diagnostics.energy.energy_drift`."""
-    if largest(error) <= ROUND_OFF:
-        return "kept"
-    return energy_drift(run.t, error).brief
+def kind(problem: str, ivp: ConstrainedIvp, solver: Method[ConstrainedIvp, Trajectory], run: Trajectory, against: Sizes) -> str:
+    """Return the verdict on the energy: "kept", or the short form of :func:`daebench.studies.held_verdict.held_verdict`."""
+    if largest(energy_error(ivp, run) / against.energy) <= ROUND_OFF:
+        return KEPT
+    return held_verdict(ivp, solver, asked(problem, solver), run).brief
 
 
 def total(work: Mapping[str, int], kinds: Sequence[str]) -> int:

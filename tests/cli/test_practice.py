@@ -319,7 +319,7 @@ def test_rounds_are_counted_and_grow_with_the_coupling():
     assert work[1]["newton"] > 1.5 * work[0]["newton"]
     rounds = work[0]["newton"] - 50 * 2  # two rounds a step for the velocity, whose equation is linear
     assert work[0]["g"] == rounds
-    assert work[0]["G"] == rounds + 3 * 50  # at both ends of a step, and where it is judged which branch it ends on
+    assert work[0]["G"] == rounds + 4 * 50  # at both ends of a step and of its free flight, and where it is judged which branch it ends on
 
 
 def test_bodies_that_fall_side_by_side_are_held_together_without_a_failure():
@@ -342,15 +342,19 @@ def test_constraints_that_cannot_be_met_are_said(h, why):
 
 @pytest.mark.slow
 def test_a_loose_tolerance_makes_the_energy_drift_and_newton_does_not():
+    """From each of three near starts: on a chaotic motion the slope of one bounded error may be several of its standard errors."""
     where, request = ivp("double-pendulum"), Request(value=0.0014, t_end=2000, every=97)
-    drifts = {}
+    starts = [initial_value_problem(where, p0=factor * where.p0, q0=where.q0, project=True) for factor in (1, 1 + 1e-6, 1 + 2e-6)]
+    slopes, verdicts = {}, {}
     for tolerance in (None, 1e-6, 1e-8):
         method = FixedStep("rattle_gauss_seidel", options={"tolerance": tolerance}) if tolerance else FixedStep("rattle")
-        found = method.solve(where, request).complete()
-        drifts[tolerance] = energy_drift(found.t, energy_error(where, found))
-    assert (drifts[None].verdict, drifts[1e-6].verdict) == ("bounded", "drifts")
-    assert abs(drifts[None].slope) < 0.5 * abs(drifts[1e-8].slope)
-    assert abs(drifts[1e-6].slope) > 30 * abs(drifts[1e-8].slope)
+        runs = [(start, method.solve(start, request).complete()) for start in starts]
+        drifts = [energy_drift(found.t, energy_error(start, found)) for start, found in runs]
+        slopes[tolerance], verdicts[tolerance] = np.array([drift.slope for drift in drifts]), {drift.verdict for drift in drifts}
+    assert (verdicts[None], verdicts[1e-6]) == ({"bounded"}, {"drifts"})
+    assert len(set(np.sign(slopes[1e-8]))) == 1
+    assert np.abs(slopes[None]).max() < np.abs(slopes[1e-8]).min()
+    assert np.abs(slopes[1e-6]).min() > 30 * np.abs(slopes[1e-8]).max()
 
 
 # ---- all three -----------------------------------------------------------------------------------------------------------

@@ -231,9 +231,28 @@ def test_the_page_says_what_the_runs_say(page):
         f"For |Δq| ≤ 10{MINUS}4 to 10{MINUS}12, drifter is the cheapest in time. The next, fourth, takes 2.5{THIN}{TIMES} the time" in text
     )
     assert "by evaluations solver would be the cheapest" in text
+    assert "Keeping the energy without drift takes" in text
+    assert "which the median leaves out" not in text
     assert "1 run shows no number" in text
     assert "it stopped." in text
     assert "are not run on every motion: other needs what is not there." in text
+
+
+def test_the_price_says_which_cases_its_median_leaves_out(numbers, tmp_path, monkeypatch):
+    """A second motion on which the method that keeps the energy is the cheapest besides, at all three accuracies."""
+    free = replace(PLANTED, case="horizontal")
+    table = numbers.runs[PLANTED.key]
+    planted = replace(numbers, works=(PLANTED, free), runs={PLANTED.key: table, free.key: table[table["method"] != "drifter"]})
+    price = check(planted).price["energy"]
+    assert (price.n, price.free) == (6, 3)
+    assert price.median == check(numbers).price["energy"].median
+    drawn = dict.fromkeys([*stems(PLANTED), *stems(free)], tmp_path)
+    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: drawn)
+    monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
+    monkeypatch.setattr(work_precision, "measure", lambda folder, tell: planted)
+    text = words(build("work-precision", tmp_path).read_text(encoding="utf-8"))
+    assert "times the time in the median of the 3 cases in which it takes more, and at most 2.5 times" in text
+    assert "in 3 cases, which the median leaves out, it takes no extra time" in text
 
 
 def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers, tmp_path, monkeypatch):

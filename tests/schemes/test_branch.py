@@ -94,6 +94,45 @@ def test_solvers_of_molecular_dynamics_reach_the_root_of_rattle(name, wheel):
     assert np.abs(loose.q[-1] - fine.q[-1]).max() < 1e-6
 
 
+def gauss_seidel(place):
+    """Return how many steps of Gauss-Seidel iteration are the root that continues from small h, and the failures of the others."""
+    right, failures = 0, []
+    for where, time in starts(place):
+        for share in SHARES:
+            expected = continued("rattle", where, share * time)
+            if expected is None:
+                continue
+            run = step("rattle_gauss_seidel", where, share * time, tolerance=1e-9)
+            if run.failure:
+                failures.append(run.failure)
+                continue
+            assert np.abs(run.q[-1] - expected).max() < 1e-5 * np.abs(expected).max()
+            right += 1
+    return right, failures
+
+
+SOLVED = {"pendulum": 11, "torus": 10, "spring": 9, "wishbone": 10}
+"""Steps whose branch goes on up to h: bodies at rest are among them, and forces that constraints balance."""
+
+
+@pytest.mark.parametrize(("place", "steps"), SOLVED.items(), ids=SOLVED)
+def test_gauss_seidel_iteration_reaches_the_own_root_and_does_not_call_it_another(place, steps):
+    assert gauss_seidel(place) == (steps, [])
+
+
+STARTS_OF_OLD = {
+    "always from the free flight": ("spring", "return 1.0 if abs(turned - straight)", "return 0.0 if abs(turned - straight)"),
+    "held against rounding": ("torus", "reach(q0, DATA[2])", "reach(q0, 0.0)"),
+}
+
+
+@pytest.mark.parametrize(("place", "right", "wrong"), STARTS_OF_OLD.values(), ids=STARTS_OF_OLD)
+def test_a_planted_start_of_gauss_seidel_iteration_is_caught(place, right, wrong, monkeypatch, tmp_path):
+    plant(monkeypatch, tmp_path, "schemes.rattle_gauss_seidel", right, wrong)
+    _, failures = gauss_seidel(place)
+    assert any(NAMED in failure for failure in failures)
+
+
 # ---- the old start, planted ----------------------------------------------------------------------------------------------
 
 

@@ -264,6 +264,7 @@ def test_a_planted_fault_is_caught(file, right, wrong, what, monkeypatch, tmp_pa
     ],
 )
 def test_a_failure_says_whether_it_is_the_iteration_that_ends(name, h, own):
+    """Steps are so large that the iteration does not contract: one that contracts slowly goes on for up to a thousand rounds."""
     done = FixedStep(name, compiled=False).solve(
         initial_value_problem("spherical_pendulum", "fig1.2"), Request(value=h, t_end=20.0, watch=())
     )

@@ -222,18 +222,18 @@ def test_a_planted_fault_is_caught_by_the_check_one_expects(scheme, right, wrong
 
 @pytest.mark.slow
 def test_stopping_newton_on_the_residual_makes_the_energy_drift_and_our_rule_does_not(get_ivp, monkeypatch, tmp_path):
-    request = Request(value=0.0014, t_end=20000, every=997)
+    request = Request(value=0.0028, t_end=20000, every=499)
     kept = FixedStep("rattle").solve(get_ivp("spherical-fast"), request).complete()
     line = "x, size, scale, residual, pivot = update(x, data)"
     accepted = "return before, (OK, residual, pivot, tally(update, iteration))"
-    stop = f"before = x\n        {line}\n        if residual <= 1e-8:\n            {accepted}"
+    stop = f"before = x\n        {line}\n        if residual <= 1e-6:\n            {accepted}"
     plant(monkeypatch, tmp_path, "schemes.kernels.newton", line, stop)
     stopped = FixedStep("rattle").solve(get_ivp("spherical-fast"), request).complete()
     drifts = [energy_drift(run.t, energy_error(get_ivp("spherical-fast"), run)) for run in (kept, stopped)]
-    assert stopped.maxima["g"] < 1e-8
+    assert stopped.maxima["g"] < 1e-6
     assert stopped.work["newton"] < kept.work["newton"]
     assert abs(drifts[0].slope) < 2 * drifts[0].slope_error
-    assert abs(drifts[1].slope) > 4 * drifts[1].slope_error
+    assert abs(drifts[1].slope) > 8 * drifts[1].slope_error
 
 
 def test_work_in_a_branch_is_refused_rather_than_miscounted(get_ivp, monkeypatch, tmp_path):

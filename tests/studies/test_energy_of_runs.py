@@ -52,6 +52,11 @@ def test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long(moti
         assert abs(change) <= found.change_bound
 
 
+def of_run(ivp, run):
+    """Return the row of a run in a comparison."""
+    return row(ivp, run, energy_verdict(ivp, run))
+
+
 def told_over(t_end, steps, motion, name):
     """Return the verdict on a run of so many steps."""
     ivp = initial_value_problem(*MOTIONS[motion][:2])
@@ -77,7 +82,7 @@ def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
     ivp = initial_value_problem(problem, case)
     told = {}
     for name in ("implicit_euler", "rk4", "rattle", "generalized_alpha"):
-        told[name] = row(ivp, FixedStep(name).solve(ivp, Request(value=h, t_end=t_end)))
+        told[name] = of_run(ivp, FixedStep(name).solve(ivp, Request(value=h, t_end=t_end)))
     assert {name: each["energy_verdict"] for name, each in told.items()} == {
         "implicit_euler": "drifts",
         "rk4": "drifts",
@@ -94,9 +99,7 @@ def test_the_four_methods_of_the_fast_swing_have_a_true_verdict_each():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("t_end", "allowed"),
-    [(60.0, {"undetermined", "drifts"}), (120.0, {"undetermined", "drifts"}), (240.0, {"drifts"})],
-    ids=["60", "120", "240"],
+    ("t_end", "allowed"), [(60.0, {"undetermined"}), (120.0, {"undetermined"}), (240.0, {"drifts"})], ids=["60", "120", "240"]
 )
 def test_a_loose_iteration_is_not_bounded_before_it_drifts(t_end, allowed):
     """Gauss-Seidel iteration that stops at 1e-3: the mean moves by half the oscillation in 120 s, and goes on."""
@@ -105,4 +108,4 @@ def test_a_loose_iteration_is_not_bounded_before_it_drifts(t_end, allowed):
     found = energy_verdict(ivp, method.solve(ivp, Request(value=0.01, t_end=t_end)))
     assert found.verdict in allowed
     if found.verdict == "drifts":
-        assert found.exponent_low - 0.1 <= 1 <= found.exponent_high + 0.1
+        assert found.exponent_low <= 1 <= found.exponent_high

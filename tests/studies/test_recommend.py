@@ -69,6 +69,24 @@ def test_energy_without_drift_needs_a_bound_and_not_the_absence_of_a_drift(verdi
     assert kept(table, "energy") == [keeps] * 3
 
 
+@pytest.mark.parametrize(
+    ("verdict", "defect", "claims", "keeps"),
+    [
+        ("undetermined", 1e-15, {"energy", "two_form"}, True),
+        ("undetermined", 1e-6, {"energy", "two_form"}, False),
+        ("undetermined", np.nan, {"energy", "two_form"}, False),
+        ("undetermined", 1e-15, {"energy"}, False),
+        ("drifts", 1e-15, {"energy", "two_form"}, False),
+        ("failed", 1e-15, {"energy", "two_form"}, False),
+    ],
+    ids=["claimed and measured", "refuted", "not measured", "not claimed", "drifts", "failed"],
+)
+def test_a_short_run_does_not_withdraw_a_two_form_that_is_claimed_and_measured(verdict, defect, claims, keeps):
+    table = runs("a", [1e-2, 1e-4, 1e-6], [1, 2, 4], verdict=verdict)
+    told = with_conserved(table, {"a": defect}, {"a": claims})
+    assert told["keeps_energy"].tolist() == [keeps] * 3
+
+
 def test_one_run_that_cannot_be_judged_is_enough():
     four = [1e-2, 1e-4, 1e-6, 1e-8]
     assert kept(runs("a", four, range(1, 5), verdict=[UNKNOWN, LEVEL, "kept", LEVEL]), "energy") == [False, True, True, True]

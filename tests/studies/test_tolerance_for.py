@@ -55,10 +55,8 @@ def test_what_cannot_be_met_is_refused(settings, words):
 def test_the_drift_of_a_molecule_falls_with_the_tolerance_and_decides():
     water = daebench.tolerance_for("rigid_water", case="tumbling", drift=1e-3, h=0.01, t_end=40, tolerances=[1e-3, 1e-4, 1e-5, 1e-9])
     ratios = [row.ratio for row in water.tried]
-    assert ratios[0] > 5 * ratios[1] > 10 * ratios[2]
-    enough = [row.tolerance for row in water.tried if row.ratio <= 1e-3]
-    assert (water.tolerance, water.fortuitous) == (max(enough), ())
-    assert len(enough) < len(water.tried)
+    assert ratios[0] > 10 * ratios[1] > 20 * ratios[2]
+    assert (water.tolerance, water.fortuitous) == (1e-5, ())
 
 
 def conical(unit):

@@ -41,8 +41,15 @@ def floor(q: Vector) -> Number:
     return 10000.0 * EPS * max(LENGTH, norm(q))
 
 
-def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier) -> Number:
+def reach(q: Vector, tolerance: Number) -> Number:
+    """Return the same for an iteration that is ended by a tolerance: ten times what that leaves of positions."""
+    return max(floor(q), 10.0 * tolerance * max(LENGTH, norm(q)))
+
+
+def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier, near: Number) -> Number:
     """Return a positive number if a step from q0 needs a walk; the step is ``tangent`` and a part b that the multiplier d makes.
+
+    It needs none where b is within ``near``, the distance at which an iteration has the same root twice.
 
     ::
 
@@ -56,7 +63,7 @@ def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier) 
     straight, turned = dot(G0.T @ d, b), dot(G1.T @ d, b)
     far = norm(still(b, q0))
     excess = max(far - norm(still(tangent, q0)) / 2, abs(turned - straight) - abs(straight) / 2)
-    return min(far - floor(q0), excess)
+    return min(far - near, excess)
 
 
 def walked(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any, unsure: Number) -> tuple[X, Report]:
@@ -80,9 +87,9 @@ def landed(report: Report, walk: Report, unsure: Number, apart: Number, most: Nu
     return report[0], report[1], report[2], plus_work(report[3], walk[3])
 
 
-def settled_on(q0: Vector, tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: Report, report: Report) -> Report:
+def settled_on(tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: Report, report: Report, near: Number) -> Report:
     """Return the report of a step by dq, named if its walk ended at another increment of q than dq."""
-    return landed(report, walk, unsure, norm(end - dq), norm(dq - tangent) / 8 + floor(q0))
+    return landed(report, walk, unsure, norm(end - dq), norm(dq - tangent) / 8 + near)
 
 
 def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
@@ -96,8 +103,8 @@ def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     return dq, norm(dq), max(LENGTH, norm(q)), norm(value), pivot
 
 
-def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report) -> Report:
+def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report, near: Number) -> Report:
     """Return the report of dq = tangent - V^T d with g(q0 + dq) = 0, named if that root is not the one to which tau tangent leads."""
-    unsure = doubt(q0, G0, tangent, dq, d)
+    unsure = doubt(q0, G0, tangent, dq, d, near)
     end, walk = walked(update_walk, 0 * dq, (q0, V, tangent / 32), unsure)
-    return settled_on(q0, tangent, dq, end, unsure, walk, report)
+    return settled_on(tangent, dq, end, unsure, walk, report, near)

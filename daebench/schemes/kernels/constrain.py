@@ -1,6 +1,6 @@
 """The two projections that constrained schemes share: positions onto g = 0, momenta onto G H_p = 0."""
 
-from daebench.schemes.kernels.branch import on_branch
+from daebench.schemes.kernels.branch import floor, on_branch
 from daebench.schemes.kernels.language import ONE_UNKNOWN, QUADRATIC, G, H_p, g, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import both, linear, newton, newton_of_one
 from daebench.schemes.kernels.spaces import LENGTH, Jacobian, Multiplier, Report, Rows, Update, Vector
@@ -36,7 +36,7 @@ def project_position(q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vec
         (dq, nu), report = newton_of_one(update_position, (tangent, nu0), (q0, V))
     else:
         (dq, nu), report = newton(update_position, (tangent, nu0), (q0, V))
-    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report))
+    return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, both(start_report, report), floor(q0))
 
 
 if QUADRATIC:

@@ -49,8 +49,8 @@ def rattle_step(solve_positions: Positions, solve_momenta: Momenta, p0: Vector, 
 
     The equations are those of RATTLE, HLW (1.25), lam = 2 nu / h^2. Both p_half are equal up to rounding: q1 is rounded to the spacing
     of positions, which differences divide by h (B. Hess, gmx-developers, October 2006, 001873). Without the projection of momenta it is
-    SHAKE in the form of velocity Verlet: q0, q1, ... are those of HLW (1.23), and the half kick of the constraints is missing in p1. Every
-    iterative solver starts where the linearised constraints put q1.
+    SHAKE in the form of velocity Verlet: q0, q1, ... are those of HLW (1.23), and the half kick of the constraints is missing in p1. The
+    iterative solvers start where the linearised constraints put q1, or nearby.
     """
     G0 = G(q0)
     kick = -h / 2 * H_q(p0, q0)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.energy_verdict import energy_scales, size
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
 from daebench.methods.run import singular_as
@@ -15,6 +16,7 @@ from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 from daebench.studies.comparison.position_error import position_errors
+from daebench.studies.held_verdict import held_verdict
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian
@@ -98,7 +100,10 @@ def compare(
 
 def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float) -> pd.DataFrame:
     """Return one row a run of a comparison to ``t_end``, see :func:`compare`; where it was ended, there are fewer runs than methods."""
-    errors = position_errors(ivp, methods[: len(runs)], runs)
+    begun = methods[: len(runs)]
+    errors = position_errors(ivp, begun, runs)
+    asked = (_request(ivp, method, run.value, run.value, t_end) for method, run in zip(begun, runs, strict=True))
+    drifts = [held_verdict(ivp, method, request, run) for method, request, run in zip(begun, asked, runs, strict=True)]
     return pd.DataFrame(
         [
             {
@@ -109,7 +114,7 @@ def table_of(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Any], t_end: float
                 "position_reference": error.reference,
                 "failure": columns["failure"],
             }
-            for columns, error in ((row(ivp, run), error) for run, error in zip(runs, errors, strict=True))
+            for columns, error in ((row(ivp, run, drift), error) for run, drift, error in zip(runs, drifts, errors, strict=True))
         ]
     )
 
@@ -166,15 +171,14 @@ def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -
     return Request(value=h, t_end=t_end, every=every, watch=watch, keep_interrupted=True)
 
 
-def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Any]:
-    """Return the columns of a comparison for one run.
+def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, drift: Drift) -> dict[str, Any]:
+    """Return the columns of a comparison for one run and the verdict on its energy.
 
     ``energy_error`` is the largest modulus, ``energy_size`` the same over the mean kinetic energy, the other columns of the energy and
-    ``slope`` are those of :func:`daebench.diagnostics.energy_verdict.energy_verdict`, ``g`` and ``Gv``, or the Casimir
+    ``slope`` are those of :func:`daebench.studies.held_verdict.held_verdict`, ``g`` and ``Gv``, or the Casimir
     functions, and the first integrals are maxima, ``seconds`` is CPU time of stepping and ``us_per_step`` the same for one step, in
     microseconds.
     """
-    drift = energy_verdict(ivp, trajectory)
     maxima = dict(trajectory.maxima)
     error = maxima.pop("energy")
     return {

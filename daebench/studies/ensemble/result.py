@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,10 +13,12 @@ from daebench.diagnostics.energy import FAILED
 from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
+from daebench.runs.request import Request
 from daebench.runs.shown import Shown
 from daebench.runs.trajectory import Array
 from daebench.studies.ensemble.distributions.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
+from daebench.studies.held_verdict import held_verdicts
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,6 +36,10 @@ class Ensemble(Shown):
         A sentence on the distribution of the starts.
     seed : int
         Seed of the starts.
+    method : FixedStepMethod
+        The method.
+    request : Request
+        What each member was asked.
     """
 
     drawn_by: ClassVar[str] = "daebench.studies.ensemble.figure"
@@ -41,6 +47,8 @@ class Ensemble(Shown):
     run: EnsembleRun
     starts: str
     seed: int
+    method: Any = field(repr=False)
+    request: Request = field(repr=False)
 
     @property
     def ivp(self) -> Any:
@@ -109,11 +117,12 @@ class Ensemble(Shown):
 
     @cached_property
     def verdicts(self) -> NDArray[np.str_]:
-        """Verdict on the energy of each member, shape(n,), see :func:`daebench.diagnostics.energy.energy_drift`."""
+        """Verdict on the energy of each member, shape(n,), see :func:`daebench.studies.held_verdict.held_verdict`."""
         words = np.full(len(self.run.members), FAILED, dtype="U12")
         ended = ended_members(self.run)
         if len(ended):
-            words[ended] = member_energies(self.run, ended)["energy_verdict"]
+            told = member_energies(self.run, ended)["energy_verdict"]
+            words[ended] = held_verdicts(told, self.run, ended, self.method, self.request)
         return words
 
     def quantiles(self, values: Array, levels: Sequence[float] = LEVELS) -> Array:

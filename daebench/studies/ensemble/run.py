@@ -142,9 +142,9 @@ def ensemble(
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
     some = made.members if weights is None else made.members.weighted(weights)
     if store is None:
-        return Ensemble(run_members(solver, some, asked, lanes=lanes, threads=threads), made.about, seed)
+        return Ensemble(run_members(solver, some, asked, lanes=lanes, threads=threads), made.about, seed, solver, asked)
     fields = settings_of(problem, ivp.case, method, given)
-    return Ensemble(kept_run(store, executor, fields, some, asked, solver), made.about, seed)
+    return Ensemble(kept_run(store, executor, fields, some, asked, solver), made.about, seed, solver, asked)
 
 
 def _require(points: int, store: "Store | None", executor: "Executor | None", weights: Any) -> None:

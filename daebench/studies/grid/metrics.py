@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import largest_jump
-from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
+from daebench.diagnostics.energy_verdict import energy_scales, size
 from daebench.diagnostics.integrals import energy_error, integral_errors, states_of
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
@@ -21,6 +21,7 @@ from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.against import certified_of, own_of, require_reference
 from daebench.studies.grid.run_specification import FEWEST, GridRun
+from daebench.studies.held_verdict import held_verdict
 from daebench.systems.renamed import OldAttribute
 
 NAN = float("nan")
@@ -177,7 +178,8 @@ def _rates(ivp: Ivp, *states: Array) -> Array:
 
 
 def _energy(measured: Measured) -> Columns:
-    drift, scales = energy_verdict(measured.ivp, measured.run), energy_scales(measured.ivp, measured.run)
+    request, scales = measured.specification.asked(measured.solver.knob), energy_scales(measured.ivp, measured.run)
+    drift = held_verdict(measured.ivp, measured.solver, request, measured.run)
     worst = float(measured.run.maxima.get("energy", np.max(np.abs(energy_error(measured.ivp, measured.run)))))
     columns: dict[str, float | str] = {"energy_error": worst, "energy_size": size(worst, scales), "energy_scale": _energy_scale(measured)}
     columns |= {"energy_verdict": drift.verdict, "energy_law": drift.words, "energy_change_bound": drift.change_bound}

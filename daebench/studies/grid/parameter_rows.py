@@ -19,6 +19,7 @@ from daebench.runs.request import Request
 from daebench.studies.ensemble.energies import along_run, ended_members, energy_columns
 from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import FEWEST, GridRun, Where, ivp_of
+from daebench.studies.held_verdict import held_verdicts
 
 NUMBERS = 2**22
 """Numbers of states that are in memory at a time."""
@@ -77,6 +78,8 @@ def _ensembles(specification: ParameterRuns) -> Iterator[tuple[Indices, Row]]:
         if len(ended := ended_members(run)):
             with np.errstate(all="ignore"):  # a run that has lost its motion may have squares beyond all numbers
                 columns = _measured(specification, run, ended)
+                if "energy_verdict" in columns:
+                    columns["energy_verdict"] = held_verdicts(columns["energy_verdict"], run, ended, solver, asked, threads=1)
             yield which[ended], columns
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from daebench.diagnostics.energy import BOUNDED, KEPT
+from daebench.diagnostics.energy import BOUNDED, KEPT, UNDETERMINED
 from daebench.studies.work_precision.study import cheapest
 
 if TYPE_CHECKING:
@@ -45,16 +45,19 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
     Returns
     -------
     DataFrame
-        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the verdict on its energy is kept or bounded,
-        so that the change of its mean has a bound, see :func:`daebench.diagnostics.energy.energy_drift`; ``keeps_constraints`` if g and
-        G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no size of the problem's. These hold
-        for a run only if they hold for all runs of the method with smaller step sizes or tolerances too, and for the three smallest at
-        least. ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing`` need the method's claim
-        besides. A column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are the two parts of
-        ``keeps_energy``.
+        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the verdict on its energy is kept or bounded, so that
+        the change of its mean has a bound, see :func:`daebench.diagnostics.energy.energy_drift`; also if it is undetermined where the
+        two-form is claimed, and its defect is round-off: such a map bounds the energy, and a short run on a chaotic motion does not refute
+        that. ``keeps_constraints`` if g and G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no
+        size of the problem's. These hold for a run only if they hold for all runs of the method with smaller step sizes or tolerances too,
+        and for the three smallest at least. ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing``
+        need the method's claim besides. A column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are
+        the two parts of ``keeps_energy``.
     """
     done = table["failure"] == ""
-    conserved = {"nothing": done, "energy": done & table["energy_verdict"].isin((KEPT, BOUNDED))}
+    two_form = done & (table["method"].map(defects) <= ROUND_OFF)
+    unrefuted = two_form & _claiming(table, claims, "two_form") & (table["energy_verdict"] == UNDETERMINED)
+    conserved = {"nothing": done, "energy": done & (table["energy_verdict"].isin((KEPT, BOUNDED)) | unrefuted)}
     if {"g", "Gv"} <= set(table.columns):
         conserved["constraints"] = done & (table[["g", "Gv"]].max(axis=1, skipna=False) <= ROUND_OFF)
     if "casimirs" in table and table["casimirs"].notna().any():
@@ -62,14 +65,17 @@ def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: 
         conserved["casimirs"] = done & (table["casimirs"] <= added_up)
     for name in set(conserved) - {"nothing"}:
         conserved[name] = _agreed(table, conserved[name])
-    conserved["two_form"] = done & (table["method"].map(defects) <= ROUND_OFF)
-    claiming = {
-        name: table["method"].map({method: name in claims.get(method, ()) for method in set(table["method"])}) for name in conserved
-    }
+    conserved["two_form"] = two_form
+    claiming = {name: _claiming(table, claims, name) for name in conserved}
     parts = {"claims_energy": claiming["energy"], "measured_energy": conserved["energy"]}
     for name in set(conserved) - {"nothing"}:
         conserved[name] = conserved[name] & claiming[name]
     return table.assign(**parts, **{f"keeps_{name}": conserved[name] for name in CONSERVED if name in conserved})
+
+
+def _claiming(table: "pd.DataFrame", claims: Mapping[str, Collection[str]], name: str) -> "pd.Series[bool]":
+    """Return which runs are of methods that claim to keep something."""
+    return table["method"].map({method: name in claims.get(method, ()) for method in set(table["method"])})
 
 
 def _agreed(table: "pd.DataFrame", flags: "pd.Series[bool]") -> "pd.Series[bool]":
