@@ -100,8 +100,8 @@ class Source:
 
     def form(self, name: str) -> Any:
         """Return the derivation in a form of the system; most forms use the system's own coordinates."""
-        if name == "local":
-            return self._local
+        if name in ("local", "canonical"):
+            return self._local if name == "local" else self._canonical
         return self._darboux if name == "darboux" else self.derivation
 
     def split(self, splitting: str) -> Any:
@@ -123,6 +123,12 @@ class Source:
         from daebench.compiler.constrained.local import LocalDerivation
 
         return LocalDerivation(self.derivation)
+
+    @cached_property
+    def _canonical(self) -> "LocalDerivation":
+        from daebench.compiler.constrained.canonical import CanonicalDerivation
+
+        return CanonicalDerivation(self.derivation)
 
     @cached_property
     def _darboux(self) -> Any:

@@ -29,11 +29,11 @@ from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files.package import text_of
 
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
-_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
+_WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p", "L_qv"), "second")
 _WORK |= dict.fromkeys(("solve", "solve_d", "solve_dm", "solve_dd", "solve_2m"), "solve")
 _WORK |= dict.fromkeys(("solve_mass", "solve_mass_m", "solve_mass_d"), "solve")
 _WORK |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_twice"), "solve")
-_WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "two_form": "second"}
+_WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": "H_q", "L_q": "H_q", "two_form": "second"}
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: counted as part of the algebra
 _OF_NUMBERS = ("sqrt",)  # functions of numbers of any type, which each module imports
 _PLAIN = ("worst", "total", "no_work", "plus_work", *_OF_NUMBERS)
@@ -63,7 +63,8 @@ class Options:
     compiled : bool
         Whether functions are compiled by numba; otherwise they run in Python.
     form : str
-        Form of the system whose right side the scheme is given: "" for (1.18), "local", "stiff", "soft", "baumgarte" or "darboux".
+        Form of the system whose right side the scheme is given: "" for (1.18), "local", "canonical", "stiff", "soft", "baumgarte" or
+        "darboux".
     stages : int
         Number of stages of the scheme.
     composed, compensated : bool
@@ -138,7 +139,8 @@ class Linker:
                 "COMPOSED": options.composed,
                 "COMPENSATED": options.compensated,
                 "PROJECTED": options.projection == "proj",
-                "LOCAL": options.form in ("local", "darboux"),
+                "LOCAL": options.form in ("local", "canonical", "darboux"),
+                "CANONICAL": options.form == "canonical",
                 "STIFF": options.form == "stiff",
                 "STAGES": options.stages,
                 "RANK_WATCHED": bool(options.singular),
@@ -255,7 +257,7 @@ class Linker:
     def _emitted(module: str, name: str) -> str:
         """Return the name that a file's function has in the generated module."""
         file = module.rsplit(".", 1)[1]
-        return name if file in ("loop", "constrained", "poisson", "composed", "mechanical", "rank") else f"{file}_{name}"
+        return name if file in ("loop", "constrained", "poisson", "composed", "mechanical", "rank", "canonical") else f"{file}_{name}"
 
     def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
         """Emit a function of this name from this file, with these functions for its callable parameters; return its name."""
@@ -305,7 +307,7 @@ class Linker:
         """Return file and function for a name that the scheme, its surroundings, or the form of the system must provide."""
         if name in ("one_step", "initialise", "after_step", "output", "state_norm"):
             return f"daebench.schemes.kernels.{self.derivation.states}", name
-        if name == "f":
+        if name == "f" or (name == "chart" and self.options.form == "canonical"):
             return f"daebench.schemes.kernels.{self.options.form or 'reduced'}", name
         if name == "step" and self.options.projection == "symproj":
             return "daebench.schemes.kernels.symmetric_projection", name

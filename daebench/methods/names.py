@@ -8,7 +8,7 @@
     solver      = "ida" | "cvode" | "scipy" | "heyoka" | "solve_dae"
     variant     = formulation [ ":" treatment ] for ida, else the solver's own method on the index-reduced ODE; "bdf:projected" for cvode
     treatment   = "derivative" | "atol" | "none" | "suppress"     how multipliers enter IDA's error test
-    form        = "local" | "stiff" | "soft" | "baumgarte"     the form of the system that the scheme is run on
+    form        = "local" | "canonical" | "stiff" | "soft" | "baumgarte"     the form of the system that the scheme is run on
     scheme      = "rattle" | "lobatto3" | ...         any scheme in daebench/schemes
     composition = "suzuki4" | "kahan_li8" | ...       of a symmetric scheme of order 2
     projection  = "proj" | "symproj"                  after each step

@@ -1,4 +1,4 @@
-"""Maps into and out of the local coordinates y = (eta, xi) that a problem declares, and flows and the structure matrix B(y) in them."""
+"""Maps into and out of the coordinates of a chart, (eta, xi) or canonical, and flows and the structure matrix B(y) in them."""
 
 import types
 from collections.abc import Callable
@@ -24,8 +24,8 @@ def arctan2(y: Any, x: Any) -> Any:
     return angle + 1j * (a * np.imag(y) - b * np.imag(x)) / (a * a + b * b)
 
 
-def functions(ivp: ConstrainedIvp) -> types.ModuleType:
-    """Return the module of ``chart``, ``inverse_chart`` and ``two_form`` of a problem, uncompiled, as functions of tuples."""
+def functions(ivp: ConstrainedIvp, form: str = "local") -> types.ModuleType:
+    """Return the module of ``chart``, ``inverse_chart`` and, of the form local, ``two_form``, uncompiled, as functions of tuples."""
     if not ivp.facts.CHART:
         raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
 
@@ -33,16 +33,16 @@ def functions(ivp: ConstrainedIvp) -> types.ModuleType:
         from daebench.compiler.link import Linker, Options
         from daebench.compiler.syntax import LANGUAGE
 
-        linker = Linker(ivp.source.form("local"), Options(compiled=False, form="local"))
-        roots = [(LANGUAGE, name) for name in ("chart", "inverse_chart", "two_form")]
+        linker = Linker(ivp.source.form(form), Options(compiled=False, form=form))
+        roots = [(LANGUAGE, name) for name in ("chart", "inverse_chart", *["two_form"] * (form == "local"))]
         return linker.module(f"Chart of {ivp.problem}.", roots, cached)
 
-    return generated(f"{ivp.problem}_chart", f"{ivp.source.key} chart", build)
+    return generated(f"{ivp.problem}_chart", f"{ivp.source.key} {form} chart", build)
 
 
-def enter(ivp: ConstrainedIvp) -> Map:
-    """Return the map (p, q) -> (eta, xi) of an initial value problem; it raises :class:`BadInput` if the chart is singular."""
-    inverse, par = functions(ivp).inverse_chart, _numbers(ivp.par)
+def enter(ivp: ConstrainedIvp, form: str = "local") -> Map:
+    """Return the map (p, q) -> (eta, xi), or (P, xi), of an initial value problem; :class:`BadInput` if the chart is singular."""
+    inverse, par = functions(ivp, form).inverse_chart, _numbers(ivp.par)
 
     def into(p: Any, q: Any) -> State:
         try:
@@ -51,15 +51,15 @@ def enter(ivp: ConstrainedIvp) -> Map:
         except ZeroDivisionError:
             eta, xi = (np.nan,), (np.nan,)
         if not np.all(np.isfinite([*eta, *xi])):
-            raise BadInput(f"the chart of {ivp.problem} is singular at q = {np.real(q).tolist()}; start elsewhere, or leave out local:.")
+            raise BadInput(f"the chart of {ivp.problem} is singular at q = {np.real(q).tolist()}; start elsewhere, or leave out {form}:.")
         return eta, xi
 
     return into
 
 
-def leave(ivp: ConstrainedIvp) -> Map:
-    """Return the map chi: (eta, xi) -> (p, q) of an initial value problem."""
-    chi, par = functions(ivp).chart, _numbers(ivp.par)
+def leave(ivp: ConstrainedIvp, form: str = "local") -> Map:
+    """Return the map chi: (eta, xi) -> (p, q), or (P, xi) -> (p, q), of an initial value problem."""
+    chi, par = functions(ivp, form).chart, _numbers(ivp.par)
     return lambda eta, xi: chi(_numbers(eta), _numbers(xi), par)
 
 

@@ -1,11 +1,21 @@
-"""Symplectic Euler on the index-reduced ODE, HLW (1.18): the negative example of Fig. 1.1."""
+"""Symplectic Euler on the index-reduced ODE, HLW (1.18), the negative example of Fig. 1.1; in canonical coordinates it is symplectic."""
 
+from daebench.schemes.kernels.canonical import rates
 from daebench.schemes.kernels.claims import Claims
-from daebench.schemes.kernels.language import SEPARABLE, G, H_p, H_pp, H_q, H_qp, a, a_p, norm, rows, solve, zero
+from daebench.schemes.kernels.language import CANONICAL, SEPARABLE, G, H_p, H_pp, H_q, H_qp, L_q, L_qv, M, a, a_p, norm, rows, solve, zero
 from daebench.schemes.kernels.newton import newton
 from daebench.schemes.kernels.spaces import I, Jacobian, Multiplier, Number, Rows, Step, Update, Vector
 
-CLAIMS = Claims(order=1, symmetric=False, symplectic=False, keeps_g=False, keeps_Gv=False, system="ode", source="HLW (1.18), Fig. 1.1 se")
+CLAIMS = Claims(
+    order=1,
+    symmetric=False,
+    symplectic=False,
+    keeps_g=False,
+    keeps_Gv=False,
+    system="ode",
+    source="HLW (1.18), Fig. 1.1 se",
+    canonical=True,
+)
 
 if SEPARABLE:
 
@@ -38,15 +48,35 @@ def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, N
     return x, norm(by_mass @ dp), scale_v, norm(r_p) + norm(value), min(pivot, pivot_p)
 
 
-def step(p0: Vector, q0: Vector, h: Number) -> Step:
-    """Return p1, q1, no stage multipliers, and a report.
+def update_in_chart(p: Vector, data: tuple[Vector, Vector, Number]) -> Update:
+    """One Newton update for p1 in canonical coordinates, whose rates follow from p1 and q0."""
+    p0, q0, h = data
+    velocity, pivot_v = rates(p, q0)
+    force = L_q(q0, velocity)
+    r = p - p0 - h * force
+    _, by_p, _ = solve(M(q0), p, L_qv(q0, velocity))
+    change, pivot = solve(I - h * by_p, r)
+    return p - change, norm(change), norm(p0) + abs(h) * norm(force), norm(r), min(pivot, pivot_v)
 
-    ::
 
-        p1 = p0 - h (H_q(p1, q0) + G(q0)^T lam(p1, q0)),     lam(p, q) from (1.12)
-        q1 = q0 + h H_p(p1, q0)
+if CANONICAL:
 
-    lam is evaluated in full, also off the manifold, which the solution soon leaves.
-    """
-    (p1, _), report = newton(update, (p0, zero(q0)), (p0, q0, G(q0), h))
-    return p1, q0 + h * H_p(p1, q0), (), report
+    def step(p0: Vector, q0: Vector, h: Number) -> Step:
+        """Return p1, q1, no stage multipliers, and a report: p1 = p0 - h K_q(p1, q0), q1 = q0 + h K_p(p1, q0), for K(p, q) = H."""
+        p1, report = newton(update_in_chart, p0, (p0, q0, h))
+        return p1, q0 + h * rates(p1, q0)[0], (), report
+
+else:
+
+    def step(p0: Vector, q0: Vector, h: Number) -> Step:
+        """Return p1, q1, no stage multipliers, and a report.
+
+        ::
+
+            p1 = p0 - h (H_q(p1, q0) + G(q0)^T lam(p1, q0)),     lam(p, q) from (1.12)
+            q1 = q0 + h H_p(p1, q0)
+
+        lam is evaluated in full, also off the manifold, which the solution soon leaves.
+        """
+        (p1, _), report = newton(update, (p0, zero(q0)), (p0, q0, G(q0), h))
+        return p1, q0 + h * H_p(p1, q0), (), report

@@ -79,7 +79,7 @@ def test_what_is_added_to_a_scheme_keeps_its_colour_and_its_name():
 
 def test_each_composition_projection_and_form_has_a_mark_of_its_own():
     names = [f"rattle/{name}" for name in COMPOSITIONS] + ["rattle+proj", "rattle+symproj"]
-    names += [f"{form}:rattle" for form in ("local", "stiff", "baumgarte", "darboux")]
+    names += [f"{form}:rattle" for form in ("local", "canonical", "stiff", "baumgarte", "darboux")]
     strokes = [stroke_of(name) for name in ("rattle", *names)]
     assert len({(str(stroke.dashes), stroke.marker) for stroke in strokes}) == len(strokes)
 

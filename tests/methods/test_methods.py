@@ -171,6 +171,8 @@ def test_compensation_takes_most_of_the_random_walk_away(get_ivp):
         ("gauss2/suzuki4", "symmetric one-step methods of order 2"),
         ("stiff:rattle", "cannot be run on the form stiff"),
         ("local:se", "cannot be run on the form local"),
+        ("canonical:rattle", "cannot be run on the form canonical"),
+        ("canonical:gauss2+proj", "stays on the manifold by itself"),
         ("stiff:midpoint+proj", "does not follow the motion on the manifold"),
         ("soft:midpoint+proj", "does not follow the motion on the manifold"),
         ("local:midpoint+proj", "stays on the manifold by itself"),

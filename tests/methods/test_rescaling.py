@@ -27,8 +27,8 @@ PLACES = {
     "fast": ("spherical_pendulum", "fig1.2b"),
     "three links": ("pendulum_chain", "hanging", {"links": 3}),
 }
-FORMS = [(name, form) for name in ("midpoint", "gauss2", "rk4") for form in ("local", "baumgarte", "stiff")]
-METHODS = [(name, "") for name in registry() if name != "seproj"] + FORMS
+FORMS = [(name, form) for name in ("midpoint", "gauss2", "rk4") for form in ("local", "canonical", "baumgarte", "stiff")]
+METHODS = [(name, "") for name in registry() if name != "seproj"] + FORMS + [("se", "canonical")]
 ROUNDED = ("radau2_ggl", "radau3_ggl", "ggl_vi", "ggl_vi_mod")
 """Their two multipliers have different units, so that another order of pivots is chosen: the same to round-off, and not to the bit."""
 

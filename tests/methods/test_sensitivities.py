@@ -174,6 +174,7 @@ SCHEMES = [
     "midpoint+symproj",
     "rk4+proj",
     "local:midpoint",
+    "canonical:se",
     "baumgarte:rk4",
 ]
 

@@ -31,7 +31,9 @@ ORDERS = {"rk4": 4, "midpoint": 2, "gauss2": 4, "gauss3": 6, "gauss4": 8}
 COUNTS = {2: (32, 64, 128), 4: (32, 64, 128), 6: (12, 16, 24, 32), 8: (8, 10, 12, 16)}
 
 
-@pytest.mark.parametrize("name", [*ORDERS, *PROJECTED, "local:midpoint", "local:gauss2", "baumgarte:rk4", "midpoint/suzuki4"])
+@pytest.mark.parametrize(
+    "name", [*ORDERS, *PROJECTED, "local:midpoint", "local:gauss2", "canonical:gauss2", "baumgarte:rk4", "midpoint/suzuki4"]
+)
 def test_the_order_on_the_fast_pendulum_is_as_claimed(name):
     order = method(name).claims.order
     assert order == ORDERS.get(name, order)
@@ -85,7 +87,9 @@ def test_midpoint_has_no_visible_energy_drift_over_a_million_steps_where_se_has_
     assert drift_of_se.slope > 100 * drift_of_se.slope_error
 
 
-@pytest.mark.parametrize("name", ["midpoint", "gauss2", "midpoint+symproj", "midpoint+proj", "stiff:midpoint", "local:midpoint"])
+@pytest.mark.parametrize(
+    "name", ["midpoint", "gauss2", "midpoint+symproj", "midpoint+proj", "stiff:midpoint", "local:midpoint", "canonical:se"]
+)
 def test_the_tangent_map_by_complex_step_is_that_of_differences(name):
     where, s = ivp("spherical-fast"), 1e-5
     flow = method(name, **({"eps": 0.1} if name.startswith("stiff") else {})).flow(where, 0.02, 2)
@@ -112,7 +116,17 @@ def test_a_step_too_large_for_the_iteration_inside_is_said_and_no_nan_travels():
 
 
 @pytest.mark.parametrize(
-    "name", [*PROJECTED, "se+symproj", "stiff:gauss2", "local:midpoint", "baumgarte:rk4", "midpoint/triple_jump4+proj"]
+    "name",
+    [
+        *PROJECTED,
+        "se+symproj",
+        "stiff:gauss2",
+        "local:midpoint",
+        "canonical:se",
+        "canonical:midpoint",
+        "baumgarte:rk4",
+        "midpoint/triple_jump4+proj",
+    ],
 )
 def test_work_is_what_an_independent_tally_counts(name, monkeypatch):
     where, own, request = ivp("spherical-fast"), method(name), Request(value=0.002, steps=4, watch=())
@@ -151,7 +165,7 @@ def test_rk4_in_c_is_the_same_method(tmp_path):
     assert np.abs(state - np.concatenate([found.p[-1], found.q[-1]])).max() < 1e-12
 
 
-PARTS_OF_NAMES = ("midpoint+symproj", "stiff:midpoint", "local:midpoint", "baumgarte:rk4")
+PARTS_OF_NAMES = ("midpoint+symproj", "stiff:midpoint", "local:midpoint", "canonical:se", "baumgarte:rk4")
 """A projection, and the forms."""
 
 

@@ -1,6 +1,6 @@
 """Functions derived from a problem that depends on time or has forces without a potential: the same functions, in extended phase space."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -35,6 +35,10 @@ class ExtendedDerivation(Derivation):
     def forced(self) -> bool:
         """Whether there are forces without a potential."""
         return self.declared.force is not None
+
+    def forces(self, p: Sequence[sp.Expr], velocity: Sequence[sp.Expr]) -> sp.Matrix:
+        """Return (F, -F.v), the forces without a potential and minus their power, shape(d + 1,)."""
+        return force(self.declared, p, velocity)
 
     @cached_property
     def H(self) -> sp.Expr:

@@ -12,6 +12,7 @@ from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored
 from daebench.compiler.trigonometry import shortened
+from daebench.systems.extended import hamiltonian
 
 
 class LocalDerivation(Derivation):
@@ -44,8 +45,11 @@ class LocalDerivation(Derivation):
 
     @cached_property
     def H(self) -> sp.Expr:
-        """Hamiltonian H(p, q) as an expression."""
-        return self.own.H if self.own.explicit else (self.p.T * self.M.LUsolve(self.p))[0] / 2 + self.U
+        """Hamiltonian H(p, q), or H + p_t, as an expression."""
+        if self.own.explicit:
+            return self.own.H
+        declared = self.own.definition
+        return hamiltonian(declared) + sum(self.p[len(declared.p) :])
 
     @cached_property
     def Gv(self) -> sp.Matrix:
@@ -58,9 +62,11 @@ class LocalDerivation(Derivation):
 
     @cached_property
     def K_y(self) -> sp.Matrix:
-        """Gradient of K(y) = H(chi(y)), shape(2 n,)."""
+        """Gradient of K(y) = H(chi(y)), minus (dq/dy)^T F where there are forces F without a potential, shape(2 n,)."""
         chi = dict(zip([*self.problem.p, *self.problem.q], [*self.chart.p, *self.chart.q], strict=True))
-        return nested_jacobian([self.H.subs(chi, simultaneous=True)], self.y).T
+        K_y = nested_jacobian([self.H.subs(chi, simultaneous=True)], self.y).T
+        forces = self.own.forces(list(self.p), list(sp.Matrix([self.H]).jacobian(self.p)))
+        return K_y - nested_jacobian(self.chart.q, self.y).T * forces.subs(chi, simultaneous=True) if forces else K_y
 
     @cached_property
     def two_form(self) -> sp.Matrix:

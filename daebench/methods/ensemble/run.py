@@ -15,6 +15,7 @@ from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.table import Table
 from daebench.methods.ensemble.width import width_for
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
+from daebench.methods.fixed_step.forms import CHARTED
 from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.runs.grid import Grid, require_memory_of_members
 from daebench.runs.ivp import ConstrainedIvp
@@ -27,7 +28,7 @@ from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
 from daebench.schemes.kernels.newton import SINGULAR
 from daebench.schemes.kernels.rank import RANK_LOST
 
-MAPPED = ("local", "darboux")
+MAPPED = (*CHARTED, "darboux")
 """Forms in which a scheme computes in other coordinates than the problem's."""
 
 

@@ -11,6 +11,7 @@ from daebench.compiler.work import WORK
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.constraint_structure import require_reached
+from daebench.methods.fixed_step.forms import CHARTED
 from daebench.methods.fixed_step.mixed_precision import MIXED, require_mixed
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
@@ -52,8 +53,8 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     @property
     def _solves(self) -> bool:
-        """Whether systems of constraints are solved, in its own coordinates: those of ``local`` and ``stiff`` have none."""
-        return self.form not in ("local", "stiff")
+        """Whether systems of constraints are solved, in its own coordinates: those of a chart and of ``stiff`` have none."""
+        return self.form not in (*CHARTED, "stiff")
 
     def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
         """Return what to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter.
@@ -93,7 +94,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def _in_loops(self, ivp: ConstrainedIvp, precision: str) -> bool:
         """Return whether a kernel takes arrays; a scheme that puts multipliers together of numbers, or a chart, takes tuples."""
-        written = self.form == "local" or hasattr(self.module, "multiplier")
+        written = self.form in CHARTED or hasattr(self.module, "multiplier")
         return self.compiled and not written and in_loops(ivp.facts, precision)
 
     def _coordinates(self, ivp: ConstrainedIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
@@ -112,7 +113,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
         scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
-        if self.form != "local":
+        if self.form not in CHARTED:
             return scales
         return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput, positive
@@ -15,16 +16,21 @@ def _same(p: Any, q: Any) -> "State":
     return tuple(p), tuple(q)
 
 
-def _enter(ivp: "ConstrainedIvp") -> "Map":
+def _enter(ivp: "ConstrainedIvp", form: str) -> "Map":
     from daebench.runs.local_flow import enter
 
-    return enter(ivp)
+    return enter(ivp, form)
 
 
-def _leave(ivp: "ConstrainedIvp") -> "Map":
+def _leave(ivp: "ConstrainedIvp", form: str) -> "Map":
     from daebench.runs.local_flow import leave
 
-    return leave(ivp)
+    return leave(ivp, form)
+
+
+def _in_chart(form: str) -> dict[str, Any]:
+    """Return the maps of a form that computes in coordinates of the chart."""
+    return {"enter": partial(_enter, form=form), "leave": partial(_leave, form=form)}
 
 
 @dataclass(frozen=True)
@@ -77,9 +83,13 @@ FORMS: Mapping[str, Form] = {
         most={"impedance": 1.0},
         instead="that of soft constraints, whose motion differs from the constrained one by (1/impedance - 1)/stiffness",
     ),
-    "local": Form("local coordinates y of the manifold, HLW (2.22): y' = B(y) grad K(y)", enter=_enter, leave=_leave),
+    "local": Form("local coordinates y of the manifold, HLW (2.22): y' = B(y) grad K(y)", **_in_chart("local")),
+    "canonical": Form("coordinates xi of a chart and their momenta (dq/dxi)^T p: a Hamiltonian system", **_in_chart("canonical")),
 }
 """The forms of constrained problems by name."""
+
+CHARTED = ("local", "canonical")
+"""Forms in the coordinates of a chart."""
 
 POISSON_FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
 """Forms of a Poisson system that a scheme can be run on besides its own coordinates."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput, real, require_known, unknown
 from daebench.methods.fixed_step.chain_refusals import unwritten
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
-from daebench.methods.fixed_step.forms import FORMS, OWN, Form
+from daebench.methods.fixed_step.forms import CHARTED, FORMS, OWN, Form
 from daebench.methods.registry import registry
 from daebench.schemes.kernels.claims import Claims, Member, composed, on_form, projected
 
@@ -78,7 +78,7 @@ class Parts:
         claims, module = self.member.claims, self.module
         base = on_form(claims, self.form)
         multistep = hasattr(module, "start")
-        if self.form and not claims.any_form:
+        if self.form and not (claims.any_form or (self.form == "canonical" and claims.canonical)):
             return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(takes_forms())}."
         if self.composition and (multistep or not base.symmetric or base.order != 2):
             return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use rattle or strang."
@@ -166,9 +166,19 @@ class Parts:
                 f"{self.name} needs the flow of the kinetic energy in closed form, which {ivp.problem} does not declare; "
                 "use rattle, whose compositions have the same orders."
             )
-        if self.form == "local" and not facts.CHART:
-            return f"{self.name} needs a chart of the manifold, which {ivp.problem} does not declare; leave out local:."
+        if self.form in CHARTED:
+            return self._misfit_of_chart(ivp)
         return self._misfit_of_constraints(ivp) if needs.constraints else None
+
+    def _misfit_of_chart(self, ivp: "ConstrainedIvp") -> str | None:
+        if not ivp.facts.CHART:
+            return f"{self.name} needs a chart of the manifold, which {ivp.problem} does not declare; leave out {self.form}:."
+        if self.form == "canonical" and not ivp.facts.CANONICAL:
+            return (
+                f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) and a chart whose positions depend on xi alone, "
+                f"which {ivp.problem} does not have; use local:."
+            )
+        return None
 
     def _misfit_of_constraints(self, ivp: "ConstrainedIvp") -> str | None:
         from daebench.methods.fixed_step.constraint_structure import misfit

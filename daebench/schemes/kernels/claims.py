@@ -44,7 +44,7 @@ class Claims:
     autonomous_only : bool
         Whether it needs a system that is independent of time and has no forces without potential.
     canonical : bool
-        Whether it is symplectic for a canonical Hamiltonian ODE, and thus on the penalised system.
+        Whether it is symplectic for a canonical Hamiltonian ODE, and thus on the penalised system and in canonical coordinates.
     conformal : bool
         Whether the two-form contracts as exp(-c t) under a damping F = -c p, to round-off; it needs such a damping.
     constraints : str
@@ -112,12 +112,12 @@ class PoissonClaims:
 
 
 def on_form(claims: Claims, form: str) -> Claims:
-    """Return the claims of a scheme on a form of the system: "" is (1.18), others are "local", "stiff", "soft" and "baumgarte"."""
+    """Return the claims of a scheme on a form of the system: "" is (1.18), others are those of ``daebench.methods.fixed_step.forms``."""
     if form in ("baumgarte", "soft"):
         return replace(claims, symmetric=False, symplectic=False, system=form)
-    if form == "stiff":
-        return replace(claims, symplectic=claims.canonical, system=form)
-    return replace(claims, keeps_g=True, keeps_Gv=True, system=form) if form == "local" else claims
+    if form in ("stiff", "canonical"):
+        claims = replace(claims, symplectic=claims.canonical, system=form)
+    return replace(claims, keeps_g=True, keeps_Gv=True, system=form) if form in ("local", "canonical") else claims
 
 
 def under_forces(claims: Claims) -> Claims:

@@ -63,6 +63,9 @@ PROJECTED: bool = False
 LOCAL: bool = False
 """The scheme computes in local coordinates of the manifold, HLW (2.22)."""
 
+CANONICAL: bool = False
+"""They are the coordinates of a chart and their momenta."""
+
 STIFF: bool = False
 """The system is the penalised one, whose force is stiff."""
 
@@ -240,6 +243,22 @@ def K_y(p: Vector, q: Vector) -> Any:
 
 def two_form(p: Vector, q: Vector) -> Any:
     """X^T J X with X = chi'(y) at local coordinates y = (p, q), HLW (2.21), shape(2 d, 2 d)."""
+
+
+def impulse(p: Vector, q: Vector) -> Vector:
+    """Right side of X^T M X Q' = P - ..., at canonical coordinates P = p and Q = q of a chart, shape(d,)."""
+
+
+def L_q(q: Vector, v: Vector) -> Vector:
+    """P' at the coordinates Q = q of a chart and their rates v, with the forces, shape(d,)."""
+
+
+def L_qv(q: Vector, v: Vector) -> Matrix:
+    """Derivative of ``L_q`` with respect to v, shape(d, d)."""
+
+
+def placed(q: Vector, v: Vector, p: Vector) -> tuple[Vector, Vector]:
+    """State (p, q) of the problem at the coordinates of a chart, their rates v and momenta p."""
 
 
 def chart(p: Vector, q: Vector) -> tuple[Vector, Vector]:

@@ -1,0 +1,121 @@
+"""Functions derived from a definition in the angles Q = xi of a chart and their momenta P = (dq/dxi)^T p: a system without constraints."""
+
+from collections.abc import Callable
+from functools import cached_property
+
+import sympy as sp
+
+from daebench.compiler.constrained.derivation import Arguments, Rule
+from daebench.compiler.constrained.extended import ExtendedDerivation
+from daebench.compiler.constrained.local import LocalDerivation
+from daebench.compiler.derivatives import nested_jacobian
+from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.tuples import Values
+
+
+class CanonicalDerivation(LocalDerivation):
+    """The expressions of one problem with M and U in canonical coordinates. Kernels use the names ``p`` for P and ``q`` for Q.
+
+    With q = q(Q), X = dq/dQ and the velocities w = Q', the Lagrangian function of the chart and the momenta are::
+
+        L(Q, w) = 1/2 w^T X^T M(q) X w - U(q)        P = X^T p = dL/dw        P' = dL/dQ + X^T F
+
+    so that P determines w by a linear system with X^T M X, which kernels solve with numbers. If time is the last coordinate, its rate is 1.
+    """
+
+    @cached_property
+    def timed(self) -> int:
+        """Number of coordinates that are the time: 0 or 1."""
+        return int(isinstance(self.own, ExtendedDerivation))
+
+    @cached_property
+    def w(self) -> sp.Matrix:
+        """Velocities Q', shape(n,); the symbol for the rate of the time occurs in no expression."""
+        return sp.Matrix([sp.Dummy(f"w{i + 1}", real=True) for i in range(self.d)])
+
+    @cached_property
+    def X(self) -> sp.Matrix:
+        """Derivative of the positions with respect to Q, shape(d, n)."""
+        return nested_jacobian(self.chart.q, self.chart.xi)
+
+    @cached_property
+    def carried_mass(self) -> sp.Matrix:
+        """Mass matrix of the positions, with the time left out, at the place q(Q)."""
+        assert self.own.inertia is not None
+        return self.own.inertia.subs(self._at_place, simultaneous=True)
+
+    @cached_property
+    def velocity(self) -> sp.Matrix:
+        """Velocities q' = X w, shape(d,), with rate 1 of the time."""
+        rates = sp.Matrix([*self.w[: self.d - self.timed], *[1] * self.timed])
+        return self.X * rates
+
+    @cached_property
+    def momenta(self) -> sp.Matrix:
+        """Momenta p = M X w of the positions, with the time left out."""
+        return self.carried_mass * self.velocity[: self.own.d - self.timed, :]
+
+    @cached_property
+    def lagrangian(self) -> sp.Expr:
+        """L(Q, w)."""
+        v = self.velocity[: self.own.d - self.timed, :]
+        return (v.T * self.momenta)[0] / 2 - self.own.potential.subs(self._at_place, simultaneous=True)
+
+    @cached_property
+    def L_q(self) -> sp.Matrix:
+        """P' = dL/dQ + X^T F, shape(n,)."""
+        forces = self.own.forces(list(self.momenta), list(self.velocity)).subs(self._at_place, simultaneous=True)
+        return nested_jacobian([self.lagrangian], self.chart.xi).T + self.X.T * forces
+
+    @cached_property
+    def L_w(self) -> sp.Matrix:
+        """dL/dw without the time, shape(n,) or shape(n - 1,)."""
+        n = self.own.d - self.timed
+        return (self.X[:n, : self.d - self.timed]).T * self.momenta
+
+    @cached_property
+    def _at_place(self) -> dict[sp.Symbol, sp.Expr]:
+        return dict(zip(self.problem.q, self.chart.q, strict=True))
+
+    def algebra(self, target: Target) -> Values:
+        """Return the algebra of its vectors, whose norms leave out the time and its momentum."""
+        dense = [[True] * self.d]
+        return Values(self.d, self.m, dense * self.m, dense * self.d, target, unmeasured=self.timed)
+
+    @cached_property
+    def _rules(self) -> dict[str, Callable[[], Rule]]:
+        n, chart, free = self.d, self.chart, self.d - self.timed
+        rules = {name: rule for name, rule in super()._rules.items() if name not in ("chart", "K_y", "two_form")}
+        q: Arguments = {"q": list(chart.xi)}
+        qw: Arguments = {**q, "v": list(self.w)}
+        P = [sp.Dummy(f"P{i + 1}", real=True) for i in range(n)]
+        pq: Arguments = {"p": list(self.p), "q": list(self.q)}
+
+        def mass() -> Rule:
+            spatial = nested_jacobian(list(self.L_w), list(self.w[:free]))
+            return q, sp.diag(spatial, *[1] * self.timed), (n, n)
+
+        def impulse() -> Rule:
+            rest = [P[i] - self.L_w[i].xreplace(dict.fromkeys(self.w, sp.S.Zero)) for i in range(free)]
+            return {"p": P, **q}, [*rest, *[sp.S.One] * self.timed], (n,)
+
+        def placed() -> Rule:
+            conjugate = [P[-1] - self.X[: self.own.d - 1, n - 1].dot(self.momenta)] if self.timed else []
+            return {**qw, "p": P}, [*self.momenta, *conjugate, *chart.q], (2, self.own.d)
+
+        def inverse() -> Rule:
+            X = self.X.subs(dict(zip(chart.xi, chart.inverse_xi, strict=True)), simultaneous=True)
+            return pq, [*(X.T * self.p), *chart.inverse_xi], (2, n)
+
+        def by_velocity() -> Rule:
+            moved = nested_jacobian(list(self.L_q), list(self.w[:free]))
+            return qw, moved.row_join(sp.zeros(n, self.timed)), (n, n)
+
+        return rules | {
+            "M": mass,
+            "impulse": impulse,
+            "L_q": lambda: (qw, self.L_q, (n,)),
+            "L_qv": by_velocity,
+            "placed": placed,
+            "inverse_chart": inverse,
+        }
