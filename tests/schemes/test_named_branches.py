@@ -26,7 +26,13 @@ RUN = """([text, state, h, par, weights]) => {
 @pytest.fixture
 def opposite(monkeypatch, tmp_path):
     """The iteration of positions starts at the opposite point of a pendulum's circle."""
-    plant(monkeypatch, tmp_path, "schemes.kernels.constrain", "(update_position, (tangent, nu0),", "(update_position, (tangent - 2 * q0, nu0),")
+    plant(
+        monkeypatch,
+        tmp_path,
+        "schemes.kernels.constrain",
+        "(update_position, (tangent, nu0),",
+        "(update_position, (tangent - 2 * q0, nu0),",
+    )
 
 
 def pendulum():
@@ -36,7 +42,9 @@ def pendulum():
 def alone(scheme="rattle", **settings):
     """Return what one run says."""
     compiled = settings.pop("compiled", True)
-    run = FixedStep(scheme, compiled=compiled, **settings.pop("method", {})).solve(pendulum(), Request(value=H, steps=5, every=1, **settings))
+    run = FixedStep(scheme, compiled=compiled, **settings.pop("method", {})).solve(
+        pendulum(), Request(value=H, steps=5, every=1, **settings)
+    )
     return run.failure, len(run.t)
 
 
