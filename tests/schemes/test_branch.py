@@ -74,6 +74,18 @@ def test_a_step_is_the_root_that_continues_from_small_h(place, name):
     assert right >= 6
 
 
+@pytest.mark.parametrize("name", SCHEMES, ids=str)
+@pytest.mark.parametrize("place", ["pendulum", "torus", "light-end"], ids=str)
+def test_a_step_beyond_the_end_of_its_branch_is_refused(place, name):
+    beyond = 0
+    for where, time in starts(place, 4):
+        for share in (1.3, 1.5, 1.7, 1.95, 2.2):
+            if continued(name, where, share * time) is None:
+                assert step(name, where, share * time).failure is not None, share
+                beyond += 1
+    assert beyond >= 6
+
+
 @pytest.mark.parametrize("share", [0.2, 1.0, 1.5, 1.8, 1.95])
 @pytest.mark.parametrize("name", ["rattle", "symplectic_euler", "rattle_ilves", "shake"], ids=str)
 def test_a_suspension_at_rest_stays_where_it_is_up_to_the_limit_of_stability(name, share):
