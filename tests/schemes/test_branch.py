@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from branches import continued
+from branches import continued, followed
+from ivps import ivp
 from planted import plant
 
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -72,6 +73,29 @@ def test_a_step_is_the_root_that_continues_from_small_h(place, name):
                 assert np.abs(run.q[-1] - expected).max() < 1e-7 * np.abs(expected).max()
                 right += 1
     assert right >= 6
+
+
+@pytest.mark.parametrize("name", SCHEMES, ids=str)
+@pytest.mark.parametrize("place", ["pendulum", "torus", "light-end"], ids=str)
+def test_a_step_beyond_the_end_of_its_branch_is_refused(place, name):
+    beyond = 0
+    for where, time in starts(place, 4):
+        for share in (1.3, 1.5, 1.7, 1.95, 2.2):
+            if continued(name, where, share * time) is None:
+                assert step(name, where, share * time).failure is not None, share
+                beyond += 1
+    assert beyond >= 6
+
+
+@pytest.mark.parametrize("name", SCHEMES, ids=str)
+@pytest.mark.parametrize("place", ["stretched-M", "stretched-H"], ids=str)
+def test_a_step_of_any_hamiltonian_is_the_root_that_continues_from_small_h(place, name):
+    where = ivp(place)
+    time = np.abs(where.q0).max() / np.abs(where.value("H_p", where.p0, where.q0)).max()
+    for share in (0.05, 0.2):
+        expected = followed(name, where, share * time)
+        run = step(name, where, share * time).complete()
+        assert np.abs(run.q[-1] - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("share", [0.2, 1.0, 1.5, 1.8, 1.95])

@@ -1,7 +1,9 @@
 """Newton's iteration where derivatives are left out: slow convergence is followed to its end, and what does not converge is refused."""
 
+import numpy as np
 import pytest
 from runs import method
+from scipy.optimize import root
 
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.request import Request
@@ -44,10 +46,66 @@ def test_one_that_does_not_is_refused(rate, wanders):
     update, kernel = iteration(rate, wanders)
     _, report = kernel.newton(update, 0.0, None)
     assert report[0] == NOT_CONVERGED
-    assert report[3] == (1000 if rate == 0.999 else 100)
+    assert report[3] == -report[2] == (1000 if rate == 0.999 else 100)
 
 
 def test_a_symmetric_projection_that_converges_slowly_goes_on():
     pendulum = initial_value_problem("double_pendulum", "horizontal")
     run = method("midpoint+symproj").solve(pendulum, Request(value=0.03, steps=712, every=0, watch=())).complete()
     assert run.steps == 712
+
+
+# ---- symmetric projections whose corrections overshoot -------------------------------------------------------------------
+
+UNSTABLE = (
+    (-1.67295446275683, 1.00965519709478, 6.78055132280678, 1.92949481843808),
+    (-0.516707626373469, -0.856161917424207, -0.408534509565809, -1.85029398953541),
+)
+"""Momenta and positions of a double pendulum, about 12 ms before it is fastest."""
+
+
+def normals(p, q):
+    """Return the derivative of (g, G p) with respect to (p, q) of a double pendulum with masses and lengths 1, twice that of |q|^2 - 1."""
+    G, Gv = (np.array([[x[0], x[1], 0 * x[0], 0 * x[0]], [x[0] - x[2], x[1] - x[3], x[2] - x[0], x[3] - x[1]]]) for x in (q, p))
+    return np.block([[0 * G, G], [G, Gv]])
+
+
+def rate(p, q):
+    """Return p', q' of the index-reduced pendulum."""
+    C = normals(p, q)
+    G, Gv, weight = C[:2, 4:], C[2:, 4:], 9.81 * np.array([0, 1, 0, 1])
+    return np.concatenate([-weight - G.T @ np.linalg.solve(G @ G.T, Gv @ p - G @ weight), p])
+
+
+def residual(z, x0, h):
+    """Return the residual of the midpoint rule with its symmetric projection, for x1, the four multipliers and the increment."""
+    x1, nu, k = z[:8], z[8:12], z[12:]
+    shifted, C = x0 + normals(x0[:4], x0[4:]).T @ nu, normals(x1[:4], x1[4:])
+    middle = shifted + k / 2
+    q, r = x1[4:6], x1[6:] - x1[4:6]
+    manifold = [q @ q - 1, r @ r - 1, *(C[2:, :4] @ x1[:4])]
+    return np.concatenate([k - h * rate(middle[:4], middle[4:]), x1 - shifted - k - C.T @ nu, manifold])
+
+
+def derivative(z, x0, h):
+    return np.array([residual(z + 1e-30j * e, x0, h).imag for e in np.eye(20)]).T / 1e-30
+
+
+def continued(x0, h, parts=24):
+    """Return x1 on the branch of solutions that begins at h = 0."""
+    z = np.concatenate([x0, np.zeros(12)])
+    for part in range(1, parts + 1):
+        z = root(residual, z, (x0, part * h / parts), jac=derivative, tol=1e-13).x
+    z = z - np.linalg.solve(derivative(z, x0, h), residual(z, x0, h))
+    assert np.abs(residual(z, x0, h)).max() < 1e-13
+    return z[:8]
+
+
+@pytest.mark.parametrize("faster", [0.9, 1.0, 1.02, 1.04, 1.06, 1.08], ids=str)
+@pytest.mark.parametrize("h", [0.026, 0.03, 0.032], ids=str)
+def test_a_symmetric_projection_reaches_the_solution_where_corrections_overshoot(faster, h):
+    p0, q0 = (np.array(x) for x in UNSTABLE)
+    pendulum = initial_value_problem("double_pendulum", "horizontal", p0=faster * p0, q0=q0, project=True)
+    x0 = np.concatenate([pendulum.p0, pendulum.q0])
+    run = method("midpoint+symproj").solve(pendulum, Request(value=h, steps=1, every=1, watch=())).complete()
+    assert np.abs(np.concatenate([run.p[-1], run.q[-1]]) - continued(x0, h)).max() < 1e-12

@@ -52,3 +52,65 @@ def continued(name, where, h):
         else:
             part /= 2
     return place(nu, 1.0)
+
+
+# ---- any Hamiltonian -----------------------------------------------------------------------------------------------------
+
+
+def equations(name, where, x, h):
+    """Return the residual of (1.26), or of (1.19) or its adjoint, for x = (p, q1 - q0, lam): up to the position, with any H."""
+    p0, q0, d = np.asarray(where.p0), np.asarray(where.q0), len(where.q0)
+    p, dq, lam = x[:d], x[d : 2 * d], x[2 * d :]
+    pull = np.asarray(where.value("G", q0)).T @ lam
+    H_q, H_p = (lambda q, what=what: np.asarray(where.value(what, p, q)) for what in ("H_q", "H_p"))
+    kick, drift = {
+        "rattle": lambda: (h / 2 * (H_q(q0) + pull), h / 2 * (H_p(q0) + H_p(q0 + dq))),
+        "symplectic_euler": lambda: (h * (H_q(q0) + pull), h * H_p(q0)),
+        "symplectic_euler_adjoint": lambda: (h * pull, h * H_p(q0 + dq)),
+    }[name]()
+    return np.concatenate([p - p0 + kick, dq - drift, where.value("g", q0 + dq)])
+
+
+def _jacobian(name, where, x, h, sizes):
+    steps = 1e-6 * sizes
+    columns = [(equations(name, where, x + e, h) - equations(name, where, x - e, h)) / (2 * e.max()) for e in np.diag(steps)]
+    return np.array(columns).T
+
+
+def followed(name, where, h, first=1 / 32, least=1e-5):
+    """Return q1 on the branch of the equations that begins at h = 0 with lam of the motion; None if that ends before h.
+
+    The multiplier is that of the motion at first. A part of h is halved until the corrected point is close to the predicted one, and until
+    the determinant keeps its sign.
+    """
+    p0, q0, d = np.asarray(where.p0), np.asarray(where.q0), len(where.q0)
+    lam = np.asarray(where.value("lam", p0, q0))
+    small = 1e-3 * h
+    size = np.abs(q0).max()
+    x = np.concatenate([p0, small * np.asarray(where.value("H_p", p0, q0)), lam])
+    sizes = np.concatenate([np.full(d, np.abs(p0).max() + 1e-3), np.full(d, size), np.full(len(lam), np.abs(lam).max() + 1e-3)])
+
+    def corrected(x, at):
+        for _ in range(20):
+            change = np.linalg.solve(_jacobian(name, where, x, at, sizes), equations(name, where, x, at))
+            x = x - change
+            if np.abs(change / sizes).max() < 1e-13:
+                break
+        return x, np.abs(change / sizes).max()
+
+    x, _ = corrected(x, small)
+    at, part, before = small, first * h, None
+    sign = np.sign(np.linalg.det(_jacobian(name, where, x, at, sizes)))
+    while at < h:
+        there = min(h, at + part)
+        guess = x if before is None else x + (there - at) / (at - before[0]) * (x - before[1])
+        solved, left = corrected(guess, there)
+        off = np.abs((solved - guess) / sizes)[d : 2 * d].max()
+        near = off < 0.1 * np.abs((solved - x) / sizes)[d : 2 * d].max() + 1e-9
+        if (near or before is None) and left < 1e-9 and np.sign(np.linalg.det(_jacobian(name, where, solved, there, sizes))) == sign:
+            before, x, at, part = (at, x), solved, there, 1.5 * part
+        elif part < least * h:
+            return None
+        else:
+            part /= 2
+    return q0 + x[d : 2 * d]

@@ -66,19 +66,19 @@ def integrate_tangent(
 ) -> Any:
     """Write the logarithmic growth of a tangent vector over each ``every`` steps into ``growth``; rescale the vector to length 1 each time.
 
-    Returns the number of these intervals, the steps taken after them, the substeps tried in the last step, and status and residual of the
-    last report. Lengths are measured with the entries of the vector multiplied by ``units``.
+    Returns the number of these intervals, the steps taken after them, the substeps tried in the last step, and status, residual and
+    pivot of the last report. Lengths are measured with the entries of the vector multiplied by ``units``.
     """
     number = lifted(x, dx)
     memory, status = first_memory(number, h, par)
     if status != 0:
-        return 0, 0, 0, status, 0.0
+        return 0, 0, 0, status, 0.0, 0.0
     for k in range(len(growth)):
         result = integrate(number, memory, (), (), pivots, h, weights, every, -1, every, states, states[0], par)  # type: ignore[call-arg]
         number, memory, pivots, report = result[0], result[1], result[3], result[9]
         length = numpy.sqrt(square(output(number, par), units))  # type: ignore[call-arg]
         if report[0] != 0 or not 0.0 < length < numpy.inf:
-            return k, result[4], result[8], report[0], values(report[1])
+            return k, result[4], result[8], report[0], values(report[1]), values(report[2])
         growth[k] = numpy.log(length)
         number, memory = rescaled(number, 1.0 / length), rescaled(memory, 1.0 / length)
-    return len(growth), 0, 0, 0, 0.0
+    return len(growth), 0, 0, 0, 0.0, 0.0

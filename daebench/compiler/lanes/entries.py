@@ -6,8 +6,8 @@ common, for N runs, padded to whole blocks:
 - ``x``, or ``forms`` of state, conserved quantities, maxima and pivots: nested tuples of numbers, of which only the form is used;
 - ``h``, ``weights``, ``par``: step size, weights of a composition, and parameters with run-time data; an integer in them denotes a row
     of ``rows``, any other entry is a value;
-- ``numbers``, shape(., N): a row for each number of the state, then the conserved quantities, the maxima, the pivots, the residual of a
-    report and the memory, each from its row in ``places`` on;
+- ``numbers``, shape(., N): a row for each number of the state, then the conserved quantities, the maxima, the pivots, residual and pivot
+    of a report and the memory, each from its row in ``places`` on;
 - ``counts``, shape(., N): status, steps done, substeps tried in the last step, and work;
 - ``begin``, ``end``: columns of the first run and after the last one, multiples of LANES.
 """
@@ -72,7 +72,7 @@ def initialise_lanes(x: Any, h: Any, par: Any, numbers: Any, rows: Any, counts: 
         if places[MEMORY] + length > len(numbers):
             return length
         put_all(numbers, places[MEMORY], b, live, memory)
-        put_all(numbers, places[RESIDUAL], b, live, report[1])
+        put_all(numbers, places[RESIDUAL], b, live, report[1:3])
         put_all(counts, WORK, b, live, report[3])
         put_all(counts, STATUS, b, live, report[0])
     return length
@@ -119,6 +119,6 @@ def integrate_lanes(
             put_all(numbers, places[MEMORY], b, live, result[1])
             put_all(numbers, places[MAXIMA], b, live, result[2])
             put_all(numbers, places[PIVOTS], b, live, result[3])
-            put_all(numbers, places[RESIDUAL], b, live, result[9][1])
+            put_all(numbers, places[RESIDUAL], b, live, result[9][1:3])
             before = take_all((0, 0, 0, result[7]), counts, STATUS, b, LANES)
             put_all(counts, STATUS, b, live, (result[9][0], before[DONE] + result[4], result[8], plus_work(before[WORK], result[7])))

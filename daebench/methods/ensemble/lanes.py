@@ -135,7 +135,7 @@ class LaneRun:
         """Put the start of each member into its column."""
         carried, size = self.carried, states.shape[1]
         recalled = [np.inf, *[0.0] * (len(flat(carried.pivots)) - 1)]
-        self.places = tuple(np.cumsum([size, carried.conserved, carried.maxima, len(recalled), 1]).tolist())
+        self.places = tuple(np.cumsum([size, carried.conserved, carried.maxima, len(recalled), 2]).tolist())
         self.numbers = np.zeros((self.places[MEMORY] + 2 * size, self.columns))
         self.numbers[:size, : self.n] = states.T
         self.numbers[self.places[PIVOTS] : self.places[RESIDUAL]] = np.array(recalled)[:, None]

@@ -263,7 +263,8 @@ class _Ensemble:
     def _sentence(self, i: int, run: LaneRun | None, table: Table) -> str:
         """Return why a member stopped in its lane: what its run by itself says there."""
         assert run is not None
-        report, tried = (int(table.status[i]), float(run.numbers[run.places[RESIDUAL], i])), int(run.counts[TRIED, i])
+        place, tried = run.places[RESIDUAL], int(run.counts[TRIED, i])
+        report = (int(table.status[i]), *map(float, run.numbers[place : place + 2, i]))
         at_end = table.status[i] == ERROR_NOT_FINITE and table.steps[i] == self.grid.steps
         if not at_end and not self._loses_rank(table)[i] and not (self.mode and report[0] == SINGULAR):
             linked = run.linked if self.members.weights is None else replace(run.linked, weights=self.members.weights[i])

@@ -102,7 +102,7 @@ def tangent_growth(
     mode = method.on_singular(ivp, Request(value=members.h)) if isinstance(ivp, ConstrainedIvp) else ""  # type: ignore[attr-defined]
     kernel = method.kernel(ivp, "tangent1", (), count=False, singular=mode)
     pivots = (np.inf, 0.0, 0.0) if mode else np.inf
-    growth, ends = np.full((len(members), intervals), np.nan), np.zeros((len(members), 5))
+    growth, ends = np.full((len(members), intervals), np.nan), np.zeros((len(members), 6))
     h = float(members.h)
 
     def one(i: int) -> None:
@@ -121,12 +121,12 @@ def tangent_growth(
                 raise
 
     def sentence(i: int) -> str:
-        member, (before, after, tried, status, residual) = members.member(i), ends[i]
+        member, (before, after, tried, status, *numbers) = members.member(i), ends[i]
         done = int(before * every + after)
         if status == RANK_LOST:
             return f"{method.name} on {ivp.problem}, case {ivp.case}, stopped at t = {done * h:.9g}: G loses rank there; start elsewhere."
         linked = method.linked(member, kernel, h)
-        return linked.failure(member, h, done, every * intervals, int(tried), (int(status), residual))
+        return linked.failure(member, h, done, every * intervals, int(tried), (int(status), *numbers))
 
     return TangentGrowth(growth, every * h, ends[:, 3].astype(np.int64), sentence)
 
@@ -155,13 +155,13 @@ def tangent_vectors(members: Members, units: Array, seed: int) -> Array:
 def _grown(
     linked: Linked, ivp: InitialValueProblem, vector: Array, h: float, units: Array, every: int, pivots: Any, growth: Array
 ) -> tuple[float, ...]:
-    """Fill the growth of one member; return the intervals done, the steps after these, those tried, and status and residual."""
+    """Fill the growth of one member; return the intervals done, the steps after these, those tried, and status, residual and pivot."""
     direction = Directions({}, np.zeros((len(ivp.par), 1)), vector[:, None], np.ones(1))
     begin = seeds(ivp, direction, lambda moved: linked.enter, len(linked.par) - len(ivp.par))
     parts = typed(tuple(ivp.vectors(units)))
     empty = np.empty((0, ivp.size)), np.empty((1, 0, ivp.size))
     with np.errstate(all="ignore"):
-        done, after, tried, status, residual = linked.kernel.integrate_tangent(
+        done, after, tried, status, *numbers = linked.kernel.integrate_tangent(
             typed(linked.enter(ivp.start)),
             pivots,
             h,
@@ -173,7 +173,7 @@ def _grown(
             empty,
             growth,
         )
-    return done, after, tried, UNSETTLED if done < len(growth) and not status else status, residual
+    return done, after, tried, UNSETTLED if done < len(growth) and not status else status, *numbers
 
 
 def typed(x: Any) -> Any:

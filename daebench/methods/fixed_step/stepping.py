@@ -15,7 +15,7 @@ from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
-from daebench.schemes.kernels.newton import ITERATIONS
+from daebench.schemes.kernels.newton import ITERATIONS, NOT_CONVERGED
 from daebench.schemes.kernels.rank import RANK_LOST
 from daebench.schemes.kernels.relax import ROUNDS
 
@@ -72,7 +72,6 @@ IN_SHORT = {
 SIMPLIFIED = REASONS | {1: (REASONS[1][0], f"{REASONS[1][1]}; {ITS_OWN}")}
 """The same for a scheme whose iteration omits derivatives."""
 
-LIMITS = {"sweeps": ITERATIONS, "relaxations": ROUNDS}
 CHUNK_SECONDS = 0.2
 
 
@@ -120,7 +119,8 @@ class Linked:
         )
         where = f"stopped at t = {done * h:.9g} (step {done + 1} of {steps}, h = {h:g}{substep})"
         why, advice = self.reasons[int(report[0])]
-        reason = why.format(residual=float(report[1]), **LIMITS)
+        sweeps = -int(report[2]) if report[0] == NOT_CONVERGED else ITERATIONS
+        reason = why.format(residual=float(report[1]), sweeps=sweeps, relaxations=ROUNDS)
         return f"{self.name} on {ivp.problem}, case {ivp.case}, {where}: {reason}; {advice}."
 
 

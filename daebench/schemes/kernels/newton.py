@@ -64,18 +64,21 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
     would leave a bias, and cause a linear drift of the energy. If the imaginary part is a derivative, the iteration continues for as many
     iterations again, so that the derivative is as converged as the value. A relative pivot at round-off, a value that is not finite, or 100
     iterations without convergence stop it with a corresponding status. One that has shrunk in each of the last 50 converges slowly, as an
-    iteration may that omits derivatives: it goes on while it does, up to 1000.
+    iteration may that omits derivatives: it goes on while it does, up to 1000. The report of an iteration without convergence has minus the
+    number of iterations in the place of the pivot, which is then the least of all pivots.
 
     A study of this criterion may use another number of roundings than 4, or a fixed number of iterations; derivatives are then those of the
     computed iterates.
     """
     last = INF
     steady = 0
+    taken = 0.0
     until = ITERATIONS_ASKED
     residual = INF
     pivot = INF
     for iteration in range(1, 2 * LONGEST + 1):
         x, size, scale, residual, pivot = update(x, data)
+        taken = taken - 1.0
         status = judge(residual, pivot, size)
         if status != OK:
             return x, (status, residual, pivot, tally(update, iteration))
@@ -85,13 +88,13 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
             if size <= ROUNDINGS * bound or (size >= last and size <= 10000.0 * bound):
                 until = AGAIN * iteration
             elif iteration >= ITERATIONS and (steady < STEADY or iteration == LONGEST):
-                return x, (NOT_CONVERGED, residual, pivot, tally(update, iteration))
+                return x, (NOT_CONVERGED, residual, taken, tally(update, iteration))
             last = size
         if iteration == until:
             if TANGENTS:  # settled when the kernel is linked
                 return differentiated(update, x, data, size, (OK, residual, pivot, tally(update, iteration)))
             return x, (OK, residual, pivot, tally(update, iteration))
-    return x, (NOT_CONVERGED, residual, pivot, tally(update, 2 * LONGEST))
+    return x, (NOT_CONVERGED, residual, taken, tally(update, 2 * LONGEST))
 
 
 if ONCE:
@@ -99,19 +102,20 @@ if ONCE:
     def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
         """Return the result of the iteration above in its default form; all runs leave the loop at one place.
 
-        EPS is a power of two: multiplied by it first, the numbers of roundings give the same bounds. The pivot of an iteration without
-        an end, which no run keeps, is left out.
+        EPS is a power of two: multiplied by it first, the numbers of roundings give the same bounds.
         """
         last = INF
         steady = 0
+        taken = 0.0
         for iteration in range(1, LONGEST + 1):
             x, size, scale, residual, pivot = update(x, data)
+            taken = taken - 1.0
             bound = (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale
             steady = steady + 1 if size < last else 0
             if not regular(residual, pivot, size) or size <= bound or (iteration >= ITERATIONS and steady < STEADY):
-                return x, (ended(residual, pivot, size, bound), residual, pivot, tally(update, iteration))
+                return x, (ended(residual, pivot, size, bound), residual, taken if size > bound else pivot, tally(update, iteration))
             last = size
-        return x, (NOT_CONVERGED, residual, INF, tally(update, LONGEST))
+        return x, (NOT_CONVERGED, residual, taken, tally(update, LONGEST))
 
 
 def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X, data: Any) -> tuple[X, Report]:
@@ -125,7 +129,7 @@ def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]
         if not size < INF or size <= (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale:
             return x, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
         last = size
-    return x, (NOT_CONVERGED, residual, INF, tally(update, ITERATIONS))
+    return x, (NOT_CONVERGED, residual, -100.0, tally(update, ITERATIONS))
 
 
 def differentiated(
