@@ -18,7 +18,7 @@ from daebench.pages.report.index import write_index
 
 PLACE = Path(__file__).parent.parent / "reports" / "gallery"
 SHOWN = {
-    "rods": "index-reduction/figures/rods",
+    "two_motions": "index-reduction/figures/two_motions",
     "drift": "index-reduction/figures/drift",
     "methods": "methods/figures/matrix",
     "tolerances": "tolerances/figures/accuracy",

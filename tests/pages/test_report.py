@@ -36,7 +36,7 @@ from daebench.runs.machine import machine
 
 FIGURES = {
     "energy": ["t", "energy_error", "distance", "method", "h"],
-    "rods": ["method", "h", "t", "energy_error"],
+    "two_motions": ["problem", "method", "h", "t", "energy_error"],
     "drift": ["t", "energy_error_se", "distance_se"],
     "swing": ["t", "q3_symplectic_euler", "q3_implicit_euler", "energy_implicit_euler"],
     "symplecticity": ["n", "se", "seproj", "rattle"],

@@ -7,7 +7,7 @@ from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from daebench.pages.report import build_stamp
-from daebench.pages.report.index import MOVING
+from daebench.pages.report.index import LEAD
 from daebench.runs.files import atomic
 
 LONG_AGO = (1980, 1, 1, 0, 0, 0)
@@ -38,7 +38,7 @@ def write_archive(out: Path, path: Path, *, largest: float = math.inf) -> Path:
     pages = ["index.html", *sorted(f"{stamp.parent.name}/index.html" for stamp in out.glob(f"*/{build_stamp.STAMP}"))]
     texts = {page: (out / page).read_text(encoding="utf-8") for page in pages}
     files = {file for page, text in texts.items() for file in _linked(text, page) if _fits(out / file, largest)} - set(pages)
-    files |= set(re.findall(r'<img\b[^>]*? src="([^":]+)"', index)) | {file.relative_to(out).as_posix() for file in out.glob(f"*/{MOVING}")}
+    files |= set(re.findall(r'<img\b[^>]*? src="([^":]+)"', index)) | {file.relative_to(out).as_posix() for file in out.glob(f"*/{LEAD}")}
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
         for page in pages:
             _add(archive, page, _alone(texts[page], page, {*pages, *files}).encode())

@@ -53,17 +53,17 @@ def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) ->
         "daebench report all",
         groups={key: entries for key, entries in groups.items() if entries},
         steps=[(question, pages) for question, pages in steps if pages],
-        moving=moving(out, names),
+        lead=lead(out, names),
     )
 
 
-MOVING = "moving.html"
-"""File of a page's folder that has a moving picture for the index: a piece of HTML with its own style and script."""
+LEAD = "lead.html"
+"""File of a page's folder that has a picture and a sentence for the index: a piece of HTML."""
 
 
-def moving(out: Path, names: Sequence[str]) -> Markup:
-    """Return the moving picture of the first page that has one, for the index to begin with; nothing where there is none."""
-    files = [out / name / MOVING for name in names]
+def lead(out: Path, names: Sequence[str]) -> Markup:
+    """Return the picture and the sentence of the first page that has them, for the index to begin with; nothing where there is none."""
+    files = [out / name / LEAD for name in names]
     return Markup(next((path.read_text(encoding="utf-8") for path in files if path.is_file()), ""))
 
 

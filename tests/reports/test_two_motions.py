@@ -1,0 +1,121 @@
+"""What index reduction costs, on two motions: sentences hold for all methods of the catalogue, and runs that refute them are refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from daebench.errors import DaebenchError
+from daebench.methods.names import parse
+from daebench.methods.names_tables import CONSTRAINED
+from daebench.pages.report.index import LEAD, lead
+from daebench.reports.index_reduction.two_motions import (
+    EARLY,
+    FLOOR,
+    LEVEL,
+    LOST,
+    METHODS,
+    PENDULUM,
+    SYMMETRIC,
+    TORUS,
+    Run,
+    check_motions,
+    envelope,
+    measured,
+)
+from daebench.reports.index_reduction.two_motions_figure import apart
+
+FORMED = ("rk4", "midpoint", "gauss2", "gauss3", "gauss4")
+SWEPT = sorted(
+    {method.name for method in CONSTRAINED.listed()}
+    | {f"{form}:{scheme}" for form in ("local", "canonical") for scheme in FORMED}
+    | {"canonical:se", "midpoint+symproj", "gauss2+symproj", "gauss2+proj", "rk4+proj", "midpoint/suzuki4", "rattle/suzuki4"}
+)
+"""The methods of the catalogue, and those on its forms and with its projections."""
+
+AT_ONCE = ("se", "seproj", "generalized_alpha", "implicit_euler")
+"""They have lost the motion before their first level is known."""
+
+
+def made_up(motion, level, slope=0.0, failure=None, t_end=None):
+    """Return a run whose energy error is level sin t + slope t."""
+    t = motion.h * np.arange(round((t_end or motion.t_end) / motion.h) + 1)
+    return Run(t, np.zeros((len(t), 3)), level * np.sin(t) + slope * t, failure)
+
+
+@pytest.fixture
+def story():
+    torus = {name: made_up(TORUS, 1e-4) for name in METHODS} | {"rattle": made_up(TORUS, 2e-2)}
+    torus |= {"gauss2": made_up(TORUS, 1e-6, 2e-5), "local:gauss2": made_up(TORUS, 1e-5, 1e-6)}
+    gone = {"rk4": made_up(PENDULUM, 1e-6, failure="not finite", t_end=2000.0)}
+    return {TORUS.problem: torus, PENDULUM.problem: {name: made_up(PENDULUM, 1e-4) for name in SYMMETRIC} | gone}
+
+
+def test_numbers_of_the_picture_are_those_of_the_runs(story):
+    facts = check_motions(story)
+    assert facts.flat == pytest.approx(2e-2, rel=1e-2)
+    assert facts.crossing == pytest.approx(2e-2 / 2e-5, abs=3)
+    assert facts.end == pytest.approx(0.2, rel=1e-2)
+    assert facts.gone == 2000.0
+
+
+@pytest.mark.parametrize(
+    ("problem", "name", "planted", "words"),
+    [
+        ("torus", "rattle", made_up(TORUS, 2e-2, 1e-5), "rattle on the torus stays level"),
+        ("torus", "lobatto3", made_up(TORUS, 1e-4, failure="no solution", t_end=500.0), "lobatto3 on the torus stays level"),
+        ("torus", "canonical:gauss2", made_up(TORUS, 1e-5, 1e-6), "canonical:gauss2 on the torus stays level"),
+        ("torus", "gauss2", made_up(TORUS, 1e-5), "gauss2 on the torus loses energy"),
+        ("torus", "gauss2", made_up(TORUS, 1e-5, 5e-6), "crosses the line of RATTLE"),
+        ("torus", "local:gauss2", made_up(TORUS, 1e-5), "local:gauss2 on the torus loses energy"),
+        ("spherical_pendulum", "gauss2", made_up(PENDULUM, 1e-5, 1e-6), "gauss2 on the pendulum stays level"),
+        ("spherical_pendulum", "rk4", made_up(PENDULUM, 1e-5), "RK4 on the pendulum does not reach the end"),
+    ],
+    ids=["drift", "stops", "canonical drifts", "reduced is level", "crosses late", "rates are level", "not its reverse", "RK4 holds"],
+)
+def test_a_story_that_does_not_hold_is_refused(story, problem, name, planted, words):
+    with pytest.raises(DaebenchError, match=words):
+        check_motions({**story, problem: story[problem] | {name: planted}})
+
+
+def test_an_envelope_has_the_largest_error_so_far(story):
+    run = story["torus"]["gauss2"]
+    t, error = envelope(replace(run, energy_error=np.where(np.isclose(run.t, 123.4), 7.0, run.energy_error)), TORUS)
+    assert error[-1] == 7.0
+    assert t[np.argmax(error == 7.0)] >= 123.399 > t[np.argmax(error == 7.0) - 1]
+
+
+def test_names_at_the_ends_of_curves_keep_apart_in_their_order():
+    moved = apart(np.array([0.0, -3.0, 0.1, 0.05]), 0.5)
+    assert np.all(np.diff(np.sort(moved)) > 0.5 - 1e-9)
+    assert list(np.argsort(moved)) == [1, 0, 3, 2]
+
+
+def test_the_index_begins_with_the_lead_of_the_first_page_that_has_one(tmp_path):
+    assert lead(tmp_path, ["one", "other"]) == ""
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / LEAD).write_text("<figure>first</figure>", encoding="utf-8")
+    assert lead(tmp_path, ["one", "other"]) == "<figure>first</figure>"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SWEPT)
+def test_on_the_torus_the_two_form_decides_for_every_method_of_the_catalogue(name):
+    method = parse(name)
+    if method.knob != "h" or method.refusal(TORUS.ivp()):
+        pytest.skip("no fixed-step method for this problem")
+    run = measured(TORUS, name)
+    if method.claims.symplectic:
+        assert run.growth <= LEVEL
+    elif method.claims.system in ("ode", "local"):
+        assert run.growth >= LOST or name in AT_ONCE or run.largest[-1] < FLOOR
+        assert name not in AT_ONCE or run.largest[min(len(run.t), round(EARLY / TORUS.h)) - 1] > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SWEPT)
+def test_on_the_pendulum_every_symmetric_method_of_the_catalogue_holds(name):
+    method = parse(name)
+    if method.knob != "h" or method.refusal(PENDULUM.ivp()) or not method.claims.symmetric:
+        pytest.skip("no symmetric fixed-step method for this problem")
+    assert measured(PENDULUM, name).growth <= LEVEL
