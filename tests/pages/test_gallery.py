@@ -214,14 +214,14 @@ def test_an_archive_has_pages_that_stand_alone_and_is_the_same_for_the_same_page
     assert unknown_files(tmp_path / "a.zip") == []
 
 
-def test_an_index_that_is_written_from_an_archive_begins_with_the_moving_picture(tmp_path, gallery_of):
+def test_an_index_that_is_written_from_an_archive_begins_with_its_lead(tmp_path, gallery_of):
     out = tmp_path / "out"
     (out / "one").mkdir(parents=True)
-    (out / "one" / "moving.html").write_text("<p>It moves.</p>", encoding="utf-8")
+    (out / "one" / "lead.html").write_text("<p>First of all.</p>", encoding="utf-8")
     built(out, gallery_of("one"))
     with ZipFile(write_archive(out, tmp_path / "a.zip")) as archive:
         archive.extractall(tmp_path / "read")
-    assert "<p>It moves.</p>" in write_index(tmp_path / "read", ["one"], {}).read_text(encoding="utf-8")
+    assert "<p>First of all.</p>" in write_index(tmp_path / "read", ["one"], {}).read_text(encoding="utf-8")
 
 
 def test_an_archive_of_pages_whose_files_are_lost_does_not_link_to_them(tmp_path, gallery_of):
