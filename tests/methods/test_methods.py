@@ -86,9 +86,9 @@ def test_a_substep_without_a_solution_is_named(get_ivp):
 
 def test_a_projection_that_fails_after_good_substeps_is_not_blamed_on_a_substep(get_ivp):
     linked = FixedStep("midpoint", composition="suzuki4", projection="proj", compiled=False)
-    sentence = linked.linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, -5, (1, 1.0))
+    sentence = linked.linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, -5, (1, 1.0, -100.0))
     assert "substep" not in sentence
-    assert "substep 5 of 5" in linked.linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, 5, (1, 1.0))
+    assert "substep 5 of 5" in linked.linked(get_ivp("planar"), None, 0.1).failure(get_ivp("planar"), 0.1, 0, 1, 5, (1, 1.0, -100.0))
 
 
 def test_a_projected_energy_momentum_step_claims_no_energy():

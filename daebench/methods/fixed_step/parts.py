@@ -78,8 +78,8 @@ class Parts:
         claims, module = self.member.claims, self.module
         base = on_form(claims, self.form)
         multistep = hasattr(module, "start")
-        if self.form and not (claims.any_form or (self.form == "canonical" and claims.canonical)):
-            return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(takes_forms())}."
+        if self.form and self.scheme not in (taken := takes_form(self.form)):
+            return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(taken)}."
         if self.composition and (multistep or not base.symmetric or base.order != 2):
             return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use rattle or strang."
         if (self.composition or self.projection == "symproj") and base.keeps_g and not base.keeps_Gv:
@@ -187,6 +187,7 @@ class Parts:
         return f"{self.name} {why}" if why else None
 
 
-def takes_forms() -> list[str]:
-    """Return the names of the schemes that can be run on every form of the system."""
-    return [name for name, (_, member) in registry().items() if member.claims.any_form]
+def takes_form(form: str) -> list[str]:
+    """Return the names of the schemes for a form of the system: in canonical coordinates, also those for Hamiltonian ODEs."""
+    claims = {name: member.claims for name, (_, member) in registry().items()}
+    return [name for name, its in claims.items() if its.any_form or (form == "canonical" and its.canonical)]

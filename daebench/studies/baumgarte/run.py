@@ -9,7 +9,7 @@ import numpy as np
 from daebench.diagnostics.energy import Drift
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.errors import BadInput, positive
-from daebench.methods.fixed_step.parts import takes_forms
+from daebench.methods.fixed_step.parts import takes_form
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
@@ -257,9 +257,10 @@ def baumgarte(
     for name, numbers in (("tolerances", tolerances), ("values", values), ("rates", rates)):
         for x in numbers:
             positive(name, x)
-    mapped = [name for name in methods if name in takes_forms()]
+    fit = takes_form("baumgarte")
+    mapped = [name for name in methods if name in fit]
     if not mapped:
-        raise BadInput(f"none of {', '.join(methods) or 'no methods'} can be stabilised; give at least one of {', '.join(takes_forms())}.")
+        raise BadInput(f"none of {', '.join(methods) or 'no methods'} can be stabilised; give at least one of {', '.join(fit)}.")
     h = default_step(ivp) if h is None else positive("h", h)
     t_end = positive("t_end", t_end)
     others = [name for name in methods if name not in mapped]
