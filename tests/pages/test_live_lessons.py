@@ -70,9 +70,10 @@ def test_sliders_and_keys_of_a_live_page_answer(name, pages, seen):
 
 def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
     shown = seen(pages("why-symplectic").as_uri())
-    facts = shown.page.evaluate("(({ ratio, crossed, end, bound, one, several }) => ({ ratio, crossed, end, bound, one, several }))(facts)")
-    assert facts["ratio"] > 100
-    assert 30 < facts["crossed"] < 200 < facts["end"] < 5000
+    facts = shown.page.evaluate("facts")
+    assert facts["complete"]
+    assert facts["bound"] == pytest.approx(facts["midpoint"], rel=0.01)
+    assert facts["stopped"] < 100 < facts["end"] < 5000
     assert facts["bound"] < 1e-3
     assert facts["one"] < 1e-14 < 1e-6 < facts["several"]
     shown.page.evaluate("{ formula.again(); for (let k = 0; k < 60; k++) formula.tick(0.1) }")
@@ -82,10 +83,25 @@ def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
     shown.clean()
 
 
+def test_runs_on_the_torus_in_the_page_are_those_of_the_compiled_kernels(pages, seen):
+    from daebench.reports.lessons._why_symplectic_fair import ON_TORUS, TORUS, followed
+
+    shown = seen(pages("why-symplectic").as_uri())
+    shown.page.evaluate("{ Frames.screens[0].play(false); fair.again(); while (fair.time < 9999) fair.tick(0.1) }")
+    peaks = shown.page.evaluate("Object.fromEntries(Object.entries(fair.items).map(([n, { peak, run }]) => [n, [peak, run.t]]))")
+    assert set(peaks) == set(ON_TORUS)
+    for name, (peak, t) in peaks.items():
+        run = followed(TORUS, name)
+        assert t == pytest.approx(run.t[-1], abs=0.2)
+        assert run.failure or peak == pytest.approx(run.most, rel=1e-3)
+    shown.clean()
+
+
 def test_dragging_the_bob_begins_another_run(pages, seen):
     page = seen(pages("why-symplectic").as_uri()).page
+    page.locator("[data-globe=rattle]").scroll_into_view_if_needed()
     box = page.locator("[data-globe=rattle]").bounding_box()
-    page.evaluate("Frames.screens[0].play(false)")  # or the bob would be elsewhere by the time that the mouse is there
+    page.evaluate("Frames.screens[1].play(false)")  # or the bob would be elsewhere by the time that the mouse is there
     before = page.evaluate("start.q.join()")
     bob = "(() => { const g = hero.runs.rattle.globe, [a, b] = g.view.seen(...g.unit()), r = g.radius(); "
     at = page.evaluate(bob + "return [g.width / 2 + r * a, g.height / 2 - r * b] })()")
