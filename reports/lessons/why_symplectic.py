@@ -66,10 +66,10 @@ def _(facts, mo, number):
     reduction.)
 
     **An exception.** A pendulum moves, in reverse, along the mirror image of its path. A symmetric method with a small step then has no
-    drift, symplectic or not (HLW XI.2 and XI.3). From one radian and a push sideways, with h = 0.05 s up to t = 5000 s, the midpoint rule on
-    (1.18) has a largest energy error of {number(pendulum["midpoint"], 2)} J, as RATTLE has ({number(pendulum["rattle"], 2)} J), and Gauss 2
-    on (1.18) one of {number(pendulum["gauss2"], 2)} J. The bead on the torus goes the other way through the hole in reverse, and no mirror
-    undoes that.
+    drift, symplectic or not (HLW XI.2 and XI.3). From one radian and a push sideways, with h = 0.05 s up to t = 5000 s, the midpoint rule
+    on (1.18) has a largest energy error of {number(pendulum["midpoint"], 2)} J, as RATTLE has ({number(pendulum["rattle"], 2)} J), and
+    Gauss 2 on (1.18) one of {number(pendulum["gauss2"], 2)} J. The bead on the torus goes the other way through the hole in reverse, and
+    no mirror undoes that.
     """)
     return
 
@@ -151,8 +151,10 @@ def _(mo):
 
     On vectors that are tangent to $\mathcal M$ it is zero, since $\nabla g_i^T\xi = 0$ and $d(GH_p)\,\xi = 0$, and the flow keeps both.
     A step that leaves $\mathcal M$ maps tangent vectors to vectors for which it is in general not zero: in all of space the reduced system
-    is *not Hamiltonian*. Symplectic Euler is symplectic for Hamiltonian systems only, and its first step already leaves $\mathcal M$. RATTLE
-    does not use the reduced system. It takes $\lambda$ as an unknown of each step, and solves for it such that the constraint holds at the *end* of the step:
+    is *not Hamiltonian*. Symplectic Euler is symplectic for Hamiltonian systems only, and its first step already leaves $\mathcal M$.
+
+    RATTLE does not use the reduced system. It takes $\lambda$ as an unknown of each step, and solves for it such that the constraint holds
+    at the *end* of the step:
 
     $$p_{1/2} = p_0 - \tfrac h2(U_q(q_0) + G(q_0)^T\lambda_0), \qquad q_1 = q_0 + hM^{-1}p_{1/2}, \qquad 0 = g(q_1)
     \tag{HLW VII.1.24}$$

@@ -166,6 +166,10 @@ def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     facts = shown.page.evaluate("facts")
     assert max(facts["strang"], facts["symplectic_euler_adjoint"]) < 1e-12
     assert 1e-4 < facts["rk4"] < facts["midpoint"] < 1
+    shown.page.evaluate("{ Frames.screens[0].play(false); $('#cat [data-again]').click(); while (cats.time < 24) cats.step(); }")
+    shares = shown.page.evaluate("Object.fromEntries(Object.entries(cats.items).map(([n, i]) => [n, volume(i.tangent) / i.volume]))")
+    assert max(abs(shares[name] - 1) for name in ("strang", "symplectic_euler_adjoint")) < 1e-12
+    assert min(abs(shares[name] - 1) for name in ("rk4", "midpoint")) > 1e-4
     lengths = shown.page.evaluate(
         "(() => { for (let k = 0; k < 50; k++) for (const b of Object.values(body)) b.run.advance(20); "
         "return Object.fromEntries(Object.entries(body).map(([n, b]) => [n, Math.hypot(...b.run.state())])) })()"
