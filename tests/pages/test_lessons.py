@@ -21,6 +21,7 @@ from daebench.pages.lesson.live_page import lives_in_a_page
 from daebench.pages.lesson.mathml import static_html
 from daebench.pages.lesson.page import export
 from daebench.pages.lesson.static import static_experiment
+from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports.lessons._poisson_maps_page import BODY, SPIN
 from daebench.runs.request import Request
 
@@ -223,6 +224,66 @@ def test_the_volume_of_a_cat_by_tangents_is_that_of_its_outline_in_short_lines(s
     run = _poisson_maps_runs.carried.__wrapped__(scheme, "4,2", h, 0.75)
     assert run.share == pytest.approx(polygon(run.cats[-1]) / polygon(run.cats[0]), rel=2e-4)
     assert abs(run.share - 1) > 4e-4
+
+
+def long_run(level, end, *, g=0.0, failure=None, power=1):
+    """Return a run whose energy error oscillates at a level, and grows by a power of the time to another one at the end."""
+    from daebench.reports.lessons._why_symplectic_fair import Long
+
+    t = np.linspace(0.0, 1000.0, 20001)
+    error = level * np.cos(7 * t) + (end - level) * (t / t[-1]) ** power
+    return Long(t, error, g, failure)
+
+
+TORUS = {
+    "rattle": long_run(1e-2, 1e-2),
+    "lobatto3": long_run(1e-5, 1e-5),
+    "canonical:gauss2": long_run(1e-6, 1e-6),
+    "local:gauss2": long_run(1e-6, 1e-3),
+    "gauss2": long_run(1e-6, 1.0, g=0.1, power=2),
+    "rk4": long_run(1e-3, 1.0, failure="it stopped"),
+}
+PENDULUM = {
+    **{name: long_run(1e-4, 1e-4, g=g) for name, g in (("rattle", 0.0), ("midpoint", 1e-3), ("gauss2", 1e-8))},
+    **{name: long_run(1e-3, 1.0, failure="it stopped") for name in ("se", "rk4")},
+}
+FALSE_TORUS = {
+    "rattle drifts": {"rattle": long_run(1e-2, 0.1)},
+    "lobatto3 drifts": {"lobatto3": long_run(1e-5, 1e-4)},
+    "canonical drifts": {"canonical:gauss2": long_run(1e-6, 1e-4)},
+    "gauss2 is level": {"gauss2": TORUS["canonical:gauss2"]},
+    "gauss2 stays below rattle": {"gauss2": long_run(1e-6, 1e-3, g=0.1, power=2)},
+    "gauss2 stops": {"gauss2": long_run(1e-6, 1.0, g=0.1, failure="it stopped", power=2)},
+    "gauss2 stays on the torus": {"gauss2": long_run(1e-6, 1.0, power=2)},
+    "local is level": {"local:gauss2": TORUS["canonical:gauss2"]},
+    "local grows like a square": {"local:gauss2": long_run(1e-6, 1e-3, power=2)},
+    "rk4 reaches the end": {"rk4": long_run(1e-3, 1.0)},
+}
+FALSE_PENDULUM = {
+    "midpoint drifts": {"midpoint": long_run(1e-4, 1e-2, g=1e-3)},
+    "midpoint is twice as bad": {"midpoint": long_run(2e-4, 2e-4, g=1e-3)},
+    "midpoint keeps the rod": {"midpoint": long_run(1e-4, 1e-4)},
+    "gauss2 drifts": {"gauss2": long_run(1e-8, 1e-6, g=1e-8)},
+    "se reaches the end": {"se": long_run(1e-3, 1.0)},
+}
+
+
+@pytest.mark.parametrize("changed", FALSE_TORUS.values(), ids=FALSE_TORUS)
+def test_the_first_lesson_is_not_written_if_the_torus_says_something_else(changed):
+    from daebench.reports.lessons._why_symplectic_fair import check_torus
+
+    check_torus(TORUS)
+    with pytest.raises(ClaimRefuted):
+        check_torus(TORUS | changed)
+
+
+@pytest.mark.parametrize("changed", FALSE_PENDULUM.values(), ids=FALSE_PENDULUM)
+def test_the_first_lesson_is_not_written_if_the_pendulum_says_something_else(changed):
+    from daebench.reports.lessons._why_symplectic_fair import check_pendulum
+
+    check_pendulum(PENDULUM)
+    with pytest.raises(ClaimRefuted):
+        check_pendulum(PENDULUM | changed)
 
 
 def test_means_over_the_cat_are_exact_for_what_is_known():
