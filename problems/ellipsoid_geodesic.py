@@ -22,12 +22,8 @@ def problem(*, mass: float = 1.0, a1: float = 1.8, a2: float = 1.5, a3: float = 
     method is designed to conserve it; with |p| it determines the kind of the geodesic. Geodesics that cross the ellipse q2 = 0 between
     neighbouring umbilics stay off the ends of either the shortest or the longest axis, round which they wind. Those through an umbilic
     all meet again in the opposite one, half the length of that ellipse away, and are unstable. The umbilics are at
-
-    ::
-
-        q = (+-a1 s, 0, +-a3 c)      s^2 = (a1^2 - a2^2) / (a1^2 - a3^2)      c^2 = 1 - s^2
-
-    which with the default semi-axes is s = 3/5, c = 4/5.
+    ``q = (+-a1 s, 0, +-a3 c)`` with ``s^2 = (a1^2 - a2^2) / (a1^2 - a3^2)`` and ``c^2 = 1 - s^2``: s = 3/5 and c = 4/5 with the default
+    semi-axes.
 
     Parameters
     ----------

@@ -17,7 +17,8 @@ def two_form_rate(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike, X: ArrayLike)
         rate_ab = - sum_i ( dg_i(X_a) dlam_i(X_b) - dlam_i(X_a) dg_i(X_b) )
 
     The terms of H and those with g_qq cancel, because they are symmetric. It is zero on vectors along which g does not change, the tangents
-    of g = const, and on others not. HLW (1.17) has the two-form dp ^ dq, and so the other sign.
+    of g = const. Along the flow it stays zero if G H_p does not change along them either. On other vectors it is in general not zero.
+    HLW (1.17) has the two-form dp ^ dq, and so the other sign.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ import pandas as pd
 from daebench.pages.report.claims import require
 from daebench.reports.engines.documentation import HOLDS, NOT, PART
 from daebench.reports.engines.motions import BY_KEY
-from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
+from daebench.reports.engines.numbers import IDA, KAHAN, OWN, RATTLE, Numbers
 
 SAME = 0.02
 """Relative tolerance for the errors of different codes of one scheme with one step size."""
@@ -22,6 +22,9 @@ ROUNDED = 1e4
 
 SINGULAR = "iftomm"
 """Motion that passes a configuration in which G loses rank."""
+
+LEVELS = (1e-2, 1e-4, 1e-6, 1e-8)
+"""Errors for which the page says who reaches them first."""
 
 LEVEL = 1e-3
 """Error for which the table gives a time."""
@@ -47,6 +50,8 @@ def check(numbers: Numbers) -> SimpleNamespace:
         firsts=[first(motion, rows) for motion, rows in chosen.groupby("motion", sort=False)],
         reduced=against_rattle(chosen, constrained=False),
         closed=against_rattle(chosen, constrained=True),
+        races=[race(runs, error) for error in LEVELS],
+        owns=[name for name in (RATTLE, IDA, KAHAN) if name in set(runs[runs["engine"] == OWN]["setting"])],
         verdicts=verdicts(chosen),
         twins=twins(runs),
         sentences=counted(numbers.sentences),
@@ -83,6 +88,27 @@ def against_rattle(chosen: pd.DataFrame, *, constrained: bool) -> SimpleNamespac
             if rivals["error"].min() < known.iloc[0]:
                 won.append(BY_KEY[str(motion)].title)
     return SimpleNamespace(motions=motions, won=won)
+
+
+def race(runs: pd.DataFrame, error: float) -> SimpleNamespace:
+    """Return who is the first in CPU time to reach an error on each motion.
+
+    ``rattle`` is on how many motions RATTLE of daebench comes before all engines, ``own`` on how many any method of daebench does,
+    ``tied`` and ``reduced`` the motions on which an engine is the first of all, with and without constraints, and ``nobody`` on how many
+    no run reaches the error.
+    """
+    enough = runs[(runs["failure"] == "") & (runs["error"] <= error)]
+    counts, won = {"rattle": 0, "own": 0, "nobody": 0}, {True: [], False: []}
+    for key in dict.fromkeys(runs["motion"]):
+        rows = enough[enough["motion"] == key]
+        engines, own = rows[rows["engine"] != OWN], rows[rows["engine"] == OWN]
+        rival = float(engines["seconds"].min()) if len(engines) else np.inf
+        counts["rattle"] += bool((own[own["setting"] == RATTLE]["seconds"] < rival).any())
+        counts["own"] += (first := bool((own["seconds"] < rival).any()))
+        counts["nobody"] += not len(rows)
+        if len(engines) and not first:
+            won[bool(engines.loc[engines["seconds"].idxmin(), "constrained"])].append(BY_KEY[str(key)].title)
+    return SimpleNamespace(error=error, motions=runs["motion"].nunique(), tied=won[True], reduced=won[False], **counts)
 
 
 def verdicts(chosen: pd.DataFrame) -> list[tuple[str, int, int]]:

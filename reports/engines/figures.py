@@ -11,13 +11,16 @@ from daebench.draw.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, 
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.reports.engines.adapters import ENGINES
 from daebench.reports.engines.motions import BY_KEY, MOTIONS
-from daebench.reports.engines.numbers import OWN, RATTLE, Numbers
+from daebench.reports.engines.numbers import IDA, KAHAN, OWN, RATTLE, Numbers
 
 COLUMNS = 3
 """Panels side by side."""
 
 TITLE = 26
 """Largest number of letters in a line of a panel's title."""
+
+DASHES = {RATTLE: "-", IDA: "--", KAHAN: "-."}
+"""Dashes of daebench's own methods."""
 
 BROWN = "#7a5230"
 """Colour of the engine whose colour would be black, the colour of daebench's own curves."""
@@ -88,15 +91,15 @@ def thumbnail(axis: Any, best: pd.DataFrame) -> None:
     equal_cost(axis, best)
     axis.minorticks_off()
     axis.tick_params(axis="y", labelsize=6)
-    axis.set_title("error at equal cost; black: RATTLE of daebench", loc="right", fontsize=7)
+    axis.set_title("error at equal cost; bar: RATTLE of daebench", loc="right", fontsize=7)
 
 
 def panel(axis: Any, runs: pd.DataFrame) -> None:
-    """Draw the contenders of a motion: engines in their colours, daebench's RATTLE full and its IDA dashed in black."""
+    """Draw the contenders of a motion: engines in their colours, methods of daebench in black, RATTLE full."""
     for (engine, setting), curve in runs.groupby(["engine", "setting"], sort=False):
         points = curve.sort_values("seconds")
         if engine == OWN:
-            look = {"color": BLACK, "linestyle": "-" if setting == RATTLE else "--", "linewidth": 1.8, "zorder": 5}
+            look = {"color": BLACK, "linestyle": DASHES[str(setting)], "linewidth": 1.8, "zorder": 5}
             label = f"daebench, {setting}"
         else:
             stroke = STYLES[str(engine)]

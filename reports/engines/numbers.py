@@ -31,8 +31,8 @@ FEWEST, BEYOND = 3, 5.0
 
 OWN = "daebench"
 
-RATTLE, IDA = "rattle", "ida:ggl"
-"""Methods of daebench that are compared with the engines."""
+RATTLE, IDA, KAHAN = "rattle", "ida:ggl", "rattle/kahan_li8"
+"""Methods of daebench that are compared with the engines: of order two, with a tolerance, and of order eight."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,7 @@ def own(motions: Sequence[Motion]) -> list[Contender]:
     entries = []
     for motion in motions:
         entries.append(Contender(OWN, RATTLE, motion.key, "h", halved(first.get(motion.key, 1 / 16), 16), _unused))
+        entries.append(Contender(OWN, KAHAN, motion.key, "h", halved(first.get(motion.key, 1 / 16), 12), _unused))
         entries.append(Contender(OWN, IDA, motion.key, "tol", tuple(10.0**-k for k in range(3, 13)), _unused))
     return entries
 

@@ -23,6 +23,11 @@ SNAPSHOTS = 4
 SIZE, FINE = 0.12, 4
 """Half the width of the cat in the logarithms, and points on each line of its outline."""
 
+EARS = [(0.95, 0.55), (0.85, 1.25), (0.35, 0.93), (-0.35, 0.93), (-0.85, 1.25), (-0.95, 0.55)]
+ROUND = np.radians(np.linspace(150, 390, 25))
+CORNERS = np.array([*EARS, *zip(np.cos(ROUND), np.sin(ROUND), strict=True)])
+"""Corners of the outline of a cat's head."""
+
 
 @cache
 def prey(start: str) -> PoissonIvp:
@@ -88,6 +93,8 @@ class Carried:
         Poisson volume of a small piece about the state, over that at the start.
     cats : list of ndarray, shape(k, 2)
         The outline at the start and at equidistant times.
+    share : float
+        Poisson volume of the cat at the end, over that at the start; NaN if a part of it is lost.
     failure : str or None
         Why the run ended early.
     """
@@ -97,6 +104,7 @@ class Carried:
     energy: Array
     volume: Array
     cats: list[Array]
+    share: float
     failure: str | None
 
 
@@ -105,8 +113,8 @@ def carried(scheme: str, start: str, h: float, t_end: float) -> Carried:
     """Return a run with its Poisson volume and the cat."""
     ivp, steps = prey(start), max(1, round(t_end / h))
     states, failure = paths(ivp, scheme, h, steps, ivp.y0 + 1j * STEP * np.eye(2))
-    y, J = np.real(states[0]), np.imag(states) / STEP
-    volume = (J[0, :, 0] * J[1, :, 1] - J[0, :, 1] * J[1, :, 0]) * np.prod(y[0]) / np.prod(y, axis=1)
+    y, J = np.real(states[0]), np.imag(np.moveaxis(states, 0, 1)) / STEP
+    volume = piece(y[:1], y, J)
     level, outline = ivp.along("H", y), cat(ivp.y0)
     walked = np.real(paths(ivp, scheme, h, len(y) - 1, outline.astype(complex))[0]) if len(y) > 1 else outline[:, None]
     snapshots = dict.fromkeys(
@@ -118,33 +126,53 @@ def carried(scheme: str, start: str, h: float, t_end: float) -> Carried:
         energy=level - level[0],
         volume=volume,
         cats=[walked[:, snapshot] for snapshot in snapshots],
+        share=grown(ivp, scheme, h, len(y) - 1),
         failure=failure,
     )
 
 
 def cat(y0: Array) -> Array:
     """Return the outline of a cat's head about a state, shape(n, 2): its ears are in the logarithms of both populations."""
-    ears = [(0.95, 0.55), (0.85, 1.25), (0.35, 0.93), (-0.35, 0.93), (-0.85, 1.25), (-0.95, 0.55)]
-    angles = np.radians(np.linspace(150, 390, 25))
-    corners = np.array([*ears, *zip(np.cos(angles), np.sin(angles), strict=True)])
-    following = np.roll(corners, -1, axis=0)
-    fine = np.concatenate([a + (b - a) * np.linspace(0, 1, FINE, endpoint=False)[:, None] for a, b in zip(corners, following, strict=True)])
+    following = np.roll(CORNERS, -1, axis=0)
+    fine = np.concatenate([a + (b - a) * np.linspace(0, 1, FINE, endpoint=False)[:, None] for a, b in zip(CORNERS, following, strict=True)])
     return np.asarray(np.asarray(y0) * np.exp(SIZE * fine))
 
 
-def log_area(points: Array) -> float:
-    """Return the area of an outline in the plane of ln u and ln v, its Poisson volume du dv/(u v); NaN if it is incomplete.
+def inside() -> tuple[Array, Array]:
+    """Return points in the head of a cat, shape(n, 2), and weights that sum to 1: the mean over the cat of a function.
 
-    It is half the integral of x dy - y dx; each line of the outline was straight once and is a polynomial through its points now.
+    They are Gauss's rules on the triangles between the middle and the lines of the outline.
     """
-    nodes = np.arange(FINE + 1.0)
-    powers = np.vander(nodes, increasing=True)
-    slopes = np.column_stack([np.zeros(FINE + 1), *(k * nodes ** (k - 1) for k in range(1, FINE + 1))]) @ np.linalg.inv(powers)
-    weights = np.linalg.solve(powers.T, FINE ** (nodes + 1) / (nodes + 1))
-    lines = np.log(points).reshape(-1, FINE, 2)
-    lines = np.concatenate([lines, np.roll(lines[:, :1], -1, axis=0)], axis=1)
-    x, y = np.moveaxis(lines, 2, 0)
-    return float(0.5 * np.sum((x * (y @ slopes.T) - y * (x @ slopes.T)) @ weights))
+    a, b = CORNERS, np.roll(CORNERS, -1, axis=0)
+    outwards, along = (np.polynomial.legendre.leggauss(n) for n in (3, 2))
+    r, s = ((nodes + 1) / 2 for nodes, _ in (outwards, along))
+    edge = a[:, None] + (b - a)[:, None] * s[:, None]
+    points = r[:, None, None, None] * edge
+    area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    weights = (outwards[1] * r)[:, None, None] * area[:, None] * along[1]
+    return points.reshape(-1, 2), weights.ravel() / weights.sum()
+
+
+def grown(ivp: PoissonIvp, scheme: str, h: float, steps: int) -> float:
+    """Return the Poisson volume of the cat after so many steps, over that at the start; NaN where a part of it is lost.
+
+    It is the mean over the cat of the volume of a small piece, by derivatives in both directions at every point, and not the area of an
+    outline, which needs more points the longer the cat gets.
+    """
+    points, weights = inside()
+    starts = np.asarray(ivp.y0) * np.exp(SIZE * points)
+    pushed = (starts[:, None] + 1j * STEP * np.eye(2)).reshape(-1, 2)
+    states, _ = paths(ivp, scheme, h, steps, pushed)
+    if states.shape[1] <= steps:
+        return float("nan")
+    ends = states[:, -1].reshape(-1, 2, 2)
+    return float(weights @ piece(starts, np.real(ends[:, 0]), np.imag(ends) / STEP))
+
+
+def piece(start: Array, end: Array, J: Array) -> Array:
+    """Return the Poisson volume of a small piece about a state, over that at the start; ``J[..., k, :]`` is the derivative along y_k."""
+    determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+    return np.asarray(determinant * np.prod(start, axis=-1) / np.prod(end, axis=-1))
 
 
 @dataclass(frozen=True)

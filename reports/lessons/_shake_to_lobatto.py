@@ -9,6 +9,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from daebench.diagnostics.order import OrderFit, fit_order
+from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.draw.figures import STROKES, Stroke
 from daebench.draw.methods import name_of, stroke_of
 from daebench.draw.svg.axis import Axis, around
@@ -21,7 +22,7 @@ from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most
 from daebench.pages.report.claims import require
 from daebench.reports.lessons._panels import seconds
-from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, solve, step_sizes
+from daebench.reports.lessons._shake_to_lobatto_runs import CASES, hidden, ivp_of, solve, step_sizes
 from daebench.runs.ivp import Array
 
 SCHEMES = {
@@ -37,6 +38,7 @@ OF = {"q": "positions q", "p": "momenta p"}
 LENGTHS, RUNGS, DEFAULT_RUNGS = (1.0, 2.0, 5.0), (3, 4, 5, 6, 7, 8, 9, 10), 7
 FLOOR, FINE, ROUGH = 1e-14, 1e-6, 1e-2
 H = 0.01
+ROUNDED = 1e-12
 
 KICKS = 2
 """Number of force evaluations by which the starts of SHAKE and RATTLE may differ."""
@@ -198,6 +200,8 @@ def facts() -> SimpleNamespace:
     require(run.positions < 1e-9, "SHAKE and RATTLE have the same positions", run.positions)
     require(run.momenta < 1e-9, "SHAKE's momenta, projected, are RATTLE's", run.momenta)
     require(run.shake.max() > 1e6 * run.rattle.max(), "SHAKE's momenta are off the manifold", run.shake.max())
+    kept = {name: two_form(name) for name in SCHEMES}
+    require(max(kept.values()) < ROUNDED, "all schemes preserve the two-form on tangents of the manifold, SHAKE included", kept)
     fine, rough = ({name: cheapest(frame, error) for name, frame in frames.items()} for error in (FINE, ROUGH))
     require(fine["lobatto3"] < fine["shake"] < fine["rattle"], "a higher order is cheaper for a small error", fine)
     rattle_cost = fine["rattle"] / 2 + 1
@@ -206,7 +210,15 @@ def facts() -> SimpleNamespace:
     require(
         max(rough["shake"], rough["rattle"]) < min(rough["lobatto3"], rough["lobatto4"]), "order two is cheaper for a large error", rough
     )
-    return SimpleNamespace(orders=orders, table=table, hidden=run, fine=fine, kept=rattle_cost, rough=rough, error=FINE, large=ROUGH)
+    return SimpleNamespace(
+        orders=orders, table=table, hidden=run, fine=fine, kept=rattle_cost, rough=rough, error=FINE, large=ROUGH, form=kept["shake"]
+    )
+
+
+def two_form(name: str) -> float:
+    """Return by how much ten steps of a scheme from the fast start change the two-form of tangents of the manifold."""
+    ivp = ivp_of("fast")
+    return symplecticity_defect(parse(name).flow(ivp, H, 10), ivp.p0, ivp.q0, tangent_basis(ivp, ivp.p0, ivp.q0))
 
 
 def cheapest(frame: pd.DataFrame, error: float) -> float:

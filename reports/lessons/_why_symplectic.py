@@ -15,6 +15,7 @@ from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most, number
 from daebench.pages.report.claims import require
 from daebench.reports.lessons._panels import seconds
+from daebench.reports.lessons._why_symplectic_fair import ON_PENDULUM, ON_TORUS, PENDULUM, TORUS, fair, followed
 from daebench.reports.lessons._why_symplectic_picture import picture
 from daebench.reports.lessons._why_symplectic_run import Carried, carried, ivp_of, method_of
 
@@ -98,7 +99,9 @@ def thumbnail(axis: Any) -> None:
 def preparations() -> list[Preparation]:
     """Return the kernels that have to be compiled before the controls respond."""
     pairs = [(scheme, project) for scheme in SCHEMES for project in NO_YES if method_of(scheme, project)[1] or not project]
-    return [(f"compiling {method_of(*pair)[0].name}", partial(carried, *pair, "wide", H, H)) for pair in pairs]
+    compiled: list[Preparation] = [(f"compiling {method_of(*pair)[0].name}", partial(carried, *pair, "wide", H, H)) for pair in pairs]
+    long = [(problem, name) for problem, names in ((TORUS, ON_TORUS), (PENDULUM, ON_PENDULUM)) for name in names]
+    return compiled + [(f"long run of {name} on {problem}", partial(followed, problem, name)) for problem, name in long]
 
 
 def facts() -> SimpleNamespace:
@@ -111,7 +114,9 @@ def facts() -> SimpleNamespace:
 
     runs = {name: carried(name, project, "wide", H, T_END) for name, project in (("se", False), ("rk4", False), ("rattle", False))}
     projected = carried("se", True, "wide", H, T_END)
-    numbers = SimpleNamespace(one=defect("se", 1), several=defect("se", FEW), few=FEW, h=H, t_end=T_END, runs=runs, projected=projected)
+    numbers = SimpleNamespace(
+        one=defect("se", 1), several=defect("se", FEW), few=FEW, h=H, t_end=T_END, runs=runs, projected=projected, fair=fair()
+    )
     require(numbers.one < 1e-13, "one step of se from the manifold is symplectic", numbers.one)
     require(numbers.several > 1e-3, "several steps of se are not", numbers.several)
     require(runs["rattle"].kept, "RATTLE keeps the area", runs["rattle"].change)

@@ -1,7 +1,7 @@
 "use strict";
 const { methods, functions, colours, names } = DATA;
 const start = { p: DATA.p0, q: DATA.q0 };
-const T_END = 5000;
+const T_END = DATA.end;
 const sum = (x) => x.reduce((a, b) => a + b, 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -25,16 +25,109 @@ function sides({ p, q }) {
 }
 const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(i, 1) - run.tangent(i, 0) * run.tangent(3 + i, 1));
 
-/* the first screen */
+/* the bead on the torus */
 {
-  const element = $("#three"), view = new View(), heroes = ["rattle", "se", "rk4"], runs = {};
+  const element = $("#fair"), view = new View(0.6, 0.55), { names: titles, beads, h, end: last, radius, tube } = DATA.torus, all = Object.keys(titles);
+  const around = (f) => Array.from({ length: 49 }, (_, k) => f(k * Math.PI / 24));
+  const place = (a, b) => [(radius + tube * Math.cos(a)) * Math.cos(b), (radius + tube * Math.cos(a)) * Math.sin(b), tube * Math.sin(a)];
+  const wires = [...Array(24).keys()].map((k) => around((a) => place(a, k * Math.PI / 12))).concat([...Array(8).keys()].map((k) => around((b) => place(k * Math.PI / 4, b))));
+  /** The torus by its circles, what moved on it, and the bead; what is behind the middle is pale. */
+  class Ring extends Sphere {
+    globe(pen, width, height) {
+      const r = Math.min(width, height) / 2 / (1.15 * (radius + tube)), at = ([right, up]) => [width / 2 + r * right, height / 2 - r * up];
+      pen.lineWidth = 1; pen.strokeStyle = colour("--rule");
+      for (const circle of wires) {
+        const points = circle.map((x) => view.seen(...x));
+        for (let k = 1; k < points.length; k++) { pen.globalAlpha = points[k][2] > 0 ? 0.75 : 0.25; pen.beginPath(); pen.moveTo(...at(points[k - 1])); pen.lineTo(...at(points[k])); pen.stroke(); }
+      }
+      const { points, count } = this.trails[0];
+      pen.fillStyle = this.colour;
+      for (let k = 0; k < count; k++) {
+        const here = view.seen(...points.subarray(3 * k, 3 * k + 3));
+        pen.globalAlpha = (here[2] > 0 ? 0.9 : 0.35) * (0.25 + 0.75 * k / count); pen.beginPath(); pen.arc(...at(here), 1.7, 0, 7); pen.fill();
+      }
+      pen.globalAlpha = 1;
+      if (!this.bob.every(Number.isFinite)) return;
+      pen.strokeStyle = colour("--paper"); pen.lineWidth = 2; pen.beginPath(); pen.arc(...at(view.seen(...this.bob)), 7, 0, 7); pen.fill(); pen.stroke();
+    }
+  }
+  const plot = new Plot($("[data-energy]", element), {
+    x: { lo: 0.1, hi: last, log: true, label: "t [s]" }, y: { lo: 1e-9, hi: 1e2, log: true, label: "largest |H − H₀| so far [J]" } });
+  const dashes = { "canonical:gauss2": [9, 3], "local:gauss2": [3, 3], rk4: [2, 4] }, items = {}, row = new Float64Array(6 * 64);
+  for (const name of all) items[name] = { run: new Run(methods[`torus ${name}`]) };
+  for (const name of beads) {
+    const globe = new Ring($(`[data-bead="${name}"]`, element), view, { rod: false });
+    globe.colour = colours[name]; globe.trails = [new Trail(500, colours[name])];
+    Object.assign(items[name], { globe, off: $(`[data-off="${name}"]`, element) });
+  }
+  let time, window_, wanted;
+  function again() {
+    time = 0; window_ = h; wanted = 0; plot.marks = [];
+    for (const name of all) {
+      const item = items[name];
+      item.run.begin(item.run.method.state, h); item.peak = 0;
+      item.curve = { x: [], y: [], colour: colours[name], name: titles[name], dash: dashes[name] || [], width: name === "rk4" ? 1.2 : 2 };
+      item.globe?.trails[0].clear();
+    }
+    show();
+  }
+  function advance(n) {
+    for (const name of all) {
+      const { run, curve, globe } = items[name];
+      if (run.status) continue;
+      run.advance(n, globe ? Math.max(1, Math.ceil(n / 40)) : 0, row);
+      for (let k = 0; globe && k < run.rows; k++) globe.trails[0].add(row[6 * k + 3], row[6 * k + 4], row[6 * k + 5]);
+      items[name].peak = Math.max(items[name].peak, run.worst());
+      if (run.status) {
+        curve.x.push(run.t); curve.y.push(1e300);
+        plot.marks.push({ x: run.t, colour: colours[name], row: plot.marks.length, text: `${titles[name].split(",")[0]}: overflow at t = ${shown(run.t, 3)} s` });
+      }
+    }
+    time += n * h;
+    if (time < window_ - h / 2) return;
+    for (const { run, curve, peak } of Object.values(items)) if (!run.status && peak > 0) { curve.x.push(time); curve.y.push(peak); }
+    window_ = time * 1.05;
+  }
+  function tick(dt) {
+    if (time >= last - h / 2) return;
+    wanted += dt * Math.max(4, 0.4 * time) / h;
+    const n = Math.min(Math.floor(wanted), 4000, Math.round((last - time) / h));
+    if (n < 1) return;
+    wanted = Math.min(wanted - n, 1);
+    for (let left = n; left > 0;) {
+      const part = Math.min(left, Math.max(1, Math.ceil((window_ - time) / h)));
+      advance(part); left -= part;
+    }
+    show();
+  }
+  function show() {
+    plot.curves = all.map((name) => items[name].curve);
+    for (const name of beads) {
+      const { run, globe, off } = items[name], q = [3, 4, 5].map((i) => run.value(i));
+      globe.bob = q; off.textContent = `${shown(Math.abs(Math.hypot(Math.hypot(q[0], q[1]) - radius, q[2]) - tube), 2)} m`;
+      globe.draw();
+    }
+    plot.draw();
+    $("[data-meter]", element).textContent = `t = ${shown(time, 4)} s of ${shown(last, 1)} s, h = ${h} s`;
+  }
+  $("[data-again]", element).addEventListener("click", again);
+  again();
+  Frames.add(element, tick);
+  if (STILL.matches) while (time < last - h / 2) tick(0.1);
+  globalThis.fair = { items, tick, again, get time() { return time; } };
+}
+
+/* the pendulum, as a bob that one can drag */
+{
+  const element = $("#three"), view = new View(), globes = ["rattle", "midpoint", "se"], heroes = [...globes, "rk4"], runs = {};
   const plot = new Plot($("[data-energy]", element), {
     x: { lo: 0.1, hi: T_END, log: true, label: "t [s]" }, y: { lo: 1e-10, hi: 1e2, log: true, label: "largest |H − H₀| since the last point [J]" } });
   for (const name of heroes) {
+    runs[name] = { run: new Run(methods[name]), trail: new Trail(160, colours[name]), curve: { x: [], y: [], colour: colours[name], name: names[name], dash: name === "rk4" ? [2, 4] : name === "midpoint" ? [7, 3] : [], width: name === "rk4" ? 1.2 : 2 } };
+    if (!globes.includes(name)) continue;
     const globe = new Sphere($(`[data-globe="${name}"]`, element), view, { onStart: (q) => { start.q = q; start.p = sideways(q); again(); } });
-    globe.colour = colours[name];
-    runs[name] = { run: new Run(methods[name]), globe, trail: new Trail(160, colours[name]), curve: { x: [], y: [], colour: colours[name] }, rod: $(`[data-rod="${name}"]`, element) };
-    globe.trails = [runs[name].trail];
+    globe.colour = colours[name]; globe.trails = [runs[name].trail];
+    Object.assign(runs[name], { globe, rod: $(`[data-rod="${name}"]`, element) });
   }
   let time, window_, wanted, steps, took;
   const h = control(element, "h", () => again(), (k) => `${k / 100} s`);
@@ -90,7 +183,7 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
   }
   function show() {
     plot.curves = heroes.map((name) => runs[name].curve);
-    for (const name of heroes) {
+    for (const name of globes) {
       const { run, globe, rod } = runs[name], q = [3, 4, 5].map((i) => run.value(i));
       globe.bob = q; rod.textContent = run.status ? `gone at t = ${shown(run.t, 4)} s` : `${shown(Math.hypot(...q), 4)} m`;
       globe.draw();
@@ -268,16 +361,12 @@ const areas = (run) => [0, 1, 2].map((i) => run.tangent(3 + i, 0) * run.tangent(
 /* the numbers of the sentences, of the first start and h = 0.05 s */
 {
   const h = 0.05, fill = (name, text) => $$(`[data-fill="${name}"]`).forEach((output) => { output.textContent = text; });
-  const [rattle, rk4] = ["rattle", "rk4"].map((name) => new Run(methods[name]).begin([...DATA.p0, ...DATA.q0], h));
-  const worst = (run, n) => { run.advance(n); return run.worst(); };
-  const early = [worst(rattle, 40), worst(rk4, 40)];
-  const bound = Math.max(early[0], worst(rattle, T_END / h - 40));
-  let crossed = 0;
-  for (let peak = early[1]; !rk4.status; peak = worst(rk4, 1)) if (!crossed && peak > bound) crossed = rk4.t;
+  const [rattle, midpoint, se, rk4] = ["rattle", "midpoint", "se", "rk4"].map((name) => { const run = new Run(methods[name]).begin([...DATA.p0, ...DATA.q0], h); run.advance(Math.round(T_END / h)); return run; });
   const carried = new Run(methods["se tangents"]).begin([...DATA.p0, ...DATA.q0], h, sides({ p: DATA.p0, q: DATA.q0 }));
   const change = (n) => { carried.advance(n); return Math.abs(sum(areas(carried)) - 1); };
-  globalThis.facts = { ratio: early[0] / early[1], crossed, end: rk4.t, bound, rattle, one: change(1), several: change(9) };
-  fill("early", shown(Number(facts.ratio.toPrecision(1)), 1)); fill("cross", shown(Math.round(crossed), 2)); fill("end", shown(Math.round(rk4.t), 4));
+  globalThis.facts = { bound: rattle.worst(), midpoint: midpoint.worst(), stopped: se.t, end: rk4.t, complete: !rattle.status && !midpoint.status, one: change(1), several: change(9) };
+  for (const name of ["bound", "midpoint"]) fill(name, shown(facts[name], 2));
+  fill("stopped", shown(facts.stopped, 3)); fill("end", shown(Math.round(facts.end), 4));
   fill("one", shown(facts.one, 1)); fill("several", shown(facts.several, 1));
 }
 Frames.start();

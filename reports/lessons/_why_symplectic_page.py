@@ -1,37 +1,51 @@
 """The live page of the lesson on index reduction: the kernels that it runs, and the numbers of its text."""
 
-import numpy as np
-
 from daebench.draw.methods import name_of, stroke_of
 from daebench.methods.fixed_step.script import script, script_of_functions
-from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.lesson.live_page import Content
-from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.make_ivp import constrained
+from daebench.pages.report import number
+from daebench.reports.lessons._why_symplectic_fair import (
+    EARLY,
+    MIDDLE,
+    ON_TORUS,
+    PENDULUM_END,
+    PENDULUM_H,
+    SPEED,
+    TORUS_END,
+    TORUS_H,
+    fair,
+    pendulum,
+    torus,
+)
 
-PROBLEM, ANGLE, SPEED, H = "spherical_pendulum", 1.0, 0.3, 0.05
 HEROES = (
     ("rattle", "RATTLE", "the constraint itself"),
+    ("midpoint", "midpoint rule", "reduced equations"),
     ("se", "symplectic Euler", "reduced equations"),
-    ("rk4", "RK4", "reduced equations"),
 )
-CARRIED = ("rattle", "rk4", "se", "se+proj", "implicit_euler")
-LABELS = {"se": "symplectic Euler", "se+proj": "symplectic Euler, projected"}
-
-
-def start() -> ConstrainedIvp:
-    """Return the pendulum, one radian from hanging, pushed sideways."""
-    q0 = (float(np.sin(ANGLE)), 0.0, float(-np.cos(ANGLE)))
-    return constrained(initial_value_problem(PROBLEM, "fig1.1", q0=q0, p0=(0.0, SPEED, 0.0)))
+BEADS = (("rattle", "RATTLE", "the constraint itself"), ("gauss2", "Gauss 2", "reduced equations"))
+CARRIED = ("rattle", "midpoint", "rk4", "se", "se+proj", "implicit_euler")
+LABELS = {"se": "symplectic Euler", "se+proj": "symplectic Euler, projected", "midpoint": "midpoint rule"}
+NAMES = {
+    "rattle": "RATTLE",
+    "lobatto3": "Lobatto 3",
+    "canonical:gauss2": "Gauss 2, angles and momenta",
+    "local:gauss2": "Gauss 2, angles and rates",
+    "gauss2": "Gauss 2, reduced",
+    "rk4": "RK4, reduced",
+}
+"""Names of the curves on the torus."""
 
 
 def content() -> Content:
-    """Return the content of the page, which computes the numbers of its sentences itself."""
-    ivp = start()
-    scripts = {name: script(parse(name), ivp, H, watch=("energy",)) for name in CARRIED}
-    scripts |= {f"{name} tangents": script(parse(name), ivp, H, directions=2) for name in CARRIED}
+    """Return the content of the page; sentences on the long runs are tested here, the page computes the other numbers itself."""
+    ivp, bead, facts = pendulum(), torus(), fair()
+    scripts = {name: script(parse(name), ivp, PENDULUM_H, watch=("energy",)) for name in CARRIED}
+    scripts |= {f"{name} tangents": script(parse(name), ivp, PENDULUM_H, directions=2) for name in CARRIED}
+    scripts |= {f"torus {name}": script(parse(name), bead, TORUS_H, watch=("energy",)) for name in ON_TORUS}
     names = {name: LABELS.get(name, name_of(name)) for name in CARRIED}
+    radius, tube = (float(bead.parameters[name]) for name in ("radius", "tube"))
     data = {
         "p0": list(map(float, ivp.p0)),
         "q0": list(map(float, ivp.q0)),
@@ -40,15 +54,15 @@ def content() -> Content:
         "carried": list(CARRIED),
         "names": names,
         "colours": colours(),
+        "end": PENDULUM_END,
+        "torus": {"names": NAMES, "beads": [name for name, *_ in BEADS], "h": TORUS_H, "end": TORUS_END, "radius": radius, "tube": tube},
     }
-    return Content(
-        scripts=scripts,
-        functions=script_of_functions(ivp, ["H", "lam"]),
-        data=data,
-        text={"heroes": HEROES, "carried": list(names.items()), "colours": colours()},
-    )
+    words = {"heroes": HEROES, "beads": BEADS, "carried": list(names.items()), "colours": colours()}
+    long = {"facts": facts, "number": number, "early": EARLY, "middle": MIDDLE}
+    return Content(scripts=scripts, functions=script_of_functions(ivp, ["H", "lam"]), data=data, text=words | long)
 
 
 def colours() -> dict[str, str]:
     """Return the colours of the methods."""
-    return {name: stroke_of(name).color for name in CARRIED}
+    plain = {name: stroke_of(name).color for name in (*CARRIED, *ON_TORUS)}
+    return plain | {"canonical:gauss2": "#7a3e9d", "local:gauss2": "#a8872d"}

@@ -87,7 +87,8 @@ def _(at_most, facts, mo, number):
     The positions of both agree to {at_most(facts.hidden.positions, 1)}: both are the same recursion. The momenta of SHAKE are off the
     manifold by {number(max(facts.hidden.shake))}, an error of order two like all other errors of the scheme. After projection they agree
     with those of RATTLE to {at_most(facts.hidden.momenta, 1)}. One projection at the times of output thus corrects SHAKE. RATTLE includes
-    the projection, and is a map of the manifold that can be restarted at any step.
+    the projection, and is a map of the manifold that can be restarted at any step. Both are symplectic: ten steps of SHAKE change the
+    two-form of tangents of the manifold by {at_most(facts.form, 1)}, which is round-off.
     """)
     return
 

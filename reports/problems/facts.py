@@ -39,6 +39,8 @@ class Facts:
         Positions without the time, constraints, and degrees of freedom d - rank G.
     in_time : bool
         Whether the time enters the equations.
+    outside : bool
+        Whether it is no system of HLW (1.9): the time enters, or a force has no potential.
     structure : str
         Kind of the mass matrix: "constant diagonal", "constant", "M(q)", or "H(p, q)".
     separable : bool
@@ -59,6 +61,7 @@ class Facts:
     m: int
     dof: int
     in_time: bool
+    outside: bool
     structure: str
     separable: bool
     formulas: list[tuple[str, Markup]]
@@ -86,6 +89,7 @@ def facts(name: str) -> Facts:
         m=ivp.m,
         dof=counted.degrees if (counted := freedom(ivp)) else ivp.d - in_time - ivp.m,
         in_time=in_time,
+        outside=bool(ivp.facts.EXTENDED or ivp.facts.FORCED),
         structure=structure(declared),
         separable=bool(ivp.facts.SEPARABLE),
         formulas=formulas(declared),
@@ -120,7 +124,7 @@ def whole(paragraph: str) -> str:
     if not paragraph.endswith("."):
         head, stop, _ = paragraph.rpartition(". ")
         paragraph = head + stop.strip()
-    return NEXT.split(paragraph, maxsplit=1)[-1] if paragraph[:1].islower() else paragraph
+    return paragraph if not paragraph[:1].islower() else "".join(NEXT.split(paragraph, maxsplit=1)[1:])
 
 
 def structure(declared: Any) -> str:

@@ -21,6 +21,7 @@ from daebench.pages.lesson.live_page import lives_in_a_page
 from daebench.pages.lesson.mathml import static_html
 from daebench.pages.lesson.page import export
 from daebench.pages.lesson.static import static_experiment
+from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports.lessons._poisson_maps_page import BODY, SPIN
 from daebench.runs.request import Request
 
@@ -192,25 +193,110 @@ def test_errors_of_the_sequence_are_against_the_closed_form_and_a_wrong_one_woul
 
 @pytest.mark.parametrize(("scheme", "keeps"), [("strang", True), ("symplectic_euler_adjoint", True), ("rk4", False), ("euler", False)])
 def test_the_poisson_volume_along_an_orbit_and_that_of_the_cat_say_the_same(scheme, keeps):
-    from daebench.reports.lessons._poisson_maps_runs import carried, log_area
+    from daebench.reports.lessons._poisson_maps_runs import carried
 
     run = carried.__wrapped__(scheme, "4,2", 0.25, 1.5)
-    area = log_area(run.cats[-1]) / log_area(run.cats[0])
     assert (np.max(np.abs(run.volume - 1)) < 1e-12) == keeps
-    assert (abs(area - 1) < 1e-4) == keeps
-    assert (area - 1) * (run.volume[-1] - 1) > 0 or keeps
+    assert (abs(run.share - 1) < 1e-12) == keeps
+    assert (run.share - 1) * (run.volume[-1] - 1) > 0 or keeps
 
 
-def test_the_volume_of_an_outline_is_exact_for_what_is_known():
-    from daebench.reports.lessons._poisson_maps_runs import cat, log_area
+@pytest.mark.parametrize("start", ["4,2", "6,2"])
+@pytest.mark.parametrize("scheme", ["strang", "symplectic_euler_adjoint"])
+def test_a_poisson_map_has_all_of_the_cat_however_long_and_thin_it_is(scheme, start):
+    from daebench.reports.lessons._poisson_maps_runs import carried
 
-    outline = cat(np.array([4.0, 2.0]))
+    run = carried.__wrapped__(scheme, start, 0.4, 8.0)
+    assert abs(run.share - 1) < 1e-9
+
+
+def polygon(outline):
+    """Return the area of an outline in the plane of the logarithms."""
     u, v = np.log(outline).T
-    straight = 0.5 * np.sum(u * np.roll(v, -1) - v * np.roll(u, -1))
-    assert log_area(outline) == pytest.approx(straight, rel=1e-12)
-    bent = np.exp(np.stack([u + 0.3 * v**2, v], axis=1))
-    assert log_area(bent) == pytest.approx(log_area(outline), rel=1e-12)
-    assert log_area(outline * [2.0, 3.0]) == pytest.approx(log_area(outline), rel=1e-12)
+    return 0.5 * np.sum(u * np.roll(v, -1) - v * np.roll(u, -1))
+
+
+@pytest.mark.parametrize(("scheme", "h"), [("rk4", 0.25), ("euler", 0.05)], ids=["rk4", "euler"])
+def test_the_volume_of_a_cat_by_tangents_is_that_of_its_outline_in_short_lines(scheme, h, monkeypatch):
+    from daebench.reports.lessons import _poisson_maps_runs
+
+    monkeypatch.setattr(_poisson_maps_runs, "FINE", 24)
+    run = _poisson_maps_runs.carried.__wrapped__(scheme, "4,2", h, 0.75)
+    assert run.share == pytest.approx(polygon(run.cats[-1]) / polygon(run.cats[0]), rel=2e-4)
+    assert abs(run.share - 1) > 4e-4
+
+
+def long_run(level, end, *, g=0.0, failure=None, power=1):
+    """Return a run whose energy error oscillates at a level, and grows by a power of the time to another one at the end."""
+    from daebench.reports.lessons._why_symplectic_fair import Long
+
+    t = np.linspace(0.0, 1000.0, 20001)
+    error = level * np.cos(7 * t) + (end - level) * (t / t[-1]) ** power
+    return Long(t, error, g, failure)
+
+
+TORUS = {
+    "rattle": long_run(1e-2, 1e-2),
+    "lobatto3": long_run(1e-5, 1e-5),
+    "canonical:gauss2": long_run(1e-6, 1e-6),
+    "local:gauss2": long_run(1e-6, 1e-3),
+    "gauss2": long_run(1e-6, 1.0, g=0.1, power=2),
+    "rk4": long_run(1e-3, 1.0, failure="it stopped"),
+}
+PENDULUM = {
+    **{name: long_run(1e-4, 1e-4, g=g) for name, g in (("rattle", 0.0), ("midpoint", 1e-3), ("gauss2", 1e-8))},
+    **{name: long_run(1e-3, 1.0, failure="it stopped") for name in ("se", "rk4")},
+}
+FALSE_TORUS = {
+    "rattle drifts": {"rattle": long_run(1e-2, 0.1)},
+    "lobatto3 drifts": {"lobatto3": long_run(1e-5, 1e-4)},
+    "canonical drifts": {"canonical:gauss2": long_run(1e-6, 1e-4)},
+    "gauss2 is level": {"gauss2": TORUS["canonical:gauss2"]},
+    "gauss2 stays below rattle": {"gauss2": long_run(1e-6, 1e-3, g=0.1, power=2)},
+    "gauss2 stops": {"gauss2": long_run(1e-6, 1.0, g=0.1, failure="it stopped", power=2)},
+    "gauss2 stays on the torus": {"gauss2": long_run(1e-6, 1.0, power=2)},
+    "local is level": {"local:gauss2": TORUS["canonical:gauss2"]},
+    "local grows like a square": {"local:gauss2": long_run(1e-6, 1e-3, power=2)},
+    "rk4 reaches the end": {"rk4": long_run(1e-3, 1.0)},
+}
+FALSE_PENDULUM = {
+    "midpoint drifts": {"midpoint": long_run(1e-4, 1e-2, g=1e-3)},
+    "midpoint is twice as bad": {"midpoint": long_run(2e-4, 2e-4, g=1e-3)},
+    "midpoint keeps the rod": {"midpoint": long_run(1e-4, 1e-4)},
+    "gauss2 drifts": {"gauss2": long_run(1e-8, 1e-6, g=1e-8)},
+    "se reaches the end": {"se": long_run(1e-3, 1.0)},
+}
+
+
+@pytest.mark.parametrize("changed", FALSE_TORUS.values(), ids=FALSE_TORUS)
+def test_the_first_lesson_is_not_written_if_the_torus_says_something_else(changed):
+    from daebench.reports.lessons._why_symplectic_fair import check_torus
+
+    check_torus(TORUS)
+    with pytest.raises(ClaimRefuted):
+        check_torus(TORUS | changed)
+
+
+@pytest.mark.parametrize("changed", FALSE_PENDULUM.values(), ids=FALSE_PENDULUM)
+def test_the_first_lesson_is_not_written_if_the_pendulum_says_something_else(changed):
+    from daebench.reports.lessons._why_symplectic_fair import check_pendulum
+
+    check_pendulum(PENDULUM)
+    with pytest.raises(ClaimRefuted):
+        check_pendulum(PENDULUM | changed)
+
+
+def test_means_over_the_cat_are_exact_for_what_is_known():
+    from daebench.reports.lessons._poisson_maps_runs import CORNERS, inside
+
+    points, weights = inside()
+    a, b = CORNERS, np.roll(CORNERS, -1, axis=0)
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    assert min(twice) > 0  # every point of the outline is seen from the middle
+    assert weights.sum() == pytest.approx(1, rel=1e-14)
+    assert weights @ points == pytest.approx((a + b).T @ twice / (3 * twice.sum()), abs=1e-14)
+    squares = (a**2 + a * b + b**2).T @ twice / (6 * twice.sum())
+    assert weights @ points**2 == pytest.approx(squares, rel=1e-13)
 
 
 def test_the_explicit_euler_method_by_hand_ends_where_a_population_dies_out():

@@ -70,9 +70,10 @@ def test_sliders_and_keys_of_a_live_page_answer(name, pages, seen):
 
 def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
     shown = seen(pages("why-symplectic").as_uri())
-    facts = shown.page.evaluate("(({ ratio, crossed, end, bound, one, several }) => ({ ratio, crossed, end, bound, one, several }))(facts)")
-    assert facts["ratio"] > 100
-    assert 30 < facts["crossed"] < 200 < facts["end"] < 5000
+    facts = shown.page.evaluate("facts")
+    assert facts["complete"]
+    assert facts["bound"] == pytest.approx(facts["midpoint"], rel=0.01)
+    assert facts["stopped"] < 100 < facts["end"] < 5000
     assert facts["bound"] < 1e-3
     assert facts["one"] < 1e-14 < 1e-6 < facts["several"]
     shown.page.evaluate("{ formula.again(); for (let k = 0; k < 60; k++) formula.tick(0.1) }")
@@ -82,10 +83,25 @@ def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
     shown.clean()
 
 
+def test_runs_on_the_torus_in_the_page_are_those_of_the_compiled_kernels(pages, seen):
+    from daebench.reports.lessons._why_symplectic_fair import ON_TORUS, TORUS, followed
+
+    shown = seen(pages("why-symplectic").as_uri())
+    shown.page.evaluate("{ Frames.screens[0].play(false); fair.again(); while (fair.time < 9999) fair.tick(0.1) }")
+    peaks = shown.page.evaluate("Object.fromEntries(Object.entries(fair.items).map(([n, { peak, run }]) => [n, [peak, run.t]]))")
+    assert set(peaks) == set(ON_TORUS)
+    for name, (peak, t) in peaks.items():
+        run = followed(TORUS, name)
+        assert t == pytest.approx(run.t[-1], abs=0.2)
+        assert run.failure or peak == pytest.approx(run.most, rel=1e-3)
+    shown.clean()
+
+
 def test_dragging_the_bob_begins_another_run(pages, seen):
     page = seen(pages("why-symplectic").as_uri()).page
+    page.locator("[data-globe=rattle]").scroll_into_view_if_needed()
     box = page.locator("[data-globe=rattle]").bounding_box()
-    page.evaluate("Frames.screens[0].play(false)")  # or the bob would be elsewhere by the time that the mouse is there
+    page.evaluate("Frames.screens[1].play(false)")  # or the bob would be elsewhere by the time that the mouse is there
     before = page.evaluate("start.q.join()")
     bob = "(() => { const g = hero.runs.rattle.globe, [a, b] = g.view.seen(...g.unit()), r = g.radius(); "
     at = page.evaluate(bob + "return [g.width / 2 + r * a, g.height / 2 - r * b] })()")
@@ -150,6 +166,10 @@ def test_what_the_lesson_on_poisson_maps_says_holds_in_the_page(pages, seen):
     facts = shown.page.evaluate("facts")
     assert max(facts["strang"], facts["symplectic_euler_adjoint"]) < 1e-12
     assert 1e-4 < facts["rk4"] < facts["midpoint"] < 1
+    shown.page.evaluate("{ Frames.screens[0].play(false); $('#cat [data-again]').click(); while (cats.time < 24) cats.step(); }")
+    shares = shown.page.evaluate("Object.fromEntries(Object.entries(cats.items).map(([n, i]) => [n, volume(i.tangent) / i.volume]))")
+    assert max(abs(shares[name] - 1) for name in ("strang", "symplectic_euler_adjoint")) < 1e-12
+    assert min(abs(shares[name] - 1) for name in ("rk4", "midpoint")) > 1e-4
     lengths = shown.page.evaluate(
         "(() => { for (let k = 0; k < 50; k++) for (const b of Object.values(body)) b.run.advance(20); "
         "return Object.fromEntries(Object.entries(body).map(([n, b]) => [n, Math.hypot(...b.run.state())])) })()"

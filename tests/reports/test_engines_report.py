@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from pages import standalone
 from reported import require_refused
+from said import ROOT
 
 from daebench.diagnostics.energy import FAILED
 from daebench.draw.figures import grid_of_axes
@@ -19,7 +20,7 @@ from daebench.reference.solution import integrated
 from daebench.reports import engines
 from daebench.reports.engines import truth as truths
 from daebench.reports.engines.adapters import ENGINES, Engine
-from daebench.reports.engines.claims import check
+from daebench.reports.engines.claims import check, race
 from daebench.reports.engines.contender import Contender, States, mass_matrix, stepped
 from daebench.reports.engines.documentation import CHECKED, HOLDS, NOT, PART, sentences_of
 from daebench.reports.engines.figures import equal_cost, most_accurate
@@ -37,6 +38,8 @@ ORDERS = {"RK4": 4, "RK44": 4, "Euler": 1, "implicit": 1, "implicitfast": 1, "co
 
 ROUNDED = 1e-9
 """Errors that orders are not read from: tolerances of iterations inside engines."""
+
+RESULTS = ROOT / "docs" / "results" / "index.md"
 
 LOOPS = ("connect", "tendons", "loops")
 """Settings whose constraints are corrected and not met: energies agree up to what is left of g."""
@@ -265,6 +268,52 @@ def numbers():
     return replace(found, sentences=pd.DataFrame(said))
 
 
+RACES = {
+    "rattle first": ({}, (1, 1, [], [], 0)),
+    "ida before rattle": ({"ida:ggl": 1.0}, (1, 1, [], [], 0)),
+    "an engine before rattle, ida before it": ({"connect": 2.5, "ida:ggl": 1.0}, (0, 1, [], [], 0)),
+    "an engine with constraints first": ({"connect": 0.5}, (0, 0, ["pendulum"], [], 0)),
+    "an engine in angles first": ({"hinges": 0.5}, (0, 0, [], ["pendulum"], 0)),
+    "rattle too coarse": ({"rattle": np.nan}, (0, 1, [], [], 0)),
+    "nobody": (dict.fromkeys(("rattle", "ida:ggl", "connect", "hinges"), np.nan), (0, 0, [], [], 1)),
+    "no engine": (dict.fromkeys(("connect", "hinges"), np.nan), (1, 1, [], [], 0)),
+}
+"""Seconds to an error of 1e-4 where they are not 3 of rattle, 4 of ida, 5 and 6 of an engine, NaN: never; and what is said."""
+
+
+@pytest.mark.parametrize(("changed", "said"), RACES.values(), ids=RACES)
+def test_who_is_the_first_to_reach_an_error(changed, said):
+    seconds = {"rattle": 3.0, "ida:ggl": 4.0, "connect": 5.0, "hinges": 6.0} | changed
+    rows = [
+        {
+            "motion": "pendulum",
+            "engine": OWN if name in ("rattle", "ida:ggl") else "MuJoCo",
+            "setting": name,
+            "constrained": name != "hinges",
+            "error": error * (1 if np.isfinite(value) else 1e4),
+            "seconds": cost * (value if np.isfinite(value) else 1.0),
+            "failure": "",
+        }
+        for name, value in seconds.items()
+        for error, cost in ((9e-5, 1.0), (1e-6, 10.0), (1e-3, 0.1))
+    ]
+    found = race(pd.DataFrame(rows), 1e-4)
+    titles = {BY_KEY["pendulum"].title: "pendulum"}
+    assert (found.rattle, found.own, [titles[x] for x in found.tied], [titles[x] for x in found.reduced], found.nobody) == said
+
+
+def test_a_run_that_failed_reaches_no_error():
+    rows = {"motion": ["pendulum"], "engine": [OWN], "setting": ["rattle"], "constrained": [True], "error": [1e-9], "seconds": [1.0]}
+    assert race(pd.DataFrame({**rows, "failure": ["it broke"]}), 1e-4).nobody == 1
+
+
+def test_what_the_page_of_results_says_of_engines_holds_in_the_kept_runs():
+    kept = pd.read_csv(ROOT / "reports" / "gallery" / "engines.csv", keep_default_na=False, na_values={"error": [""], "seconds": [""]})
+    one = race(kept, 1e-4)
+    assert "on all but the heavy top RATTLE of daebench is the first to reach an error of 1e-4" in RESULTS.read_text(encoding="utf-8")
+    assert (one.rattle, one.motions, one.tied) == (8, 9, [BY_KEY["top"].title])
+
+
 @pytest.mark.slow
 def test_numbers_of_a_made_up_engine(small, numbers, tmp_path):
     chosen = numbers.chosen.set_index(["engine", "setting"])
@@ -373,7 +422,7 @@ def test_a_page_of_mici_alone(tmp_path, monkeypatch):
     assert "ConstrainedLeapfrogIntegrator(posed, step_size=h" in source
     frame = pd.read_csv(tmp_path / "engines" / "tables" / "runs.csv")
     kept = list((tmp_path / "engines" / engines.KEPT).glob("*.json"))
-    assert len(kept) == 3
+    assert len(kept) == 4
     monkeypatch.setattr("daebench.reports.engines.numbers.swept", lambda *_: pytest.fail("a run"))
     assert standalone(build("engines", tmp_path), quotes=True).text.count("constrained leapfrog") == text.count("constrained leapfrog")
     kept[0].write_text("damaged")

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -10,6 +11,7 @@ import pandas as pd
 import pytest
 from pages import standalone
 from reported import require_figures, require_refused
+from said import ROOT
 from tampered import changed
 
 from daebench.diagnostics.energy import LAWS
@@ -89,11 +91,20 @@ def test_prose_is_taken_from_the_docstring_without_formulas_and_parameters():
         ("which with these is three. Four.", "Four."),
         ("One. Two.", "One. Two."),
         ("with the angles,", ""),
+        ("which with these is three.", ""),
     ],
-    ids=["before a formula", "after a formula", "whole", "nothing whole"],
+    ids=["before a formula", "after a formula", "whole", "nothing whole", "nothing after a formula"],
 )
 def test_halves_of_sentences_round_a_formula_are_left_out(paragraph, kept):
     assert whole(paragraph) == kept
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "problems").glob("[a-z]*.py")), ids=lambda file: file.stem)
+def test_no_sentence_on_a_problem_begins_in_the_middle(file):
+    prose = re.sub("<[^>]*>", "", told(file.read_text(encoding="utf-8")))
+    assert prose[:1].upper() == prose[:1]
+    assert re.findall(r"\. (?:which|where|with|and|is|are)\b[^.]{0,40}", prose) == []
+    assert prose == "" or prose.endswith(".")
 
 
 def test_prose_is_escaped_and_its_marks_are_html():

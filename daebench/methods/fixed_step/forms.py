@@ -75,7 +75,7 @@ FORMS: Mapping[str, Form] = {
     "stiff": Form(
         "no constraint, but g^T g / (2 eps^2) added to H",
         {"eps": 1e-3},
-        instead="that of the penalised system, whose motion differs from the constrained one by eps^2",
+        instead="that of the penalised system, whose motion differs from the constrained one by eps^2 in positions and eps in velocities",
     ),
     "soft": Form(
         "g'' = (1 - r) a - r (c g' + k g), as in physics engines: stiffness k, damping c, impedance r; a = g'' without lam",
