@@ -113,9 +113,9 @@ def advise(
             nothing: dict[str, Any] = {"choice": None, "runners_up": (), "kept": {}, "starts": OverStarts(), "changes": ()}
             return Advice(**common, **nothing, why=why_nothing(question, found, left_out))
         (choice, kept), *others = chosen
-        work.tell_after(0.7, f"{choice.method} from other starts")
+        work.tell_after(0.55, f"{choice.method} from other starts")
         from_starts = work.from_starts(choice.method, choice.value)
-        work.tell_after(0.8, "what breaks first")
+        work.tell_after(0.6, "what breaks first")
         broken = changes(question, choice.method, choice.knob, choice.value, work.make)
         return Advice(
             **common, choice=choice, runners_up=tuple(other for other, _ in others), kept=kept, starts=from_starts, changes=tuple(broken)

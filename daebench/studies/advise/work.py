@@ -17,7 +17,7 @@ from daebench.studies.advise.keeps import Kept, keeps
 from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Found, Row, error_of, resolutions_of, search
 from daebench.studies.grid.against import certified_of, own_of
-from daebench.studies.grid.estimate import compiling_seconds, duration
+from daebench.studies.grid.estimate import compiling_seconds
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
@@ -139,13 +139,13 @@ def plan(work: Work, names: Sequence[str]) -> tuple[str, list[float]]:
     work.searching = search / (search + after + EACH)
     runs = f"{len(names)} methods, {new} of them new, at finer and finer steps or tolerances"
     moved = f"{asked.starts} other starts, {LONGER:g} times the horizon, a coarser step, and changed parameters"
-    return f"{runs}; then {moved}: about {duration(search + after)} of CPU time{_at_load(search + after)}", prices
+    return f"{runs}; then {moved}: about {search + after:.0f} s of CPU time{_at_load(search + after)}", prices
 
 
 def _at_load(seconds: float) -> str:
     """Return what a CPU time takes on a machine whose processors others use as well; "" where they do not, or nothing is known of it."""
     busy = (1 + os.getloadavg()[0]) / (os.cpu_count() or 1) if hasattr(os, "getloadavg") else 0.0
-    return f", {duration(busy * seconds)} where others use the machine as they do now" if busy > BUSY else ""
+    return f", {busy * seconds:.0f} s where others use the machine as they do now" if busy > BUSY else ""
 
 
 def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list[Found]:
@@ -170,7 +170,7 @@ def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> l
     for choice in sorted(again, key=lambda choice: choice.seconds):
         kept: Mapping[str, Kept] = {}
         if not chosen or work.question.keep:
-            work.tell_after(0.5, f"what {choice.method} keeps")
+            work.tell_after(0.4, f"what {choice.method} keeps")
             kept = keeps(work.question, choice.method, choice.value, work.make)
         if lost := [name for name in work.question.keep if name not in kept or not kept[name].kept]:
             left_out[choice.method] = f"{choice.method} {NOT_KEPT} {', '.join(lost).replace('_', '-')}"
@@ -199,7 +199,7 @@ def _again(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list
 def _settled(work: Work, found: Found, left_out: dict[str, str]) -> Choice | None:
     """Return the choice that a method is, timed again and looked at at more times, and from other starts: finer where errors are larger."""
     assert found.row is not None
-    work.tell_after(0.1, f"{found.method} from other starts" if work.question.share else f"{found.method} again")
+    work.tell_after(0.0, f"{found.method} from other starts" if work.question.share else f"{found.method} again")
     question, value = work.question, float(found.row["value"])
     resolutions, part = resolutions_of(question, found.method), question.part
     repeat, starts = min(max(math.ceil(SPENT / float(found.row["seconds"])), AGAIN[0]), AGAIN[1]), OverStarts()
