@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 import shlex
 from dataclasses import replace
 
@@ -21,7 +22,7 @@ from daebench.studies.advise.keeps import keeps
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import Found, error_of, search
-from daebench.studies.advise.work import NOT_KEPT, Work, _settled, why_nothing
+from daebench.studies.advise.work import NOT_KEPT, Work, _settled, plan, why_nothing
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.start_runs import StartRuns
@@ -214,6 +215,23 @@ def test_a_method_whose_other_starts_cannot_be_reached_or_known_is_left_out_and_
         assert words in why_nothing(question, [search(question, "rk4", make)], left_out)
 
 
+@pytest.mark.parametrize("problem", ["planar_pendulum", "lotka_volterra"])
+def test_a_plan_expects_compilation_of_what_is_new_once_for_all_compositions(problem, monkeypatch):
+    """What is expected is less of methods that have been run, and of further compositions of a method."""
+    case = daebench.initial_value_problem(problem).case
+    question = Question(problem=problem, case=case, accuracy=1e-3, t_end=1.0)
+    names = ["strang/suzuki4", "strang/kahan_li8", "strang"] if question.poisson else ["rattle/suzuki4", "rattle/kahan_li8", "rattle"]
+    expected = {}
+    for tried in (False, True):
+        monkeypatch.setattr("daebench.studies.advise.work.tried", lambda *_, tried=tried: tried)
+        sentence, prices = plan(Work(question, None, None), names)
+        expected[tried] = prices, float(re.search(r"about (\d+) s of CPU time", sentence)[1])
+    (first, second, plain), seconds = expected[False]
+    assert second == min(expected[True][0]) < min(first, plain)
+    assert seconds > 2 * expected[True][1]
+    assert seconds >= math.floor(first + second + plain)
+
+
 def pendulum_motion(q, v, t):
     """Return the positions of pendulums of length and mass 1 in gravity 1 by DOP853, shape(len(t), n, d): the force along q is known."""
     down = np.zeros(q.shape[1])
@@ -290,6 +308,8 @@ def test_the_command_and_the_python_line_make_the_run(asked, daebench):
     assert run.work["H_q"] > 0
     assert told[0][0] == 0
     assert told[0][1].startswith("1 methods, 1 of them new")
+    fractions = [fraction for fraction, _ in told]
+    assert fractions == sorted(fractions)
 
 
 def test_what_has_to_be_kept_is_claimed_and_measured(asked):

@@ -29,11 +29,11 @@ Progress = Callable[[float, str], None]
 PATIENCE = 75.0
 """CPU time after which no further method is tried, s; those that are kept in the store take none."""
 
-EACH, COMPILED = 0.7, 1.5
+EACH, COMPILED = 0.3, 1.5
 """CPU time of the runs of a method, s, and that of its compilation, its source included, over that of its kernels alone."""
 
-AFTERWARDS, KERNELS = 10.0, 2.0
-"""CPU time of the runs after the search, s, and that of their compilation over that of the method with most kernels, about."""
+AFTERWARDS, KERNELS = 8.0, 2.0
+"""CPU time of what comes after the search on a manifold, s, and that of its compilation over that of the simplest method, about."""
 
 GOOD = 1 / 3
 """Part of the accuracy that the error of a reference may be."""
@@ -133,11 +133,14 @@ def _first_run(question: Question, name: str) -> GridRun:
 def plan(work: Work, names: Sequence[str]) -> tuple[str, list[float]]:
     """Return what is going to be run, and how long it takes, as a sentence; and the CPU time of each method, s."""
     asked = work.question
-    compiling = [0.0 if tried(work, name) else COMPILED * compiling_seconds(_first_run(asked, name)) for name in names]
-    new, prices = sum(seconds > 0 for seconds in compiling), [EACH + seconds for seconds in compiling]
-    after, search = AFTERWARDS * bool(new) + KERNELS * max(compiling), min(PATIENCE + max(prices) / 2, sum(prices))
-    work.searching = search / (search + after + EACH)
-    runs = f"{len(names)} methods, {new} of them new, at finer and finer steps or tolerances"
+    new = {name: COMPILED * compiling_seconds(_first_run(asked, name)) for name in names if not tried(work, name)}
+    kernels = {(name.partition("/")[0], "/" in name): name for name in reversed(names)}  # all compositions of a method have those of one
+    prices = [EACH + (new.get(name, 0.0) if name in kernels.values() else 0.0) for name in names]
+    search, after = min(PATIENCE + max(prices) / 2, sum(prices)), EACH * len(names)
+    if new and not asked.poisson:
+        after += AFTERWARDS + KERNELS * min(new.values())
+    work.searching = search / (search + after)
+    runs = f"{len(names)} methods, {len(new)} of them new, at finer and finer steps or tolerances"
     moved = f"{asked.starts} other starts, {LONGER:g} times the horizon, a coarser step, and changed parameters"
     return f"{runs}; then {moved}: about {search + after:.0f} s of CPU time{_at_load(search + after)}", prices
 
