@@ -23,7 +23,8 @@ def advise(
     t_end: Annotated[float, typer.Option("--t-end", help="Horizon, s.")],
     keep: Annotated[str | None, typer.Option("--keep", help="What has to be conserved: energy, constraints, casimirs, two-form.")] = None,
     budget: Annotated[str | None, typer.Option("--budget", help="Largest CPU time of the run, as 1s, 20ms or a number of seconds.")] = None,
-    ensemble: Annotated[int, typer.Option("--ensemble", parser=whole, help="Number of other starts from which the choice is run.")] = 16,
+    share: Annotated[float, typer.Option("--share", help="Share of starts within the accuracy; 0: the start of the case only.")] = 0.95,
+    ensemble: Annotated[int, typer.Option("--ensemble", parser=whole, help="Number of other starts from which errors are measured.")] = 128,
     methods: Annotated[str | None, typer.Option("--methods", help=f"Methods to try, comma-separated; {OUTSIDE}.")] = None,
     also: Annotated[str | None, typer.Option("--also", help="Further methods to try, for example your own integrator.")] = None,
     case: Case = None,
@@ -36,13 +37,13 @@ def advise(
 ) -> None:
     """Find the cheapest method for an accuracy, with its step size or tolerance; exit 1 if no run meets the request.
 
-    The error of the choice is measured from other starts as well. The choice conserves a quantity if it claims this and a run over ten
-    times the horizon shows it. Runs are stored, so a second question takes little time.
+    The accuracy holds for a share of starts: some near the start of the case are run as well. The choice conserves a quantity if it claims
+    this and a run over ten times the horizon shows it. Runs are stored, so a second question takes little time.
     """
     from daebench.studies.advise.run import advise as made
 
-    asked: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "case": case, "starts": ensemble, "seed": seed, "store": store}
-    asked |= {"keep": [name.replace("-", "_") for name in words(keep)] if keep else (), "budget": _seconds(budget)}
+    asked: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "share": share, "case": case, "starts": ensemble, "seed": seed}
+    asked |= {"store": store, "keep": [name.replace("-", "_") for name in words(keep)] if keep else (), "budget": _seconds(budget)}
     asked |= {"methods": methods_if_given(methods), "also": words(also) if also else ()}
     folder = Folder(out, pictures=("advise",))
     folder.check()
@@ -97,7 +98,7 @@ def _write(folder: Folder, advice: "Advice") -> list[str]:
 def _print(advice: "Advice") -> None:
     """Print the answer."""
     asked, choice = advice.question, advice.choice
-    print(f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error of {asked.part} at most {asked.accuracy:g}")
+    print(f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error of {asked.part} at most {asked.accuracy:g} {advice.holds}")
     print(f"errors are against: {advice.reference}, which may be wrong by {advice.bound:.1e}")
     if choice is None:
         print(advice.why)
@@ -107,9 +108,7 @@ def _print(advice: "Advice") -> None:
     print(_from_starts(advice))
     kept = advice.summary()["kept"]
     print_table(["keeps", "", "claimed", "measured"], [_kept(name, row) for name, row in kept.items()])
-    print_table(
-        ["what breaks first", "median error over the accuracy"], [[change.what, _factor(advice, change)] for change in advice.changes]
-    )
+    print_table(["what breaks first", "error over the accuracy"], [[change.what, _factor(advice, change)] for change in advice.changes])
     print(advice.command)
     print(advice.python)
     for name, became in advice.outside.items():
@@ -133,11 +132,11 @@ def _from_starts(advice: "Advice") -> str:
     starts, accuracy = advice.starts, advice.question.accuracy
     if not starts.errors:
         return f"from other starts nothing is known: {starts.failure or 'their references are not good enough'}"
-    within, number = starts.within(accuracy), len(starts.errors)
+    within = starts.within(accuracy)
     low, middle, high = (starts.quantile(part) for part in (0.05, 0.5, 0.95))
     return (
-        f"from {number} other starts: error {middle:.1e} in the median, {low:.1e} to {high:.1e} (5 to 95 %); "
-        f"{100 * within.value:.0f} % of them within {accuracy:g} [{100 * within.low:.0f} to {100 * within.high:.0f} of all]"
+        f"from {starts.number} other starts: error {middle:.1e} in the median, {low:.1e} to {high:.1e} (5 to 95 %); "
+        f"{100 * within.value:.3g} % of them within {accuracy:g} [{100 * within.low:.3g} to {100 * within.high:.3g} of all]"
     )
 
 

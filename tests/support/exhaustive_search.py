@@ -306,7 +306,7 @@ def answered(search: dict[str, Any], accuracy: float) -> dict[str, Any]:
     if not known:
         return about | {"choice": None, "why": search.get("why", "the motion is not known well enough, and advice is not asked")}
     try:
-        advice = daebench.advise(search["problem"], case=search["case"], accuracy=accuracy, t_end=search["t_end"], starts=4)
+        advice = daebench.advise(search["problem"], case=search["case"], accuracy=accuracy, t_end=search["t_end"], starts=4, share=0)
     except DaebenchError as error:
         return about | {"choice": None, "why": str(error)}
     if advice.choice is None:

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.methods.outside.read import is_outside
@@ -14,6 +14,8 @@ from daebench.studies.advise.search import Found, Row, error_of
 
 if TYPE_CHECKING:
     import pandas as pd
+
+INTERVAL = "Clopper-Pearson, 95 %"
 
 RUNNERS_UP = 2
 """Number of other methods that are named."""
@@ -36,6 +38,8 @@ class Choice:
         Its step size, s, or tolerance.
     error, seconds : float
         Largest error at the outputs, and CPU time of the run, s.
+    starts : OverStarts
+        Its errors from other starts; none where they have not been measured.
     """
 
     method: str
@@ -43,11 +47,12 @@ class Choice:
     value: float
     error: float
     seconds: float
+    starts: OverStarts = field(default_factory=OverStarts)
 
     @classmethod
-    def of(cls, knob: str, row: Row, part: str) -> "Choice":
+    def of(cls, knob: str, row: Row, part: str, starts: OverStarts) -> "Choice":
         """Return the choice of a row."""
-        return cls(str(row["method"]), knob, float(row["value"]), error_of(row, part), float(row["seconds"]))
+        return cls(str(row["method"]), knob, float(row["value"]), error_of(row, part), float(row["seconds"]), starts)
 
     def plain(self) -> dict[str, Any]:
         """Return it for JSON."""
@@ -71,7 +76,7 @@ class Advice(Shown):
     starts : OverStarts
         Errors of the choice from other starts.
     changes : tuple of Change
-        Effects of changes, the worst first.
+        The choice as it is, and the effects of changes, the worst first.
     found : tuple of Found
         Results of the search, by method.
     left_out : mapping of str to str
@@ -119,6 +124,19 @@ class Advice(Shown):
         return f"with {some.knob} = {value:.4g} it reaches {error_of(some.row, self.question.part):.1e} in {1e3 * seconds:.3g} ms{longer}"
 
     @property
+    def holds(self) -> str:
+        """Say for which share of starts the error of the choice is at most the accuracy, and what was measured."""
+        asked = self.question
+        if not asked.share:
+            return "from this start only"
+        words = f"for {100 * asked.share:g} % of starts"
+        if self.choice is None:
+            return words
+        within, some = self.starts.within(asked.accuracy), self.starts.number
+        measured = f"measured {100 * within.value:.3g} % of {some}: {100 * within.low:.3g} to {100 * within.high:.3g} % of all"
+        return f"{words} ({measured}{'' if within.low >= asked.share else '; these are too few to confirm it'})"
+
+    @property
     def command(self) -> str:
         """The command that makes the run of the choice; "" without one."""
         if self.choice is None:
@@ -152,6 +170,7 @@ class Advice(Shown):
         """Return the answer for JSON."""
         asked, accuracy = self.question, self.question.accuracy
         about = {"problem": asked.problem, "case": asked.case, "parameters": dict(asked.ivp.parameters), "accuracy": accuracy}
+        about |= {"share": asked.share}
         about |= {"t_end": asked.t_end, "keep": list(asked.keep), "budget": None if asked.budget == float("inf") else asked.budget}
         answer: dict[str, Any] = self.choice.plain() if self.choice else {"method": None, "error": None, "seconds": None}
         answer |= {"why": self.why or None, "runners_up": [other.plain() for other in self.runners_up]}
@@ -160,9 +179,10 @@ class Advice(Shown):
         within = self.starts.within(accuracy)
         answer |= {
             "starts": {
-                "number": len(self.starts.errors),
+                "number": self.starts.number,
                 "error": {name: self.starts.quantile(part) for name, part in (("q05", 0.05), ("q50", 0.5), ("q95", 0.95))},
-                "within": {"share": within.value, "low": within.low, "high": within.high},
+                "within": {"share": within.value, "low": within.low, "high": within.high, "interval": INTERVAL},
+                "confirmed": within.low >= asked.share if asked.share else None,
                 "reference": self.starts.words,
             }
         }

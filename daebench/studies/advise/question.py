@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.errors import BadInput, InconsistentStart, positive, unknown, whole
+from daebench.errors import BadInput, InconsistentStart, positive, real, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
@@ -20,6 +20,9 @@ from daebench.studies.grid.start_runs import StartRuns
 
 OUTPUTS = 48
 """Times at which errors are taken, about; a number with many divisors, for numbers of steps that come to some of these times."""
+
+STARTS, SHARE = 128, 0.95
+"""Number of other starts, and the share that has to be within the accuracy: of 128, 127 within confirm 95 %, and 72 of 72 would."""
 
 MOST_OUTPUTS = 96
 """Stored times of a certified reference that are used, at most."""
@@ -54,7 +57,9 @@ class Question:
     budget : float
         Largest CPU time of a run, s; infinite where none is given.
     starts : int
-        Number of other starts from which the error of the answer is measured.
+        Number of other starts from which errors are measured.
+    share : float
+        Share of these starts that has to be within the accuracy; 0 if only the start of the case has to be.
     parameters : mapping of str to float
         Values of the problem's parameters.
     seed : int
@@ -72,7 +77,8 @@ class Question:
     t_end: float
     keep: tuple[str, ...] = ()
     budget: float = float("inf")
-    starts: int = 16
+    starts: int = STARTS
+    share: float = SHARE
     parameters: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
 
@@ -83,6 +89,8 @@ class Question:
             positive("budget", self.budget)
         if whole("starts", self.starts) < 1 or whole("seed", self.seed) < 0:
             raise BadInput(f"starts = {self.starts} must be at least 1, and seed = {self.seed} at least 0.")
+        if not 0 <= real("share", self.share) < 1:
+            raise BadInput(f"share = {self.share:g} must be at least 0 and less than 1: no number of starts shows that all are within.")
         for name in self.keep:
             if name not in THINGS:
                 raise unknown("thing to keep", name, THINGS)
@@ -145,31 +153,31 @@ class Question:
         run = self.run(method, value, repeat=repeat)
         return replace(run, outputs=_outputs(round(self.t_end / value))) if self.solver(method).knob == "h" else run
 
-    def from_starts(
-        self, method: str, value: float, *, starts: int, times: float = 1.0, parameters: Mapping[str, float] | None = None
-    ) -> StartRuns:
-        """Return the runs from starts beside that of the case, to a multiple of the horizon, with other values of some parameters.
+    def from_starts(self, method: str, value: float) -> StartRuns:
+        """Return the runs from starts beside that of the case."""
+        return self._start_runs(method, value, 1.0, {"members": self.starts, "seed": self.seed})
 
-        A start that is off the manifold with these parameters is moved onto it.
+    def changed(self, method: str, value: float, *, times: float = 1.0, parameters: Mapping[str, float] | None = None) -> StartRuns:
+        """Return the run from the start of the case, to a multiple of the horizon, or with another value of a parameter.
+
+        A start that is off the manifold with this parameter is moved onto it.
         """
-        fields = self._fields(method, value, times)
-        if parameters and self._starts_on_manifold(parameters):
-            fields["parameters"] = tuple({**dict(self.parameters), **parameters}.items())
-        elif parameters:
-            fields["settings"] = json.dumps({"parameters": {name: [at] * starts for name, at in parameters.items()}})
-        fields |= {"metrics": (self.part,), "repeat": 1, "members": starts, "seed": self.seed}
+        ivp, settings, fields = self.ivp, {}, {}
+        try:
+            ivp = initial_value_problem(self.problem, self.case, {**dict(self.parameters), **(parameters or {})})
+            fields["parameters"] = tuple({**dict(self.parameters), **(parameters or {})}.items())
+        except InconsistentStart:
+            settings["parameters"] = {name: [at] for name, at in (parameters or {}).items()}
+        settings["values"] = {f"{self.part}1": [float(ivp.start[-1][0])]}
+        return self._start_runs(method, value, times, fields | {"members": 1, "distribution": "grid", "settings": json.dumps(settings)})
+
+    def _start_runs(self, method: str, value: float, times: float, starts: Mapping[str, Any]) -> StartRuns:
+        fields = self._fields(method, value, times) | {"metrics": (self.part,), "repeat": 0, **starts}
         if self.solver(method).knob != "h":
             return StartRuns(**fields, outputs=self.outputs, finest=self.apart / FINEST)
         steps = _whole(times * self.t_end / value)
         h = times * self.t_end / steps
         return StartRuns(**{**fields, "value": h}, outputs=_outputs(steps), finest=h)
-
-    def _starts_on_manifold(self, parameters: Mapping[str, float]) -> bool:
-        try:
-            initial_value_problem(self.problem, self.case, {**dict(self.parameters), **parameters})
-        except InconsistentStart:
-            return False
-        return True
 
     @property
     def metrics(self) -> tuple[str, ...]:

@@ -1,18 +1,23 @@
 """The work that advice takes: what errors are against, the search over methods, and the choice among those that reach the accuracy."""
 
 import math
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from operator import itemgetter
 
 import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.advise.advice import RUNNERS_UP, Choice
+from daebench.studies.advise.breaking import OverStarts, over_starts
 from daebench.studies.advise.keeps import Kept, keeps
 from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Found, Row, error_of, resolutions_of, search
 from daebench.studies.grid.against import certified_of, own_of
+from daebench.studies.grid.estimate import compiling_seconds
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
@@ -24,14 +29,22 @@ Progress = Callable[[float, str], None]
 PATIENCE = 75.0
 """CPU time after which no further method is tried, s; those that are kept in the store take none."""
 
-EACH, AFTERWARDS = 6.0, 15.0
-"""CPU time that a method takes that is new, compilation included, and what comes after the search, s, about."""
+EACH, COMPILED = 0.3, 1.5
+"""CPU time of the runs of a method, s, and that of its compilation, its source included, over that of its kernels alone."""
+
+AFTERWARDS, KERNELS = 8.0, 2.0
+"""CPU time of what comes after the search on a manifold, s, and that of its compilation over that of the simplest method, about."""
 
 GOOD = 1 / 3
 """Part of the accuracy that the error of a reference may be."""
 
-FINER = 4
-"""Values of a method that are looked at closely, at most."""
+FINER = 6
+"""Values of a method that are looked at closely, and from other starts, at most."""
+
+OTHERS = "other starts"
+
+BUSY = 1.2
+"""Processes that compute, this one included, for each processor, from which on it is said that they wait for each other."""
 
 NOT_KEPT = "was not found to keep"
 """What is said of a method that loses a quantity that is asked for in a run, or of which that cannot be measured."""
@@ -52,11 +65,14 @@ class Work:
         Where rows are kept.
     progress : callable, optional
         Told how far it is.
+    searching : float
+        Part of the time that the search is expected to take.
     """
 
     question: Question
     store: Store
     progress: Progress | None
+    searching: float = 0.8
     began: float = field(default_factory=time.process_time)
 
     def make(self, specification: GridRun) -> Row:
@@ -64,10 +80,18 @@ class Work:
         (row,) = computed([specification], self.store).values()
         return row
 
+    def from_starts(self, method: str, value: float) -> OverStarts:
+        """Return the errors of a method from other starts."""
+        return over_starts(partial(self.question.from_starts, method, value), self.question.part, self.make)
+
     def tell(self, fraction: float, what: str) -> None:
         """Say how far it is."""
         if self.progress:
             self.progress(fraction, what)
+
+    def tell_after(self, fraction: float, what: str) -> None:
+        """Say how far it is with what comes after the search."""
+        self.tell(self.searching + (1 - self.searching) * fraction, what)
 
     @property
     def out_of_time(self) -> bool:
@@ -97,41 +121,59 @@ def reference_of(question: Question, method: str) -> tuple[str, float]:
 
 def tried(work: Work, name: str) -> bool:
     """Return whether the search of a method has begun before, so that the store has its first run."""
-    resolutions = resolutions_of(work.question, name)
-    return key_of(work.question.run(name, resolutions.value(resolutions.first(work.question.accuracy)))) in work.store
+    return key_of(_first_run(work.question, name)) in work.store
 
 
-def plan(work: Work, names: Sequence[str]) -> str:
-    """Return what is going to be run, and how long it takes, as a sentence."""
-    new, asked = sum(not tried(work, name) for name in names), work.question
+def _first_run(question: Question, name: str) -> GridRun:
+    """Return the run with which the search of a method begins."""
+    resolutions = resolutions_of(question, name)
+    return question.run(name, resolutions.value(resolutions.first(question.accuracy)))
+
+
+def plan(work: Work, names: Sequence[str]) -> tuple[str, list[float]]:
+    """Return what is going to be run, and how long it takes, as a sentence; and the CPU time of each method, s."""
+    asked = work.question
+    new = {name: COMPILED * compiling_seconds(_first_run(asked, name)) for name in names if not tried(work, name)}
+    kernels = {(name.partition("/")[0], "/" in name): name for name in reversed(names)}  # all compositions of a method have those of one
+    prices = [EACH + (new.get(name, 0.0) if name in kernels.values() else 0.0) for name in names]
+    search, after = min(PATIENCE + max(prices) / 2, sum(prices)), EACH * len(names)
+    if new and not asked.poisson:
+        after += AFTERWARDS + KERNELS * min(new.values())
+    work.searching = search / (search + after)
+    runs = f"{len(names)} methods, {len(new)} of them new, at finer and finer steps or tolerances"
     moved = f"{asked.starts} other starts, {LONGER:g} times the horizon, a coarser step, and changed parameters"
-    most = AFTERWARDS + min(PATIENCE, EACH * new)
-    return f"{len(names)} methods, {new} of them new, at finer and finer steps or tolerances; then {moved}: about {most:.0f} s of CPU time"
+    return f"{runs}; then {moved}: about {search + after:.0f} s of CPU time{_at_load(search + after)}", prices
+
+
+def _at_load(seconds: float) -> str:
+    """Return what a CPU time takes on a machine whose processors others use as well; "" where they do not, or nothing is known of it."""
+    busy = (1 + os.getloadavg()[0]) / (os.cpu_count() or 1) if hasattr(os, "getloadavg") else 0.0
+    return f", {busy * seconds:.0f} s where others use the machine as they do now" if busy > BUSY else ""
 
 
 def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list[Found]:
     """Return what is found of each method that there is time for."""
     found: list[Found] = []
-    work.tell(0.0, plan(work, names))
+    sentence, expected = plan(work, names)
+    work.tell(0.0, sentence)
     for k, name in enumerate(names):
         if work.out_of_time and not tried(work, name):
             left_out[name] = f"{name} was not tried, to save time; ask again to include it"
             continue
-        work.tell(0.75 * k / len(names), name)
+        work.tell(work.searching * sum(expected[:k]) / sum(expected), name)
         prices = sorted(float(some.row["seconds"]) for some in found if some.row)
         found.append(search(work.question, name, work.make, prices[RUNNERS_UP] if len(prices) > RUNNERS_UP else math.inf))
     return found
 
 
 def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list[tuple[Choice, Mapping[str, Kept]]]:
-    """Return the choice and the next methods, with what they keep; they are timed again, and those that lose what is asked are left out."""
-    reaching = sorted((some for some in found if some.row), key=lambda some: float(some.row["seconds"]) if some.row else math.inf)
-    again = [choice for some in reaching[: 2 * (1 + RUNNERS_UP)] if (choice := _timed_again(work, some))]
+    """Return the choice and the next methods, with what they keep; those that lose what is asked are left out."""
+    again = _again(work, found, left_out)
     chosen: list[tuple[Choice, Mapping[str, Kept]]] = []
     for choice in sorted(again, key=lambda choice: choice.seconds):
         kept: Mapping[str, Kept] = {}
         if not chosen or work.question.keep:
-            work.tell(0.78, f"what {choice.method} keeps")
+            work.tell_after(0.4, f"what {choice.method} keeps")
             kept = keeps(work.question, choice.method, choice.value, work.make)
         if lost := [name for name in work.question.keep if name not in kept or not kept[name].kept]:
             left_out[choice.method] = f"{choice.method} {NOT_KEPT} {', '.join(lost).replace('_', '-')}"
@@ -144,16 +186,39 @@ def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> l
     return chosen
 
 
-def _timed_again(work: Work, found: Found) -> Choice | None:
-    """Return the choice that a method is, timed again and looked at at more times: a little finer where its error is larger there."""
+def _again(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list[Choice]:
+    """Return the cheapest methods, timed again and run from other starts: twice as many as are named where some may not keep something."""
+    again: list[Choice] = []
+    for price, some in sorted(((float(some.row["seconds"]), some) for some in found if some.row), key=itemgetter(0)):
+        dearest = sorted(choice.seconds for choice in again)[RUNNERS_UP:]
+        enough = work.question.share and not work.question.keep and dearest and price > dearest[0]
+        if enough or len(again) >= 2 * (1 + RUNNERS_UP):
+            break
+        if choice := _settled(work, some, left_out):
+            again.append(choice)
+    return again
+
+
+def _settled(work: Work, found: Found, left_out: dict[str, str]) -> Choice | None:
+    """Return the choice that a method is, timed again and looked at at more times, and from other starts: finer where errors are larger."""
     assert found.row is not None
+    work.tell_after(0.0, f"{found.method} from other starts" if work.question.share else f"{found.method} again")
     question, value = work.question, float(found.row["value"])
     resolutions, part = resolutions_of(question, found.method), question.part
-    repeat = min(max(math.ceil(SPENT / float(found.row["seconds"])), AGAIN[0]), AGAIN[1])
+    repeat, starts = min(max(math.ceil(SPENT / float(found.row["seconds"])), AGAIN[0]), AGAIN[1]), OverStarts()
     for _ in range(FINER):
         row = work.make(question.closely(found.method, value, repeat=repeat))
-        if (error := error_of(row, part)) <= question.accuracy:
-            return Choice.of(found.knob, row, part)
+        if (error := error_of(row, part)) <= question.accuracy and question.share:
+            starts = work.from_starts(found.method, value)
+            error = starts.reached(question.share)
+            within = f"with {found.knob} = {value:.3g} {sum(off <= question.accuracy for off in starts.errors)} of {starts.number}"
+            left_out[found.method] = f"{found.method}: {within} {OTHERS} are within the accuracy"
+        if error <= question.accuracy:
+            left_out.pop(found.method, None)
+            return Choice.of(found.knob, row, part, starts)
+        if starts.failure and not starts.errors:
+            left_out[found.method] = f"{found.method}: errors from {OTHERS} are not known: {starts.failure}"
+            break
         value = resolutions.value(resolutions.finer(resolutions.number(value), error, question.accuracy))
     return None
 
@@ -164,9 +229,12 @@ def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[st
     best = min(rows, key=lambda row: error_of(row, question.part), default=None)
     asked = f"an error of {question.accuracy:g}" + (f" in {question.budget:g} s" if question.budget < math.inf else "")
     reaching = sorted((float(some.row["seconds"]), some.method) for some in found if some.row)
+    asked += f" for {100 * question.share:g} % of starts" if question.share and reaching else ""
     if best is None or not math.isfinite(error_of(best, question.part)):
         quickest = f"the quickest that does, {reaching[0][1]}, takes {reaching[0][0]:.2g} s" if reaching else ""
         return f"no method tried reaches {asked}; {quickest or 'none reaches its end'}"
+    if few := "; ".join(why for why in left_out.values() if OTHERS in why):
+        return f"no method tried reaches {asked}: {few}; with a share of 0 the start of the case alone counts"
     if not question.budget < math.inf and any(some.row for some in found):
         lost = "; ".join(why for name, why in left_out.items() if NOT_KEPT in why)
         return f"no method tried conserves what is requested: {lost}"

@@ -96,11 +96,9 @@ def estimate(specifications: Sequence[GridRun], store: Store) -> Estimate:
         like += bool(others) * specification.count
     kinds = {specification.of_any_kind(): specification for specification in specifications}
     missing = {kind: specification for kind, specification in kinds.items() if kind not in compiled}
-    kernels = [(specification, _kernels(specification)) for specification in missing.values()]
-    compiling = sum(count * _compile_seconds(specification) for specification, count in kernels)
-    return Estimate(
-        seconds, like, sum(specification.count for specification in specifications), sum(count for _, count in kernels), compiling
-    )
+    kernels = sum(_kernels(specification) for specification in missing.values())
+    compiling = sum(map(compiling_seconds, missing.values()))
+    return Estimate(seconds, like, sum(specification.count for specification in specifications), kernels, compiling)
 
 
 def _like(specification: GridRun) -> tuple[Any, ...]:
@@ -122,11 +120,12 @@ def _kernels(specification: GridRun) -> int:
     return 2 if specification.repeat > 0 and specification.solver.knob == "h" else 1
 
 
-def _compile_seconds(specification: GridRun) -> float:
+def compiling_seconds(specification: GridRun) -> float:
+    """Return about how long the compilation of the kernels of a run takes, s."""
     ivp, solver = specification.ivp, specification.solver
     size = len(ivp.y0) if isinstance(ivp, PoissonIvp) else ivp.d + ivp.m
     stages = getattr(getattr(solver, "member", None), "stages", 1)
-    return float(min(MOST_COMPILE, max(LEAST_COMPILE, COMPILE_SECONDS * stages * size**2)))
+    return _kernels(specification) * float(min(MOST_COMPILE, max(LEAST_COMPILE, COMPILE_SECONDS * stages * size**2)))
 
 
 def _nearest(specification: GridRun, resolution: str, others: Sequence[GridRun]) -> Sequence[GridRun]:

@@ -23,6 +23,9 @@ NAN = float("nan")
 
 Row = dict[str, Any]
 
+FEW_STEPS = 200_000
+"""Steps of all members up to which they run one after another: to compile a kernel for several at once takes longer than these steps."""
+
 TIMED = 5
 """Starts from which a method with fixed steps is timed."""
 
@@ -87,7 +90,8 @@ def _together(specification: StartRuns, solver: Any, reference: MemberReferences
     some, h, outputs = members_of(specification), specification.value, specification.outputs
     every = round(specification.t_end / outputs / h)
     asked = Request(value=h, steps=every * outputs, every=every, watch=(), count=False)
-    run = run_members(solver, Members(some.ivp, some.start, h, some.parameters), asked)
+    few = len(some) * every * outputs <= FEW_STEPS
+    run = run_members(solver, Members(some.ivp, some.start, h, some.parameters), asked, lanes=1 if few else None)
     states = dict(zip(reference.states, some.ivp.vectors(run.states), strict=True))
     columns: Row = {name: values.tolist() for name, values in errors(states, reference, specification.metrics).items()}
     columns |= {"steps": run.steps.tolist(), "failure": [run.reason(i) for i in range(len(some))]}

@@ -1,6 +1,7 @@
 """How sure shares and medians over starts are: exact intervals, without random numbers."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -59,6 +60,22 @@ def share(wins: float, starts: int) -> Estimate:
     low = float(beta.ppf(tail, wins, starts - wins + 1)) if wins > 0 else 0.0
     high = float(beta.ppf(1 - tail, wins + 1, starts - wins)) if wins < starts else 1.0
     return Estimate(wins / starts, low, high, starts)
+
+
+@cache
+def fewest_wins(part: float, starts: int) -> int:
+    """Return the least number of wins whose interval, see :func:`share`, is not below a share of all starts; all of too few starts.
+
+    ::
+
+        >>> from daebench.studies.work_precision.intervals import fewest_wins
+        >>> fewest_wins(0.95, 72), fewest_wins(0.95, 128), fewest_wins(0.95, 16)
+        (72, 127, 16)
+    """
+    wins = starts
+    while wins and share(wins - 1, starts).low >= part:
+        wins -= 1
+    return wins
 
 
 def median(values: Array) -> Estimate:
