@@ -11,6 +11,7 @@ from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained_checks import check_parts, check_second_derivatives, nonholonomic, strange
 from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, mathematics, several
+from daebench.systems.parts import Parts
 from daebench.systems.picture import Exact
 from daebench.systems.picture import Picture as Picture
 
@@ -125,6 +126,8 @@ class ConstrainedHamiltonian:
         Local coordinates of the manifold; the form ``local`` needs them.
     picture : Picture, optional
         Picture of the problem.
+    parts : Parts, optional
+        Parts of the mechanism that it is, in words; ``Mechanism.problem`` declares them.
 
     Raises
     ------
@@ -150,6 +153,7 @@ class ConstrainedHamiltonian:
     kinetic_flow: KineticFlow | None = None
     chart: Chart | None = None
     picture: Picture | None = None
+    parts: Parts | None = None
 
     def __post_init__(self) -> None:
         check_parts(self)

@@ -68,7 +68,9 @@ EQUAL_RINGS = {
     "lists for tuples": lambda text: text.replace("q=(0, -r), p=(3 * m, 0)", "q=[0, -r], p=[3 * m, 0]"),
     "renamed symbols of Python": lambda text: re.sub(r"\bm\b", "weight", text),
     "other words about a case": lambda text: text.replace("p=(3 * m, 0)", 'p=(3 * m, 0), about="fast"'),
-    "a picture": lambda text: text.replace("closed_form=closed_form", "picture=Picture(masses=[q]), closed_form=closed_form").replace("KineticFlow", "KineticFlow, Picture"),
+    "a picture": lambda text: text.replace("closed_form=", "picture=daebench.Picture(masses=[q]), closed_form=").replace(
+        "import mpmath", "import daebench, mpmath"
+    ),
     "terms in another order": lambda text: text.replace("q[0] ** 2 + q[1] ** 2 - r**2", "-(r**2) + q[1] ** 2 + q[0] ** 2"),
 }  # fmt: skip
 
