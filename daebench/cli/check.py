@@ -75,8 +75,10 @@ def _checked(problem: str, case: str | None, parameters: "Mapping[str, float]", 
     """Print the checks of a problem with these values of parameters, and their failures; return the exit status."""
     from dataclasses import asdict
 
+    from daebench.cli import mechanism
     from daebench.diagnostics.problem.check import Held, held
     from daebench.methods.initial_value_problem import declared_ivps
+    from daebench.systems.parts import Parts
 
     findings: list[Held] = []
     with bar(f"check {problem}") as progress:
@@ -84,11 +86,15 @@ def _checked(problem: str, case: str | None, parameters: "Mapping[str, float]", 
         for k, ivp in enumerate(ivps):
             findings += held(ivp, partial(_tell, progress, k / len(ivps), f"check {problem}, case {ivp.case}"))
     faults = [finding.fault for finding in findings if finding.fault]
+    parts = getattr(ivps[0].source.derivation.definition, "parts", None) if ivps else None
+    parts = parts if isinstance(parts, Parts) else None
     if as_json:
-        print_json({"problem": problem, "checks": [asdict(finding) for finding in findings], "ok": not faults})
+        checks = [asdict(finding) for finding in findings]
+        print_json({"problem": problem, "checks": checks, "ok": not faults} | mechanism.as_json(parts))
     else:
         rows = [[finding.case, finding.what, "FAILS" if finding.fault else "ok"] for finding in findings]
         print_table(["case", "checked", ""], rows, problem)
+        mechanism.print_parts(parts)
         for finding in findings:
             if finding.note:
                 print(printable(f"case {finding.case}: {finding.note}"))

@@ -53,6 +53,7 @@ def compare(
         typer.Option("--out", help="Folder for the table and the picture, with its data; or FILE.pdf, .svg or .png for the picture alone."),
     ] = None,
     size: Annotated[str | None, typer.Option("--size", help="Width and height of FILE in inches, for example 16x9.")] = None,
+    title: Annotated[str | None, typer.Option("--title", help="Title of FILE; problem and case if left out.")] = None,
     labels: Annotated[str | None, typer.Option("--labels", help="Display names of the methods in FILE, comma-separated.")] = None,
     colors: Annotated[str | None, typer.Option("--colors", help="Colours of the methods in FILE: black,#0072b2.")] = None,
     overwrite: Overwrite = False,
@@ -68,7 +69,7 @@ def compare(
     from daebench.methods.run import singular_as
 
     wanted = method_names(methods)
-    picture = PictureFile.of(out, len(wanted), size=size, labels=labels, colors=colors)
+    picture = PictureFile.of(out, len(wanted), size=size, title=title, labels=labels, colors=colors)
     if picture is not None:
         picture.check()
     else:

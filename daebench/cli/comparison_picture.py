@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.cli.console import sides, words
+from daebench.cli.console import printable, sides, words
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -23,7 +23,9 @@ class PictureFile:
     look: "Look"
 
     @classmethod
-    def of(cls, out: Path | None, methods: int, *, size: str | None, labels: str | None, colors: str | None) -> "PictureFile | None":
+    def of(
+        cls, out: Path | None, methods: int, *, size: str | None, title: str | None, labels: str | None, colors: str | None
+    ) -> "PictureFile | None":
         """Return the file that --out names; None if it is a folder, or is left out.
 
         Raises
@@ -34,14 +36,14 @@ class PictureFile:
         from daebench.draw.figures import PICTURES
 
         if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
-            if size or labels or colors:
-                raise BadInput("--size, --labels and --colors belong to one picture; add --out FILE.pdf, .svg or .png.")
+            if size or title or labels or colors:
+                raise BadInput("--size, --title, --labels and --colors belong to one picture; add --out FILE.pdf, .svg or .png.")
             return None
         from daebench.studies.comparison.figure import Look
 
         named, painted = _of_each("--labels", labels, methods), _of_each("--colors", colors, methods)
         _check_colors(painted)
-        return cls(out, Look(_size(size), named, painted))
+        return cls(out, Look(_size(size), printable(title or "").replace("$", r"\$"), named, painted))
 
     @property
     def _files(self) -> tuple[Path, Path]:

@@ -20,7 +20,8 @@ def constrained(definition: Any, degrees: int | None = None) -> Texts:
         text["H"] = str(definition.H)
     else:
         text |= {"H": "1/2 p^T M^-1 p + U", "M": str(definition.M.tolist() if definition.M is not None else ""), "U": str(definition.U)}
-    text |= {f"g{i}" if definition.m > 1 else "g": str(g) for i, g in enumerate(definition.g, 1)}
+    words = [f"{what}: " for what in definition.parts.constraints] if definition.parts else [""] * definition.m
+    text |= {f"g{i}" if definition.m > 1 else "g": f"{words[i - 1]}{g}" for i, g in enumerate(definition.g, 1)}
     text |= {f"integral {name}": str(expression) for name, expression in definition.integrals.items()}
     degrees = definition.d - definition.m if degrees is None else degrees
     text["size"] = f"{definition.d} positions, {definition.m} constraints, {degrees} degrees of freedom"

@@ -1,5 +1,6 @@
 """Runs of a study from the command line: the request, the plan of a dry run, the store, and a progress bar."""
 
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from daebench.cli.console import bar, methods_if_given, numbers
+from daebench.cli.console import bar, methods_if_given, numbers, printable
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.errors import BadInput, positive
@@ -81,7 +82,7 @@ def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executo
     count = executors.processes
     where = "in one process" if count == 1 else f"on {count} processes" if count else "in one process, and less on those of the cluster"
     time = f": {estimate(missing, store).sentence(count or 1, where)}" if missing else ""
-    return " ".join(filter(None, (f"{counts}{time}.", outdated(specifications, store))))
+    return " ".join(filter(None, (f"{counts}{time}.", outdated(specifications, store), shared(specifications, store))))
 
 
 def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
@@ -93,6 +94,18 @@ def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
     count = sum(keys[key].count for key in outdated_keys)
     verb = "run is" if count == 1 else "runs are"
     return f"{count} stored {verb} of another version of daebench, of a library or of the problem, and made again." if count else ""
+
+
+def shared(specifications: "Sequence[GridRun]", store: "Store") -> str:
+    """Return a sentence on stored runs that were made for another file with the same problem; "" if there are none."""
+    from daebench.studies.grid.runs import are_two_files
+    from daebench.studies.grid.specification_key import key_of
+
+    rows = [(specification, store.get(key_of(specification))) for specification in specifications]
+    others = [(run.count, str(row["problem"])) for run, row in rows if row and are_two_files(str(row["problem"]), run.problem)]
+    count, files = sum(runs for runs, _ in others), ", ".join(dict.fromkeys(file for _, file in others))
+    verb = "run was" if count == 1 else "runs were"
+    return f"{count} stored {verb} made for {files}, with the same equations, numbers and cases." if count else ""
 
 
 @contextmanager
@@ -119,5 +132,7 @@ def study_runs(
             print(plan(specifications, run_store, executors))
             raise typer.Exit
         again = outdated(specifications, run_store)
+        if told := shared(specifications, run_store):
+            print(printable(told), file=sys.stderr)
         with making(run_store, executors, label) as runs:
             yield runs, again

@@ -1,13 +1,17 @@
 """``daebench show``: one problem, its definition, parameters, cases, and the methods for it."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from daebench.cli import mechanism
 from daebench.cli.arguments import Json, Problem
 from daebench.cli.console import print_json, print_table, printable
 from daebench.errors import BadInput
+
+if TYPE_CHECKING:
+    from daebench.systems.parts import Parts
 
 EQUATIONS = {
     "constrained": "q' = H_p,  p' = -H_q - G^T lam,  0 = g(q)      HLW (1.9)",
@@ -27,6 +31,7 @@ def show(
     from daebench.cli import definition
     from daebench.methods.catalogue import find_problem
     from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.systems.parts import Parts
 
     problem_file = find_problem(problem)
     ivp = initial_value_problem(problem, consistent=False)
@@ -37,24 +42,27 @@ def show(
             raise BadInput(f"--as {language} prints code; leave --json out, or give --as json.")
         print(printed(language, ivp.problem, ivp.source.derivation), end="")
         return
-    found = _freedom(ivp)
+    found, defined = _freedom(ivp), problem_file.define()
     if ivp.facts.KIND == "poisson":
-        text, cases = definition.poisson(problem_file.define(), ivp.facts)
+        text, cases = definition.poisson(defined, ivp.facts)
     else:
-        text, cases = definition.constrained(problem_file.define(), found["degrees"] if found else None)
+        text, cases = definition.constrained(defined, found["degrees"] if found else None)
     about = {"problem": problem_file.name, "kind": ivp.facts.KIND, "about": problem_file.summary, "definition": text}
     about |= {"parameters": {**problem_file.parameters, **problem_file.structure}, "cases": cases}
     about |= ({"freedom": found} if found else {}) | _use(ivp)
+    parts = getattr(defined, "parts", None)
+    parts = parts if isinstance(parts, Parts) else None  # those of a Poisson system are of its splittings
     if as_json:
-        print_json(about)
+        print_json(about | mechanism.as_json(parts))
     else:
-        _print(about)
+        _print(about, parts)
 
 
-def _print(about: Mapping[str, Any]) -> None:
+def _print(about: Mapping[str, Any], parts: "Parts | None") -> None:
     print(printable(f"{about['problem']}: {about['about']}\n"))
     print(f"{EQUATIONS[about['kind']]}\n")
     print_table(["", ""], [[name, _lines(text)] for name, text in about["definition"].items()], "definition")
+    mechanism.print_parts(parts)
     print_table(["parameter", "default"], [[name, f"{value:g}"] for name, value in about["parameters"].items()], "parameters")
     states = [name for name in ("q", "p", "y") if name in next(iter(about["cases"].values()), {})]
     cases = [
@@ -84,7 +92,7 @@ def _freedom(ivp: Any) -> dict[str, Any] | None:
     if found is None:
         return None
     g = ivp.source.derivation.g if found.others else []
-    redundant = [{"constraint": k + 1, "g": str(g[k]), "of": [j + 1 for j in of]} for k, of in found.others.items()]
+    redundant = [{"constraint": k + 1, "name": ivp.named(k), "g": str(g[k]), "of": [j + 1 for j in of]} for k, of in found.others.items()]
     return {"case": ivp.case, "rank": found.rank, "degrees": found.degrees, "permanent": found.permanent, "redundant": redundant} | (
         {"about": f"{found.named}, {found.where}"} if redundant else {}
     )

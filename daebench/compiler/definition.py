@@ -73,8 +73,8 @@ class Source:
         Values of parameters that replace the defaults of the definition.
     algebra : str
         How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests.
-    content : str
-        The part of ``key`` that describes the content of a file outside of the package, without name and place of the file; otherwise "".
+    outside : bool
+        Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion.
 
     Raises
     ------
@@ -87,7 +87,7 @@ class Source:
     define: Callable[[], "Definition"] = field(repr=False)
     defaults: Mapping[str, float] | None = None
     algebra: str = ""
-    content: str = field(default="", repr=False)
+    outside: bool = False
 
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:
@@ -115,8 +115,7 @@ class Source:
             problem = self.derivation.definition
             return replace(problem, g=[sum((c * problem.g[j] for j, c in row.items()), problem.g[i]) for i, row in shares.items()])
 
-        which = f" constraints {shares}"
-        return replace(self, key=self.key + which, define=define, content=self.content and self.content + which)
+        return replace(self, key=f"{self.key} constraints {shares}", define=define)
 
     @cached_property
     def _local(self) -> "LocalDerivation":
@@ -145,8 +144,11 @@ class Source:
         """Facts of the problem: sizes, names and initial values, see :func:`daebench.compiler.facts.facts`."""
 
         def build(cached: bool) -> str:
-            fingerprint = hashlib.sha256(self.derivation.definition.fingerprint.encode()).hexdigest()
-            return f"{facts(self.problem, self.derivation)}FINGERPRINT = {fingerprint!r}\n"
+            from daebench.compiler.same_definition import digest_of
+
+            definition = self.derivation.definition
+            fingerprint = hashlib.sha256(definition.fingerprint.encode()).hexdigest()
+            return f"{facts(self.problem, self.derivation)}FINGERPRINT = {fingerprint!r}\nMATHEMATICS = {digest_of(definition)!r}\n"
 
         return generated(f"{self.problem}_facts", self.key, build)
 
@@ -234,6 +236,5 @@ def source_of(problem: "Definition", name: str = "problem", algebra: str = "") -
 def source_in(file: "Problem", structure: Mapping[str, int], algebra: str = "") -> Source:
     """Return the source of the definition in a problem file with these structural parameters."""
     values = dict(file.structure) | dict(structure)
-    decided = f"{sorted(values.items())} {algebra}".rstrip()
-    content = f"{file.content} {decided}" if file.content else ""
-    return Source(file.name, f"{file.name} {file.digest} {decided}", lambda: file.define(**values), algebra=algebra, content=content)
+    key = f"{file.name} {file.digest} {sorted(values.items())} {algebra}".rstrip()
+    return Source(file.name, key, lambda: file.define(**values), algebra=algebra, outside=not file.own)

@@ -53,9 +53,9 @@ def require_same(
 
 def digest_of(definition: "Definition") -> str:
     """Return the content hash of the mathematics of a definition and of the values of its parameters."""
-    text = f"{definition.fingerprint} {[float(value) for value in definition.parameters.values()]}"
     numbers: dict[str, str] = {}
-    return hashlib.sha256(DUMMY.sub(lambda match: numbers.setdefault(match[0], f"dummy{len(numbers)}"), text).encode()).hexdigest()
+    text = DUMMY.sub(lambda match: numbers.setdefault(match[0], f"dummy{len(numbers)}"), definition.mathematics)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _require_equal(problem: Problem, one: str, other: str) -> None:

@@ -100,7 +100,7 @@ def allowed(ivp: ConstrainedIvp, tolerance: float = TOLERANCE) -> tuple[float, f
 def _largest(ivp: ConstrainedIvp, name: str) -> str:
     """Return the constraint with the largest residual that is not zero, if there are several constraints."""
     values = np.abs(ivp.value(name, ivp.q0) if name == "g" else ivp.value(name, ivp.p0, ivp.q0))
-    return f" (g{np.argmax(values) + 1})" if ivp.m > 1 and np.max(values) > 0 else ""
+    return f" ({ivp.named(int(np.argmax(values)))})" if ivp.m > 1 and np.max(values) > 0 else ""
 
 
 def project(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> tuple[Array, Array, float, float]:

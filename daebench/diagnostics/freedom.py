@@ -32,9 +32,6 @@ ITERATIONS = 20
 UNMET = 1e-6
 """Part of what a driver asks for that is left where it contradicts others; where it does not, some roundings are."""
 
-NAMED = 4
-"""Constraints that are named as those another one is a combination of."""
-
 
 @dataclass(frozen=True)
 class Freedom:
@@ -50,6 +47,8 @@ class Freedom:
         Largest rank of G at points of the manifold around the start.
     others : mapping of int to tuple of int
         Each constraint that depends on earlier constraints, with their names; if there are none, its gradient is zero.
+    ivp : ConstrainedIvp
+        The problem, which names its constraints.
     forbidden : int
         Directions that G leaves free and dependent constraints forbid at second order.
     """
@@ -59,6 +58,7 @@ class Freedom:
     rank: int
     nearby: int
     others: Mapping[int, tuple[int, ...]]
+    ivp: ConstrainedIvp
     forbidden: int = 0
 
     @property
@@ -83,7 +83,8 @@ class Freedom:
     def named(self) -> str:
         """The dependences between constraints, as part of a sentence; "" if there are none."""
         return "; ".join(
-            f"g{k + 1} is a combination of {_listed(of)}" if of else f"the gradient of g{k + 1} is zero" for k, of in self.others.items()
+            f"{self.ivp.named(k)} is a combination of {self.ivp.listed(of)}" if of else f"the gradient of {self.ivp.named(k)} is zero"
+            for k, of in self.others.items()
         )
 
     @property
@@ -100,16 +101,10 @@ class Freedom:
     def remedy(self) -> str:
         """What to do about constraints that depend on others at the start, as part of a sentence."""
         solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
-        first = f"remove {_listed(tuple(self.others))}" if self.permanent else "start where they are independent"
+        first = f"remove {self.ivp.listed(self.others)}" if self.permanent else "start where they are independent"
         if self.forbidden:
             first = "keep it, or hold these directions at first order in its place, for points in a line by equations linear in positions"
         return f"{first}, or {solved}, which finds multipliers of least norm"
-
-
-def _listed(numbers: tuple[int, ...]) -> str:
-    """Return the names of constraints, g1 and g2, or the first of many and how many more there are."""
-    names = [f"g{k + 1}" for k in numbers]
-    return " and ".join(names) if len(names) <= NAMED else f"{', '.join(names[:NAMED])} and {len(names) - NAMED} more"
 
 
 def freedom(ivp: ConstrainedIvp) -> Freedom | None:
@@ -134,14 +129,14 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
         rows = unit_rows(ivp, ivp.q0)
         others = dependent_rows(rows)
         if not others:
-            return Freedom(moving(ivp), ivp.m, ivp.m, ivp.m, {})
+            return Freedom(moving(ivp), ivp.m, ivp.m, ivp.m, {}, ivp)
         rank = rank_of(rows)
         nearby = max((rank_of(unit_rows(ivp, q)) for q in _nearby(ivp, rows, rank)), default=rank)
         second = dependence_at(ivp)
     except (np.linalg.LinAlgError, ValueError):
         return None
     forbidden = second.forbidden if second else 0
-    return Freedom(moving(ivp), ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()}, forbidden)
+    return Freedom(moving(ivp), ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()}, ivp, forbidden)
 
 
 def moving(ivp: ConstrainedIvp) -> int:

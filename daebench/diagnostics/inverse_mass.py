@@ -37,7 +37,7 @@ class InverseMass:
     definite: bool
     independent: int
     determined: int
-    along: tuple[int, ...]
+    along: str
 
     @property
     def ranks(self) -> str:
@@ -49,8 +49,7 @@ class InverseMass:
         """Why multipliers are not determined, and what to do, as part of a sentence; "" where they are."""
         if self.determined == self.independent:
             return ""
-        names = " and ".join(f"g{k + 1}" for k in self.along)
-        where = f"{self.ranks}, so that multipliers are not determined: momenta along the gradient of {names} change no velocity"
+        where = f"{self.ranks}, so that multipliers are not determined: momenta along the gradient of {self.along} change no velocity"
         cure = "add a gauge term to H that makes them do so, such as (q.p)^2/8 for a unit quaternion q, or (v.p)^2 with that gradient v"
         return f"{where}; {cure}: where v.p = 0 it leaves the motion as it is"
 
@@ -96,7 +95,7 @@ def inverse_mass(ivp: ConstrainedIvp, p: Array, q: Array) -> InverseMass:
         definite=bool(eigenvalues[0] >= -zero),
         independent=independent,
         determined=int(np.sum(~lost)),
-        along=tuple(map(int, along)),
+        along=" and ".join(ivp.named(int(k)) for k in along),
     )
 
 

@@ -1,7 +1,7 @@
 """Style and files of all figures: a drawing as SVG and PNG, and its numbers as CSV."""
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -86,8 +86,8 @@ def curve(k: int) -> dict[str, Any]:
     return stroke.points() if k < len(STROKES) else stroke.points() | {"markerfacecolor": stroke.color, "linewidth": 0.8}
 
 
-def legend_below(figure: "Figure", axis: Any, columns: int, **settings: Any) -> None:
-    """Put one legend for the labelled curves of an axis below a figure; nothing if there are none.
+def legend_below(figure: "Figure", axis: Any, columns: int, *, handles: Sequence[Any] = (), **settings: Any) -> None:
+    """Put one legend for the labelled curves of an axis, or for given handles, below a figure; nothing if there are none.
 
     Parameters
     ----------
@@ -97,12 +97,14 @@ def legend_below(figure: "Figure", axis: Any, columns: int, **settings: Any) -> 
         Axes whose labelled curves are named.
     columns : int
         Entries side by side, at most: as many as have room.
+    handles : sequence of artists
+        Entries in place of the curves of the axis.
     **settings
         For Matplotlib's ``legend``, for example ``columnspacing=1.3``.
     """
-    handles, labels = axis.get_legend_handles_labels()
-    for wide in range(columns, 0, -1) if handles else ():
-        legend = figure.legend(handles, labels, loc="outside lower center", ncols=wide, **settings)
+    shown = list(handles) or axis.get_legend_handles_labels()[0]
+    for wide in range(min(columns, len(shown)), 0, -1):
+        legend = figure.legend(handles=shown, loc="outside lower center", ncols=wide, **settings)
         if wide == 1 or legend.get_window_extent().width <= figure.bbox.width:
             return
         legend.remove()
@@ -230,6 +232,7 @@ def save_drawing(figure: "Figure", directory: Path, stem: str) -> tuple[Path, Pa
 
 def _draw_both(figure: "Figure", svg: Path, png: Path) -> None:
     layout = figure.get_layout_engine()
+    part_labels(figure)
     _draw(figure, svg)
     figure.set_layout_engine("none")  # both have the places that were found for the first
     _draw(figure, png)
@@ -238,8 +241,29 @@ def _draw_both(figure: "Figure", svg: Path, png: Path) -> None:
 
 def save_picture(figure: "Figure", path: Path) -> None:
     """Write a figure to one file, whole or not at all, in a format of :data:`PICTURES`. A vector drawing contains no date."""
+    part_labels(figure)
     with atomic(path) as scratch:
         _draw(figure, scratch)
+
+
+def part_labels(figure: "Figure") -> None:
+    """Hide numbers at ticks that would run into others, as on logarithmic axes of less than a decade; powers of ten go first."""
+    with drawing():
+        figure.draw_without_rendering()
+    for axis in (axis for axes in figure.axes if axes.get_visible() for axis in (axes.xaxis, axes.yaxis)):
+        taken: list[Any] = []
+        for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
+            box = tick.label1.get_window_extent()
+            if not tick.label1.get_visible() or not tick.label1.get_text() or not box.width:
+                continue
+            if any(box.padded(GAP * figure.dpi / 72).overlaps(other) for other in taken):
+                tick.label1.set_visible(False)
+            else:
+                taken.append(box)
+
+
+GAP = 2.0
+"""Least distance of two numbers at ticks, points."""
 
 
 def _draw(figure: "Figure", path: Path) -> None:

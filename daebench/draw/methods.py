@@ -1,7 +1,9 @@
 """Appearance and name of a method: the same stroke and the same name in every picture."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 from typing import Any
 from zlib import crc32
 
@@ -85,10 +87,13 @@ MARKS: dict[str, tuple[Any, str]] = {
 """Dashes and marker of a composition, a projection or a form of the equations, in the colour of its scheme."""
 
 OTHER = Stroke(BROWN, MIXED, "h")
-MARKERS = "hvpXdP<>"
-"""Of codes of one's own, each by its name, so that two in one picture differ."""
-
 """Stroke of a method that is not listed here, such as an external code."""
+
+MARKERS = "hvpXdP<>"
+"""Of codes of one's own, each by its name; those in one picture differ in colour too, see :func:`strokes_of`."""
+
+COLORS = (BROWN, OLIVE, INDIGO, SKY, ORANGE, PURPLE, GREEN, VERMILION, BLUE, BLACK)
+"""Colours of codes of one's own, in the order in which they are taken."""
 
 NAMES = {
     "rattle": "RATTLE",
@@ -210,6 +215,52 @@ def stroke_of(method: str) -> Stroke:
     added = parts["composition"] or parts["projection"] or parts["form"]
     dashes, marker = MARKS.get(added, (stroke.dashes, stroke.marker))
     return replace(stroke, dashes=dashes, marker=marker)
+
+
+def strokes_of(methods: Iterable[str]) -> dict[str, Stroke]:
+    """Return the strokes of the methods of one picture: those of :func:`stroke_of`, but a colour of its own for each that is not listed.
+
+    Codes of one's own take the colours that no other curve of the picture has, as long as there are some, and then colours with a marker
+    that no other has. Their colours depend on the picture.
+
+    Examples
+    --------
+    >>> strokes = strokes_of(["rattle", "./a.py:step", "./b.py:step"])
+    >>> strokes["rattle"] == stroke_of("rattle"), len({stroke.color for stroke in strokes.values()})
+    (True, 3)
+    """
+    strokes = {method: stroke_of(method) for method in methods}
+    listed = [stroke for method, stroke in strokes.items() if not _is_other(method)]
+    colors, pairs = [stroke.color for stroke in listed], {(stroke.color, stroke.marker) for stroke in listed}
+    for method in filter(_is_other, strokes):
+        stroke = strokes[method]
+        color = min(COLORS, key=colors.count)
+        marker = next((x for x in (stroke.marker, *MARKERS) if (color, x) not in pairs), None)
+        if marker is None:
+            color, marker = next((pair for pair in product(COLORS, MARKERS) if pair not in pairs), (color, stroke.marker))
+        strokes[method] = replace(stroke, color=color, marker=marker)
+        colors.append(color)
+        pairs.add((color, marker))
+    return strokes
+
+
+def _is_other(method: str) -> bool:
+    """Return whether no stroke is listed for a method, or for its scheme or solver."""
+    parts = _parts(method)
+    scheme = parts["scheme"] if parts else ""
+    return not {method, scheme, scheme.partition(":")[0]} & {*STROKES_OF}
+
+
+def short_name_of(method: str, most: int = 30) -> str:
+    """Return the name of a method, and of the long path of a code of one's own its end, of so many letters.
+
+    Examples
+    --------
+    >>> short_name_of("rattle"), short_name_of("./folder/of/a/group/integrator.py:step", 24)
+    ('RATTLE', '...up/integrator.py:step')
+    """
+    name = name_of(method)
+    return name if len(name) <= most or _parts(method) else f"...{name[3 - most :]}"
 
 
 def curve_of(method: str) -> dict[str, object]:

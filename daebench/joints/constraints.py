@@ -26,16 +26,18 @@ Labelled = list[tuple[str, sp.Expr]]
 """Equations with words for what each keeps."""
 
 
-def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, values: Values) -> tuple[Labelled, Labelled]:
-    """Return all equations with what they keep, and what has to be positive at the start."""
+def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, values: Values) -> tuple[Labelled, Labelled, list[range]]:
+    """Return all equations with what they keep, what has to be positive at the start, and which equations are those of each joint."""
     tied: Labelled = [pair for name, frame in places.frames.items() if name != GROUND for pair in frame.rigidity()]
     signs: Labelled = []
     tied += places.closures
+    groups: list[range] = []
     for joint in joints:
         label, found, positive = _of_joint(joint, places, values)
-        tied += [(label, x) for x in found]
+        groups.append(range(len(tied), len(tied) + max(1, len(found))))
+        tied += [(label, x) for x in found or [sp.S.Zero]]
         signs += [(label, x) for x in positive]
-    return tied, signs
+    return tied, signs, groups
 
 
 def _of_joint(joint: Joint | Distance | Driver, places: Places, values: Values) -> tuple[str, list[sp.Expr], list[sp.Expr]]:
@@ -73,17 +75,18 @@ def _direction(what: str, axis: Place, places: Places) -> sp.Matrix:
     return places.given(axis).reference if isinstance(axis, str) else direction(f"the axis of {what}", axis)
 
 
-def without_repeats(tied: Labelled, q: Sequence[sp.Symbol]) -> Labelled:
-    """Return the equations that are not constant, each once, whatever its factor."""
-    seen: dict[Any, tuple[str, sp.Expr]] = {}
+def keepers(tied: Labelled, q: Sequence[sp.Symbol]) -> list[int | None]:
+    """Return for each equation the first that is the same but for a factor, itself or one before; None if it holds in any position."""
+    seen: dict[Any, int] = {}
     index = {x: i for i, x in enumerate(q)}
-    for label, equation in tied:
+    found: list[int | None] = []
+    for k, (label, equation) in enumerate(tied):
         used = sorted((x for x in equation.free_symbols if x in index), key=lambda x: index[x])
-        if not used:
-            if sp.expand(equation) != 0 and t in equation.free_symbols:
-                raise InvalidProblem(f"{label} moves only the ground; drive a point or body that can move.")
-            continue
-        plain = sp.Poly(equation, *used)
-        if not plain.is_zero:
-            seen.setdefault(plain.monic() if t not in equation.free_symbols else equation, (label, equation))
-    return list(seen.values())
+        plain = sp.Poly(equation, *used) if used else None
+        if not used and sp.expand(equation) != 0 and t in equation.free_symbols:
+            raise InvalidProblem(f"{label} moves only the ground; drive a point or body that can move.")
+        if plain is None or plain.is_zero:
+            found.append(None)
+        else:
+            found.append(seen.setdefault(plain.monic() if t not in equation.free_symbols else equation, k))
+    return found

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from daebench.errors import InvalidProblem
 from daebench.joints.exact import Values, exact, number, simplified
 from daebench.joints.frames import Column
 from daebench.systems.picture import Exact
@@ -18,6 +19,9 @@ class NegativeDamping(UserWarning):
 @dataclass(frozen=True)
 class Spring:
     """A spring between two points, with a damper beside it: U = stiffness/2 (l - length)^2, and a force -damping l' along it.
+
+    Where the points can only move along the line through both, as a slider and a fixed point on its guide, l has a sign: it is positive at
+    the reference position, and U stays smooth where one point passes the other and l changes its sign. Cases start where l is positive.
 
     Parameters
     ----------
@@ -58,12 +62,49 @@ class Damper:
 Force = Spring | Damper
 
 
-def spring_energy(spring: Spring, columns: Mapping[str, Column]) -> sp.Expr:
+def spring_energy(spring: Spring, columns: Mapping[str, Column], values: Values) -> sp.Expr:
     """Return U of a spring."""
-    a, b = columns[spring.first], columns[spring.second]
-    gap, reference = b.now - a.now, b.reference - a.reference
-    rest = sp.sqrt(simplified(reference.dot(reference))) if spring.length is None else exact(spring.length)
-    return exact(spring.stiffness) / 2 * (sp.sqrt(gap.dot(gap)) - rest) ** 2
+    gap, rest = columns[spring.second].now - columns[spring.first].now, _rest(spring, columns)
+    if rest == 0:
+        return exact(spring.stiffness) / 2 * gap.dot(gap)
+    along = length_along(spring, columns, values)
+    return exact(spring.stiffness) / 2 * ((sp.sqrt(gap.dot(gap)) if along is None else along) - rest) ** 2
+
+
+def sides(springs: Sequence[Spring], columns: Mapping[str, Column], values: Values) -> list[tuple[str, sp.Expr]]:
+    """Return the lengths that have a sign, with words for each: cases start where all are positive."""
+    lengths = [(f"the Spring of {x.first} and {x.second}", length_along(x, columns, values)) for x in springs if _rest(x, columns) != 0]
+    return [(words, length) for words, length in lengths if length is not None]
+
+
+def _rest(spring: Spring, columns: Mapping[str, Column]) -> sp.Expr:
+    reference = columns[spring.second].reference - columns[spring.first].reference
+    return sp.sqrt(simplified(reference.dot(reference))) if spring.length is None else exact(spring.length)
+
+
+def length_along(force: Force, columns: Mapping[str, Column], values: Values) -> sp.Expr | None:
+    """Return the length of a spring or damper whose ends stay on one line, with a sign, linear in q; None of any other.
+
+    Raises
+    ------
+    InvalidProblem
+        If a spring that has a length without force is of length 0 at the reference position.
+    """
+    a, b = columns[force.first], columns[force.second]
+    gap = (b.now - a.now).applyfunc(sp.expand)
+    k = next((k for k, x in enumerate(gap) if x != 0), None)
+    if k is None:
+        return None
+    ways = (gap / gap[k]).applyfunc(sp.cancel)
+    if ways.free_symbols - {*values}:
+        return None
+    at_reference = number((b.reference - a.reference)[k], values)
+    if at_reference == 0 and isinstance(force, Spring) and _rest(force, columns) != 0:
+        raise InvalidProblem(
+            f"the Spring of {force.first} and {force.second} has length 0 at the reference position, and both points stay on one line, so "
+            "that its direction is not known; place them apart."
+        )
+    return gap[k] * sp.sqrt(simplified(ways.dot(ways))) * (-1 if at_reference < 0 else 1)
 
 
 def damping_force(
@@ -80,6 +121,7 @@ def damping_force(
             text = f"the damper between {damper.first} and {damper.second} has negative damping {c}, so it adds energy."
             warnings.warn(text, NegativeDamping, stacklevel=3)
         gap = columns[damper.second].now - columns[damper.first].now
-        slope = gap.T * gap.jacobian(q)
-        total -= c / gap.dot(gap) * (slope * sp.Matrix(v))[0] * slope.T
+        along = length_along(damper, columns, values)
+        slope, square = (gap.T * gap.jacobian(q), gap.dot(gap)) if along is None else (sp.Matrix([along]).jacobian(q), sp.S.One)
+        total -= c / square * (slope * sp.Matrix(v))[0] * slope.T
     return list(total) if damped else None

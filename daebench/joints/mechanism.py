@@ -10,21 +10,23 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.joints.bodies import AnyBody, Body
 from daebench.joints.cases import case_of
-from daebench.joints.constraints import Labelled, equations_of, without_repeats
+from daebench.joints.constraints import Labelled, equations_of, keepers
 from daebench.joints.drivers import (
     Driver,
     t,
 )
 from daebench.joints.exact import Values, exact, numbers, vector
-from daebench.joints.forces import Force, Spring, damping_force, spring_energy
+from daebench.joints.forces import Force, Spring, damping_force, sides, spring_energy
 from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments
 from daebench.joints.joints import Distance, Joint
+from daebench.joints.parts import doubts_of, dropped_of, forces_of, rows_of
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
 from daebench.joints.rows import FEWEST, chain_of
 from daebench.joints.starts import Start
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian, coordinates
+from daebench.systems.parts import Parts
 from daebench.systems.picture import Exact, Picture
 
 SINGULAR = 1e-13
@@ -112,6 +114,7 @@ class _Worked:
     terms: Terms
     energies: list[sp.Expr]
     g: Labelled
+    dropped: list[str]
     signs: Labelled
     picture: Picture
 
@@ -125,10 +128,27 @@ def _worked(mechanism: Mechanism) -> _Worked:
         places.body(name, body)
     _require_used(mechanism, places)
     terms, energies = _inertia_and_weight(mechanism, places, values)
-    energies += [spring_energy(spring, places.columns) for spring in mechanism.forces if isinstance(spring, Spring)]
-    tied, signs = equations_of(mechanism.joints, places, values)
+    springs = [force for force in mechanism.forces if isinstance(force, Spring) and exact(force.stiffness) != 0]
+    energies += [spring_energy(spring, places.columns, values) for spring in springs]
+    tied, signs, groups = equations_of(mechanism.joints, places, values)
+    signs += sides(springs, places.columns, values)
     picture = drawn(mechanism.bodies, places.frames, _links(mechanism), mechanism.forces, places.columns, list(mechanism.ground))
-    return _Worked(places, terms, energies, without_repeats(tied, places.q), signs, picture)
+    by = keepers(tied, places.q)
+    g = [equation for k, equation in enumerate(tied) if by[k] == k]
+    return _Worked(places, terms, energies, g, dropped_of(tied, groups, by), signs, picture)
+
+
+def _parts(mechanism: Mechanism, worked: _Worked, values: Values) -> Parts:
+    """Return the parts of a mechanism in words."""
+    columns = worked.places.columns
+    rows = rows_of(mechanism.bodies, columns, values)
+    return Parts(
+        constraints=tuple(words for words, _ in worked.g),
+        dropped=tuple(worked.dropped),
+        forces=tuple(forces_of(mechanism.forces, mechanism.joints)),
+        bodies=tuple(row.words for row in rows),
+        doubts=tuple(doubts_of(rows, columns, values)),
+    )
 
 
 def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamiltonian:
@@ -147,7 +167,7 @@ def _problem(mechanism: Mechanism, more: Mapping[str, Any]) -> ConstrainedHamilt
         g=[x for _, x in g],
         parameters=values,
         cases={name: case_of(name, start, places, M, g, worked.signs, values) for name, start in mechanism.cases.items()},
-        **{"picture": worked.picture, **more, **time},
+        **{"picture": worked.picture, "parts": _parts(mechanism, worked, values), **more, **time},
         **_damping(mechanism, places, values),
     )
 

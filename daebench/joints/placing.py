@@ -153,7 +153,7 @@ class Places:
             self.columns[name] = Column(name, column.reference, now, column.weight)
             return
         there = self.columns[name] if name in self.columns else self.unknowns(name)
-        self.closures += [(f"{name} in {body}", x) for x in now - there.now if sp.expand(x) != 0]
+        self.closures += [(f"the place of {name} in {body}", x) for x in now - there.now if sp.expand(x) != 0]
 
 
 def gone(guides: Sequence[sp.Matrix], place: sp.Matrix) -> sp.Matrix:

@@ -110,7 +110,10 @@ def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
     if not len(broken):
         return ""
     row, k = broken[0]
-    return f"g{k + 1} = 0 is broken from t = {run.t[row]:.9g} on, where |g{k + 1}| is {g[row, k]:.3g}, and {g[:, k].max():.3g} at most"
+    name, since, sizes = ivp.named(int(k)), f"from t = {run.t[row]:.9g} on", f"is {g[row, k]:.3g}, and {g[:, k].max():.3g} at most"
+    if name != f"g{k + 1}":
+        return f"{name} is broken {since}, where its equation {sizes}"
+    return f"{name} = 0 is broken {since}, where |{name}| {sizes}"
 
 
 def _way(q: Array) -> Array:

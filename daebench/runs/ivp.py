@@ -12,6 +12,9 @@ from daebench.compiler.cache import generated
 from daebench.compiler.definition import Source
 from daebench.runs.trajectory import Array as Array
 
+NAMED = 4
+"""Constraints that a sentence names."""
+
 
 @dataclass(frozen=True)
 class InitialValueProblem:
@@ -162,6 +165,16 @@ class ConstrainedIvp(InitialValueProblem):
     def m(self) -> int:
         """Number of constraints."""
         return int(self.facts.M)
+
+    def named(self, k: int) -> str:
+        """Return what a constraint of a mechanism keeps, in words; g1, g2, ... of any other problem."""
+        words = getattr(self.facts, "CONSTRAINED_BY", ())
+        return str(words[k]) if words else f"g{k + 1}"
+
+    def listed(self, constraints: Iterable[int]) -> str:
+        """Return the names of constraints, g1 and g2, or the first of many and how many more there are."""
+        names = [self.named(k) for k in constraints]
+        return " and ".join(names) if len(names) <= NAMED else f"{', '.join(names[:NAMED])} and {len(names) - NAMED} more"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
-from daebench.systems.definition_parts import check_cases, check_coordinates, check_parameters, check_real, several
+from daebench.systems.definition_parts import check_cases, check_coordinates, check_parameters, check_real, mathematics, several
 from daebench.systems.picture import Exact, Picture
 
 
@@ -186,10 +186,19 @@ class ConstrainedChain:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        parts = [self.nodes, self.here, self.before, self.node, self.joints, self.own, self.anchor, self.mass, self.joint_mass, self.U]
-        parts += [self.pull, self.joint_U]
         cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
-        return repr([sp.srepr(sp.sympify(part)) for part in [*parts, list(self.parameters)]]) + repr((self.speeds, cases))
+        return repr([sp.srepr(sp.sympify(part)) for part in [*self._all_parts, list(self.parameters)]]) + repr((self.speeds, cases))
+
+    @cached_property
+    def mathematics(self) -> str:
+        """Exact text of equations, parameters with defaults and cases; the same for all ways to write them."""
+        cases = {name: (case.q, case.p, case.parameters, case.on_singular) for name, case in self.cases.items()}
+        return mathematics(self._all_parts, self.speeds, cases, self.parameters)
+
+    @property
+    def _all_parts(self) -> list[Any]:
+        parts = [self.nodes, self.here, self.before, self.node, self.joints, self.own, self.anchor, self.mass, self.joint_mass, self.U]
+        return [*parts, self.pull, self.joint_U]
 
     def inertia(self, k: int, node: Exact | None = None) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
         """Return the blocks M_{k, k-1}, M_{k, k} and M_{k, k+1} of the mass matrix, each shape(b, b).

@@ -10,7 +10,8 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained_checks import check_parts, check_second_derivatives, nonholonomic, strange
-from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, several
+from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, mathematics, several
+from daebench.systems.parts import Parts
 from daebench.systems.picture import Exact
 from daebench.systems.picture import Picture as Picture
 
@@ -125,6 +126,8 @@ class ConstrainedHamiltonian:
         Local coordinates of the manifold; the form ``local`` needs them.
     picture : Picture, optional
         Picture of the problem.
+    parts : Parts, optional
+        Parts of the mechanism that it is, in words; ``Mechanism.problem`` declares them.
 
     Raises
     ------
@@ -150,6 +153,7 @@ class ConstrainedHamiltonian:
     kinetic_flow: KineticFlow | None = None
     chart: Chart | None = None
     picture: Picture | None = None
+    parts: Parts | None = None
 
     def __post_init__(self) -> None:
         check_parts(self)
@@ -179,6 +183,17 @@ class ConstrainedHamiltonian:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
+        cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
+        return repr([sp.srepr(sp.sympify(part)) for part in self._all_parts]) + repr((list(self.integrals), cases))
+
+    @cached_property
+    def mathematics(self) -> str:
+        """Exact text of equations, parameters with defaults, cases, integrals, chart and flow; the same for all ways to write them."""
+        cases = {name: (case.q, case.p, case.parameters, case.on_singular) for name, case in self.cases.items()}
+        return mathematics(self._all_parts, list(self.integrals), cases, self.parameters)
+
+    @property
+    def _all_parts(self) -> list[Any]:
         parts = [self.q, self.p, self.g, self.H, self.M, self.U, list(self.parameters), list(self.integrals.values())]
         if self.in_time:
             parts += [self.t, self.force, self.v]
@@ -186,8 +201,7 @@ class ConstrainedHamiltonian:
             parts += [flow.t, flow.p, flow.q]
         if (chart := self.chart) is not None:
             parts += [chart.eta, chart.xi, chart.p, chart.q, chart.inverse_eta, chart.inverse_xi]
-        cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
-        return repr([sp.srepr(sp.sympify(part)) for part in parts]) + repr((list(self.integrals), cases))
+        return parts
 
     def _check_sizes(self) -> None:
         if (self.H is None) == (self.M is None) or (self.M is None) != (self.U is None):

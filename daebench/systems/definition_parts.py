@@ -19,6 +19,33 @@ LONGEST = 100
 ON_SINGULAR = ("stop", "continue", "least-squares")
 
 
+def mathematics(parts: Sequence[Any], names: Any, cases: Mapping[str, Sequence[Any]], parameters: Mapping[sp.Symbol, float]) -> str:
+    """Return the exact text of a definition, which does not depend on how its file is written.
+
+    Parameters
+    ----------
+    parts : sequence
+        Expressions, or sequences of them.
+    names : object
+        What is not an expression, such as the names of integrals.
+    cases : mapping of str to sequence
+        What each case sets: sequences of expressions, a mapping of numbers, or text.
+    parameters : mapping of Symbol to number
+        Parameters with their defaults.
+    """
+    numbers = [(sp.srepr(symbol), float(value)) for symbol, value in parameters.items()]
+    return repr(([*map(_exact, parts)], names, [(name, [*map(_exact, case)]) for name, case in cases.items()], numbers))
+
+
+def _exact(part: Any) -> Any:
+    """Return an expression as text, and a sequence as a list of texts, whatever its type."""
+    if isinstance(part, str):
+        return part
+    if isinstance(part, Mapping):
+        return sorted((str(name), float(value)) for name, value in part.items())
+    return [*map(_exact, part)] if isinstance(part, Sequence | sp.Tuple) else sp.srepr(sp.sympify(part))
+
+
 def check_coordinates(name: str, symbols: Any) -> None:
     """Check that all entries of a sequence are symbols; InvalidProblem names any other entry. ``assumptions`` checks their assumptions."""
     for entry in several(name, symbols):

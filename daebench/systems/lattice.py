@@ -8,7 +8,14 @@ import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
-from daebench.systems.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real
+from daebench.systems.definition_parts import (
+    check_cases,
+    check_coordinates,
+    check_functions,
+    check_parameters,
+    check_real,
+    mathematics,
+)
 from daebench.systems.picture import Picture, Point
 from daebench.systems.poisson import DarbouxMap, Part, PoissonCase, PoissonSystem
 
@@ -186,6 +193,16 @@ class PoissonLattice:
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
         return f"{self.sites} sites of {self.expanded(SMALLEST).fingerprint}"
+
+    @cached_property
+    def mathematics(self) -> str:
+        """Exact text of densities, parameters with defaults, and cases at every site; the same for all ways to write them."""
+        parts = [self.here, self.left, self.right, self.b, self.h, self.site, *self.casimirs.values(), *self.integrals.values()]
+        parts += [[part.h, part.t, part.here] for part in self.parts.values()]
+        if (map_ := self.darboux) is not None:
+            parts += [map_.q, map_.p, map_.Q, map_.P, map_.here]
+        names = [self.sites, list(self.casimirs), list(self.integrals), list(self.parts), {k: list(x) for k, x in self.splittings.items()}]
+        return mathematics(parts, names, {name: (case.y, case.parameters) for name, case in self.cases.items()}, self.parameters)
 
     def expanded(self, sites: int, *, verify: bool = False) -> PoissonSystem:
         """Return the written-out system with this many sites. Its identities are verified for few sites, when the lattice is made."""

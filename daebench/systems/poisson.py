@@ -16,6 +16,7 @@ from daebench.systems.definition_parts import (
     check_functions,
     check_parameters,
     check_real,
+    mathematics,
     several,
 )
 from daebench.systems.picture import Exact, Picture
@@ -188,23 +189,29 @@ class PoissonSystem:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        expressions = [
-            self.y,
-            self.B,
-            self.H,
-            list(self.casimirs.values()),
-            list(self.integrals.values()),
-            self.domain,
-            list(self.parameters),
-        ]
+        cases = [(name, case.y, dict(case.parameters), case.about) for name, case in self.cases.items()]
+        return repr([sp.srepr(sp.sympify(part)) for part in self._all_parts]) + repr((self._part_names, cases))
+
+    @cached_property
+    def mathematics(self) -> str:
+        """Exact text of equations, parameters with defaults, cases and everything else declared; the same for all ways to write them."""
+        cases = {name: (case.y, case.parameters) for name, case in self.cases.items()}
+        return mathematics(self._all_parts, self._part_names, cases, self.parameters)
+
+    @property
+    def _part_names(self) -> list[Any]:
+        return [list(self.casimirs), list(self.integrals), list(self.parts), {key: list(value) for key, value in self.splittings.items()}]
+
+    @property
+    def _all_parts(self) -> list[Any]:
+        expressions: list[Any] = [self.y, self.B, self.H, list(self.casimirs.values()), list(self.integrals.values()), self.domain]
+        expressions.append(list(self.parameters))
         expressions += [[part.H, part.t, part.y] for part in self.parts.values()]
         if (map_ := self.darboux) is not None:
             expressions += [map_.q, map_.p, map_.c, map_.Q, map_.P, map_.C, map_.y]
         if (lift := self.lift) is not None:
             expressions += [lift.q, lift.p]
-        names = [list(self.casimirs), list(self.integrals), list(self.parts), {key: list(value) for key, value in self.splittings.items()}]
-        cases = [(name, case.y, dict(case.parameters), case.about) for name, case in self.cases.items()]
-        return repr([sp.srepr(sp.sympify(part)) for part in expressions]) + repr((names, cases))
+        return expressions
 
     def _check_parts(self) -> None:
         check_coordinates("y", self.y)

@@ -160,8 +160,9 @@ def test_a_picture_alone_has_its_size_names_and_data(daebench, plain, folder):
         "labels": (("--out", "a.svg", "--labels", "one"), "--labels has 1 entries for 2 methods"),
         "colors": (("--out", "a.svg", "--colors", "black,nocolour"), "'nocolour' is not a colour"),
         "folder": (("--out", "a", "--size", "4x3"), "add --out FILE.pdf"),
+        "title": (("--title", "Mine"), "--title, --labels and --colors belong to one picture; add --out FILE.pdf"),
     }.values(),
-    ids=["size", "labels", "colors", "folder"],
+    ids=["size", "labels", "colors", "folder", "title"],
 )
 def test_options_of_a_picture_that_do_not_fit_are_refused_before_the_runs(daebench, plain, options, words):
     status, _, error = daebench(*PICTURE, *options)

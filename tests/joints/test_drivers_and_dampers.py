@@ -118,6 +118,67 @@ def test_a_spring_has_its_energy_and_no_force_in_the_reference_position_unless_i
         assert problem.force is None
 
 
+LINES = {
+    "along x": ((1, 0), (2, 0), (0, 0)),
+    "against x": ((1, 0), (-2, 0), (0, 0)),
+    "along y, anchor away": ((0, 1), (1, 4), (1, "-0.5")),
+    "oblique": (("0.6", "0.8"), (4, 3), (1, -1)),
+    "direction of another length": ((3, 4), (4, 3), (1, -1)),
+    "in space": ((1, 2, 2), (2, 3, 4), (1, 1, 2)),
+}
+
+
+@pytest.mark.parametrize("ends", [("F", "B"), ("B", "F")], ids=["anchor first", "slider first"])
+@pytest.mark.parametrize(("way", "place", "anchor"), LINES.values(), ids=LINES)
+def test_a_spring_along_a_guided_line_has_the_energy_and_the_force_of_its_length(way, place, anchor, ends):
+    spring = Spring(*ends, stiffness=3, length="1.5", damping="0.7")
+    problem = Mechanism(
+        ground={"F": anchor, "O": [0] * (len(way) - 1) + [9]},
+        points={"B": Guided(place, way), "C": [0] * (len(way) - 1) + [8]},
+        bodies={"slider": PointMass("B", 2), "bob": Rod("O", "C", mass=1)},
+        forces=[spring],
+    ).problem()
+    x, at = problem.q[0], problem.picture.points["B"]
+    unit = np.array(way, dtype=float) / np.linalg.norm(np.array(way, dtype=float))
+    (start,) = problem.cases.values()
+    for moved in (0.0, 0.4, -0.7, 1.3):
+        here = {x: float(start.q[0]) + moved}
+        B, F = (
+            np.array([sp.sympify(entry).subs(here) for entry in point], dtype=float)
+            for point in (at, [sp.Rational(str(z)) for z in anchor])
+        )
+        length, side = np.linalg.norm(B - F), np.sign((B - F) @ unit)
+        assert float(problem.U.subs(here)) == pytest.approx(1.5 * (length - 1.5) ** 2, rel=1e-12)
+        slope = float(problem.U.diff(x).subs(here))
+        assert slope == pytest.approx(3 * (length - 1.5) * side * np.linalg.norm(np.array(way, dtype=float)), rel=1e-12, abs=1e-12)
+        rate = float(problem.force[0].subs(here).subs(dict.fromkeys(problem.v, 2.0)))
+        assert rate == pytest.approx(-0.7 * 2.0 * np.linalg.norm(np.array(way, float)) ** 2)
+
+
+def line(length, *, place=(2, 0), **more):
+    return Mechanism(
+        ground={"F": (0, 0), "O": (0, 9)},
+        points={"B": Guided(place, (1, 0)), "C": (0, 8)},
+        bodies={"slider": PointMass("B", 2), "bob": Rod("O", "C", mass=1)},
+        forces=[Spring("F", "B", stiffness=3, length=length)],
+        **more,
+    )
+
+
+def test_a_spring_on_a_line_without_a_length_of_its_own_is_a_square_on_both_sides():
+    problem = line(0, cases={"left": Start(at={"B": (-2, 0)})}).problem()
+    assert 3 * problem.q[0] ** 2 / 2 == problem.U
+    assert line(None, place=(0, 0)).problem().U == problem.U
+
+
+def test_a_spring_on_a_line_starts_on_the_side_of_its_reference_position():
+    line(1, cases={"right": Start(at={"B": ("0.1", 0)})}).problem()
+    with pytest.raises(InvalidProblem, match="'left' starts in an inconsistent position: the Spring of F and B is on its other branch"):
+        line(1, cases={"left": Start(at={"B": (-2, 0)})}).problem()
+    with pytest.raises(InvalidProblem, match=r"the Spring of F and B has length 0 at the reference position, .* place them apart"):
+        line(1, place=(0, 0)).problem()
+
+
 def test_negative_damping_is_taken_and_said():
     with pytest.warns(NegativeDamping, match="the damper between S and B has negative damping -2, so it adds energy"):
         problem = Mechanism(**PLANE, forces=[Damper("S", "B", -2)]).problem()

@@ -59,6 +59,17 @@ class ExtendedDerivation(Derivation):
             return self.constant_mass and not self.T_q.free_symbols & set(self.v)
         return super().separable
 
+    @property
+    def in_time(self) -> str:
+        """What in a system that is not separable comes from time or forces, as part of a sentence; "" if that is not the reason."""
+        problem = self.declared
+        rates = problem.M if problem.M is not None else sp.Matrix([problem.H]).jacobian(list(problem.p)).jacobian(list(problem.p))
+        if self.separable or rates.free_symbols & {*problem.q, *problem.p}:
+            return ""
+        if problem.t in rates.free_symbols:
+            return "depends on time, its masses too"
+        return "has forces that depend on the velocity" if problem.force is not None else "depends on time where it depends on p"
+
     @cached_property
     def velocity(self) -> sp.Matrix:
         """Velocity (v, 1), shape(d + 1,); the last entry of the vector of symbols stands for p_t."""
@@ -134,7 +145,7 @@ class ExtendedDerivation(Derivation):
 
     def facts(self) -> dict[str, Any]:
         """Return the facts of a constrained problem; D counts the time."""
-        return super().facts() | {"EXTENDED": True, "FORCED": self.forced, "DAMPED": self.damping is not None}
+        return super().facts() | {"EXTENDED": True, "FORCED": self.forced, "DAMPED": self.damping is not None, "IN_TIME": self.in_time}
 
     def initial(self, name: str, case: Case) -> str:
         """Return the source of name(par), which returns initial p and q, with p_t = 0 and t = 0."""

@@ -152,7 +152,8 @@ class Parts:
             why = unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
             return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
         if needs.separable_only and not facts.SEPARABLE:
-            return f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M, which {ivp.problem} does not have; use rattle."
+            needed, why = f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M", getattr(facts, "IN_TIME", "")
+            return f"{needed}, {f'but {ivp.problem} {why}' if why else f'which {ivp.problem} does not have'}; use rattle."
         if needs.conformal and not facts.DAMPED:
             return f"{self.name} needs a damping F = -c p, which {ivp.problem} does not have; use rattle."
         if needs.autonomous_only and facts.EXTENDED:

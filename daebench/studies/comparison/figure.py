@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from daebench.diagnostics.along import LABELS, errors_along, thinned
-from daebench.draw.figures import WIDTH, drawing, grid_of_axes, save, save_picture, save_table
-from daebench.draw.methods import name_of, stroke_of
+from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below, save, save_picture, save_table
+from daebench.draw.methods import name_of, strokes_of
 from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
@@ -28,6 +29,9 @@ WORDS = {
 }
 """Labels of axes, by column."""
 
+LETTERS = 85
+"""Letters of a line of the title of a picture of the width of a page."""
+
 NARROW = 1.5
 """Width over height above which panels stand side by side."""
 
@@ -40,11 +44,14 @@ class Look:
     ----------
     size : tuple of float, optional
         Width and height, inches; by default the width of a page, and what the panels need.
+    title : str
+        Title; by default problem and case.
     labels, colors : sequence of str
         Names and colours of the methods in their order; where there are none, those that they have in every picture.
     """
 
     size: tuple[float, float] | None = None
+    title: str = ""
     labels: Sequence[str] = ()
     colors: Sequence[str] = ()
 
@@ -75,9 +82,9 @@ def figure(ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.
         drawn.set_size_inches(width, height)
         for axis, column in zip(axes.flat, panels, strict=True):
             _panel(axis, runs, curves, column, look)
-        drawn.suptitle(f"{ivp.problem.replace('_', ' ')}, case {ivp.case}", x=0.02, ha="left", fontsize="medium")
-        handles, labels = axes.flat[0].get_legend_handles_labels()
-        drawn.legend(handles, labels, loc="outside lower center", ncols=min(4, len(runs)))
+        title = look.title or f"{ivp.problem.replace('_', ' ')}, case {ivp.case}"
+        drawn.suptitle(fill(title, LETTERS), x=0.02, ha="left", fontsize="medium")
+        legend_below(drawn, axes.flat[0], 4)
     return drawn
 
 
@@ -92,9 +99,10 @@ def _curves(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
 
 
 def _panel(axis: Any, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.DataFrame, column: str, look: Look) -> None:
+    strokes = strokes_of(run.method for run in runs)
     for k, run in enumerate(runs):
         curve = curves[(curves["method"] == run.method) & (curves[column] > 0)]
-        stroke = stroke_of(run.method)
+        stroke = strokes[run.method]
         style = (stroke.line() if len(runs) <= FEW else stroke.points() | {"markevery": 0.08}) | (
             {"color": look.colors[k]} if look.colors else {}
         )

@@ -34,6 +34,7 @@ COLUMNS = frozenset(
     {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end", "start"}
     | {
         "reference",
+        "made_for",
         "steps",
         "seconds",
         "callback_seconds",
@@ -232,11 +233,11 @@ def ivp_of(
 def defined_by(ivp: Ivp) -> tuple[str, ...]:
     """Return what defines a motion, exactly: the equations, the parameters and the start.
 
-    Of a file outside of the package these are its content and what it gave when it was run: it may read what is beside it.
+    Of a file outside of the package the equations are what it gave when it was run, and not its text: see ``mathematics`` of a definition.
     """
     source = ivp.source
-    equations = (source.content, source.facts.FINGERPRINT) if source.content else (source.key,)
-    return *equations, *(float(x).hex() for x in (*ivp.par, *(x for part in ivp.start for x in part)))
+    equations = f"{source.facts.MATHEMATICS} {source.algebra}" if source.outside else source.key
+    return equations, *(float(x).hex() for x in (*ivp.par, *(x for part in ivp.start for x in part)))
 
 
 def digest(*texts: str) -> str:

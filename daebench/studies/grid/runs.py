@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.studies.grid.batches import Batch, rows_in_batches
@@ -10,6 +11,7 @@ from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
 from daebench.studies.grid.store import Store
+from daebench.systems.files.execute import is_path
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,7 +30,7 @@ def runs_of(store: Store, *, executor: Executor | None = None, tell: Tell | None
         import pandas as pd
 
         rows = computed(specifications, store, executor=executor, tell=tell)
-        return pd.DataFrame([rows[key_of(specification)] for specification in specifications])
+        return pd.DataFrame([_named(rows[key_of(specification)], specification) for specification in specifications])
 
     return runs
 
@@ -49,9 +51,7 @@ def computed(
             missing[key] = specification
         else:
             require_row(specification, row)
-            rows_by_key[key] = row | {
-                name: specification.problem for name in ("problem",) if name in row
-            }  # its file may have been elsewhere
+            rows_by_key[key] = row
     for rows in rows_in_batches(missing, executor) if executor else _here(missing):
         store.put(rows)
         for entry in rows:
@@ -59,6 +59,17 @@ def computed(
             if tell:
                 tell(len(rows_by_key), len(wanted), wanted[entry.key])
     return {key: rows_by_key[key] for key in wanted}
+
+
+def _named(row: Row, specification: GridRun) -> Row:
+    """Return a row under the name of the problem that is asked for, and of another file with the same problem if it was made for that."""
+    other = row["problem"]
+    return row | {"problem": specification.problem} | ({"made_for": other} if are_two_files(other, specification.problem) else {})
+
+
+def are_two_files(one: str, other: str) -> bool:
+    """Return whether two names are of different files, both of which are there: of a file that was moved only one is."""
+    return one != other and all(is_path(name) and Path(name).is_file() for name in (one, other)) and not Path(one).samefile(other)
 
 
 def _here(specifications: Mapping[str, GridRun]) -> Iterator[Batch]:

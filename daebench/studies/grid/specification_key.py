@@ -29,7 +29,7 @@ def key_of(specification: GridRun) -> str:
     """Return the hash of all that decides the numbers: run, definition, code, versions of libraries, reference, and processor.
 
     The reference is in it where an error against it is measured, the processor where time is, and of a method from outside its files. The
-    place of a problem file is not, nor its name: a folder that is moved, to another machine too, loses no row.
+    place of a problem file is not, nor its name or its text: a folder that is moved, to another machine too, or a comment, loses no row.
     """
     memory = vars(specification)  # of this run alone: an equal one made later may find another text in the same file
     if "_key" not in memory:
@@ -38,7 +38,7 @@ def key_of(specification: GridRun) -> str:
 
 
 def _key(specification: GridRun) -> str:
-    name = {"problem": ""} if specification.ivp.source.content else {}
+    name = {"problem": ""} if specification.ivp.source.outside else {}
     plain = json.dumps(specification.plain() | {"metrics": sorted(specification.metrics)} | name, sort_keys=True)
     code = filter(None, [specification.code])
     timed_on = machine() if specification.repeat else ""

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from daebench.draw.figures import QUIET, Stroke, drawing, grid_of_axes, save, save_table
-from daebench.draw.methods import name_of, stroke_of
+from daebench.draw.figures import QUIET, Stroke, drawing, grid_of_axes, legend_below, save, save_table
+from daebench.draw.methods import name_of, strokes_of
 from daebench.studies.orders.series import OrderStudy, Series
 
 COLUMNS = 3
@@ -35,7 +35,7 @@ def write(out: Path, study: OrderStudy) -> list[Path]:
     """
     save_table(out / "orders.csv", study.table())
     components = list(dict.fromkeys(series.component for series in study.series))
-    strokes = {series.method: stroke_of(series.method) for series in study.series}
+    strokes = strokes_of(series.method for series in study.series)
     columns = min(COLUMNS, len(components))
     rows = math.ceil(len(components) / columns)
     with drawing():
@@ -49,7 +49,7 @@ def write(out: Path, study: OrderStudy) -> list[Path]:
         for axis in axes.T.flat:
             _label_lowest(axis, axes, len(components))
         figure.suptitle(f"{study.ivp.problem}, case {study.ivp.case}, T = {study.t_end:g}", x=0.01, ha="left", fontsize=9.5)
-        figure.legend(handles=_keys(strokes), loc="outside lower center", ncols=NAMES)
+        legend_below(figure, axes[0, 0], NAMES, handles=_keys(strokes))
         path = save(figure, out, "order", study.points())
     return [out / "orders.csv", path]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.draw.bands import LEVELS, column, fill
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, save
-from daebench.draw.methods import name_of, stroke_of
+from daebench.draw.methods import short_name_of, strokes_of
 from daebench.errors import DaebenchError
 from daebench.studies.work_precision.figure import COSTS, HIGHEST, MARGIN, OTHERS
 from daebench.studies.work_precision.starts import Curves
@@ -107,11 +107,12 @@ def _panel(axis: Any, table: "pd.DataFrame", names: Sequence[str]) -> None:
     for name, rows in curves.items():
         if name not in names:
             axis.plot(rows["seconds"], rows["q50"], color=OTHERS, linewidth=0.7, zorder=1)
+    strokes = strokes_of(curves)
     for name in (name for name in names if name in curves):
-        rows, style = curves[name], stroke_of(name).points()
+        rows, style = curves[name], strokes[name].points()
         errors = {level: rows[column(level)].clip(upper=HIGHEST * MARGIN) for level in LEVELS}
         fill(axis, rows["seconds"], errors.__getitem__, style["color"], zorder=2)
         fixed = (rows["knob"] == "h").all()
-        label = f"{name_of(name)} ({rows['starts'].iloc[0]})"
+        label = f"{short_name_of(name)} ({rows['starts'].iloc[0]})"
         line = {"linestyle": "-" if fixed else (0, (4, 1.5)), "linewidth": 1.1, "markersize": 3.5}
         axis.plot(rows["seconds"], rows["q50"], label=label, zorder=3, **style | line)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from daebench.diagnostics.energy import DRIFTS
 from daebench.draw.end_labels import label_ends
 from daebench.draw.figures import BLACK, QUIET, WIDTH, drawing, save
-from daebench.draw.methods import name_of, stroke_of
+from daebench.draw.methods import short_name_of, strokes_of
 from daebench.errors import DaebenchError
+from daebench.methods.outside.read import is_outside
 from daebench.studies.grid.against import OWN
 from daebench.studies.grid.claimed import claims_of
 from daebench.studies.grid.rows import by_method
@@ -46,7 +47,7 @@ def families(table: "pd.DataFrame") -> Mapping[str, list[str]]:
     methods_by_family: dict[str, list[str]] = {name: [] for name in FAMILIES}
     for name, runs in by_method(table):
         claiming, others, composed, by_tolerance = FAMILIES
-        fixed = composed if "/" in name else claiming if "energy" in claims[name] else others
+        fixed = composed if "/" in name and not is_outside(name) else claiming if "energy" in claims[name] else others
         methods_by_family[fixed if (runs["knob"] == "h").all() else by_tolerance].append(name)
     return {family: names for family, names in methods_by_family.items() if names}
 
@@ -129,16 +130,17 @@ def _diagram(axis: Any, table: "pd.DataFrame", groups: Mapping[str, list[str]], 
     family = {name: group for group, names in groups.items() for name in names}
     curves = {name: runs.dropna(subset=[cost]).sort_values(cost) for name, runs in by_method(table)}
     curves = {name: runs for name, runs in curves.items() if len(runs)}
+    strokes = strokes_of(family)
     for name, runs in curves.items():
-        style = stroke_of(name).points() | {"linestyle": DASHES[family[name]], "linewidth": 1.1, "markersize": 3.6}
+        style = strokes[name].points() | {"linestyle": DASHES[family[name]], "linewidth": 1.1, "markersize": 3.6}
         axis.plot(runs[cost], runs[error], zorder=3, **style)
     ends = {name: runs.iloc[-1] for name, runs in curves.items()}
     label_ends(
         axis,
-        [f"{name_of(name)}{_drift(curves[name])}" for name in ends],
+        [f"{short_name_of(name)}{_drift(curves[name])}" for name in ends],
         [float(end[cost]) for end in ends.values()],
         [float(end[error]) for end in ends.values()],
-        [stroke_of(name).color for name in ends],
+        [strokes[name].color for name in ends],
     )
 
 

@@ -69,15 +69,6 @@ class Problem:
         """Content hash of the file and of all files that it may import, with their locations."""
         return digest_of_files(("" if self.own else str(file.resolve()), file) for file in self.depends_on(self))
 
-    @cached_property
-    def content(self) -> str:
-        """Content hash of the file and of all files that it may import, without their locations; "" for problems of daebench."""
-        if self.own:
-            return ""
-        folder, files = self.path.parent, self.depends_on(self)
-        names = [file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.name for file in files]
-        return digest_of_files(("" if file == self.path else name, file) for name, file in zip(names, files, strict=True))
-
     @property
     def own(self) -> bool:
         """Whether it is a problem of daebench."""

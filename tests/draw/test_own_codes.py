@@ -1,0 +1,138 @@
+"""Pictures with codes of one's own, long names and small ranges: curves are told apart, and numbers at ticks do not run into others."""
+
+import itertools
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below, part_labels
+from daebench.draw.methods import STROKES_OF, stroke_of, strokes_of
+from daebench.studies.comparison import figure as comparison
+from daebench.studies.work_precision import figure as work_precision
+
+OWN = [f"./{name}.py:step" for name in ("a", "b", "my_integrator", "gggl", "folder/shake", "folder/rattle", "z2")] + [
+    "exec:./solver 1",
+    "./x.so:step",
+]
+LISTED = [[], ["rattle"], ["rattle", "rk4", "ida:ggl", "strang"], list(STROKES_OF)[:20], list(STROKES_OF)]
+
+
+@pytest.mark.parametrize("listed", LISTED, ids=[f"{len(names)} listed" for names in LISTED])
+@pytest.mark.parametrize("count", [1, 2, 5, 9])
+def test_no_two_codes_share_colour_and_marker_and_those_that_are_listed_keep_theirs(listed, count):
+    for own in itertools.islice(itertools.permutations(OWN, count), 20):
+        strokes = strokes_of([*listed, *own])
+        assert {name: strokes[name] for name in listed} == {name: stroke_of(name) for name in listed}
+        others = [(strokes[name].color, strokes[name].marker) for name in own]
+        assert len({*others, *((strokes[name].color, strokes[name].marker) for name in listed)} - {*others}) <= len(listed)
+        assert len(set(others)) == count
+        assert not {*others} & {(strokes[name].color, strokes[name].marker) for name in listed}
+        if len({stroke.color for stroke in map(stroke_of, listed)}) + count <= 10:
+            assert len({strokes[name].color for name in own} - {strokes[name].color for name in listed}) == count
+
+
+def test_a_scheme_of_a_package_that_is_not_listed_is_one_of_the_others():
+    strokes = strokes_of(["new_scheme", "other_scheme", "rattle/suzuki4"])
+    assert strokes["new_scheme"].color != strokes["other_scheme"].color
+    assert strokes["rattle/suzuki4"] == stroke_of("rattle/suzuki4")
+
+
+def numbers(axis):
+    """Return the visible numbers at the ticks of an axis."""
+    labels = (tick.label1 for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()))
+    return [label for label in labels if label.get_visible() and label.get_text()]
+
+
+def crossing(axes):
+    """Return pairs of visible numbers at the ticks of an axis that run into each other."""
+    found = []
+    for axis in (axes.xaxis, axes.yaxis):
+        boxes = [(label.get_text(), label.get_window_extent()) for label in numbers(axis)]
+        found += [(one, two) for (one, a), (two, b) in itertools.combinations(boxes, 2) if a.overlaps(b)]
+    return found
+
+
+RANGES = [
+    (1e-2, 1.05e-2),
+    (1e-2, 1.4e-2),
+    (1.1e-2, 2.4e-2),
+    (3e-7, 9e-7),
+    (0.9, 1.3),
+    (1e-3, 1e-2),
+    (1e-9, 1e-1),
+    (1e-100, 1e100),
+    (2e4, 3e4),
+]
+
+
+@pytest.mark.parametrize("scale", ["log", "linear"])
+@pytest.mark.parametrize(("low", "high"), RANGES, ids=[f"{low:g} to {high:g}" for low, high in RANGES])
+def test_numbers_at_ticks_do_not_run_into_others(low, high, scale):
+    with drawing():
+        figure, axes = grid_of_axes(1, 3, 2.0)
+        for axis in axes.flat:
+            axis.plot([low, high], [low, high])
+            axis.set(xscale=scale, yscale=scale)
+        part_labels(figure)
+        figure.draw_without_rendering()
+        assert [crossing(axis) for axis in axes.flat] == [[]] * 3
+        assert all(numbers(axis.xaxis) for axis in axes.flat)
+
+
+def test_numbers_do_run_into_others_without(monkeypatch):
+    with drawing():
+        figure, axes = grid_of_axes(1, 3, 2.0)
+        axes[0, 0].loglog([1.1e-2, 2.4e-2], [1, 10])
+        figure.draw_without_rendering()
+        assert crossing(axes[0, 0])
+
+
+def test_a_legend_of_long_names_is_within_the_picture():
+    with drawing():
+        figure, axes = grid_of_axes(1, 1, 3.0)
+        for k in range(5):
+            axes[0, 0].plot([0, 1], [k, k], label=f"./a_folder_with_a_long_name/integrator_number_{k}.py:step")
+        legend_below(figure, axes[0, 0], 4)
+        figure.draw_without_rendering()
+        (legend,) = figure.legends
+        assert 0 <= legend.get_window_extent().x0 < legend.get_window_extent().x1 <= WIDTH * figure.dpi
+
+
+def test_names_at_the_ends_of_curves_are_within_a_picture_of_work_and_precision(tmp_path, monkeypatch):
+    pd = pytest.importorskip("pandas")
+    names = ["rattle", "./a_folder_with_a_long_name/my_integrator.py:step", "./" + "a_long_file_name" * 4 + ".py:step"]
+    h = np.array([0.1, 0.09, 0.08])
+    rows = [
+        {"problem": "p", "method": name, "knob": "h", "value": x, "failure": "", "energy_error": (k + 1) * x**2, "seconds": (k + 1) / x,
+            "evaluations": 1 / x}
+        for k, name in enumerate(names)
+        for x in h
+    ]  # fmt: skip
+    monkeypatch.setattr(work_precision, "claims_of", lambda table: {name: {} for name in names})
+    monkeypatch.setattr(work_precision, "save", lambda figure, *_: figure)
+    figure = work_precision.draw(tmp_path, pd.DataFrame(rows), "energy_error", "error")
+    with drawing():
+        figure.draw_without_rendering()
+    texts = [text for axis in figure.axes for text in axis.findobj(Text) if text.get_text().endswith(("step", "RATTLE"))]
+    assert len(texts) == 2 * len(names)
+    assert max(Text.get_window_extent(text).x1 for text in texts) <= figure.bbox.width
+    assert set(work_precision.families(pd.DataFrame(rows))) == {work_precision.FAMILIES[1]}
+
+
+TITLES = ["", "Mine", "Ten thousand swings of a pendulum, " * 5, r"costs 3 \$ and 5 \$"]
+
+
+@pytest.mark.parametrize("size", [None, (16, 9)], ids=["page", "slide"])
+@pytest.mark.parametrize("title", TITLES, ids=["none", "short", "long", "signs"])
+def test_the_title_of_a_comparison_is_the_one_that_is_given_and_within_the_picture(title, size):
+    pd = pytest.importorskip("pandas")
+    ivp = SimpleNamespace(problem="planar_pendulum", case="horizontal")
+    curves = pd.DataFrame({"method": "rattle", "t": [0.0, 1.0], "energy_error": [1e-3, 2e-3]})
+    figure = comparison.figure(ivp, [SimpleNamespace(method="rattle")], curves, comparison.Look(size=size, title=title))
+    with drawing():
+        figure.draw_without_rendering()
+    text = figure._suptitle
+    assert text.get_text().replace("\n", " ") == (title.strip() or "planar pendulum, case horizontal")
+    assert text.get_window_extent().x1 <= figure.bbox.width
