@@ -34,6 +34,9 @@ def check(
 ) -> None:
     """Measure the claims of a fixed-step method, or check the declarations of a problem; exit 1 if one does not hold.
 
+    Where the force of the problem is the same everywhere, a scheme is measured on two_bodies_on_sphere as well, whose U has curvature.
+    Sentences say what the problem cannot show.
+
     Without --method the problem itself is checked, in all its cases or in one: initial values, mass matrix, second derivatives, first
     integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
     """
@@ -46,6 +49,7 @@ def check(
     from daebench.methods.names import method_of
     from daebench.studies.claims.bench import FALLS_SHORT
     from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
+    from daebench.studies.claims.second import on_second, unseen
     from daebench.studies.measurable import measured
 
     ivp = initial_value_problem(problem, case, pairs("param", param or []))
@@ -53,12 +57,19 @@ def check(
     with bar(f"{method} on {problem}") as progress:
         value, steps = default_step(ivp) if h is None else h, 200 if steps is None else steps
         findings = check_claims(ivp, chosen, h=value, steps=steps, progress=progress)
+        progress(1.0, f"{chosen.name} on another problem")
+        findings += on_second(ivp, chosen)
     short = [finding.property for finding in findings if finding.verdict == FALLS_SHORT]
     if as_json:
         about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": chosen.name}
-        print_json(about | {"h": value, "steps": steps, "claims": [asdict(finding) for finding in findings], "falls_short": short})
+        print_json(
+            about
+            | {"h": value, "steps": steps, "claims": [asdict(finding) for finding in findings], "falls_short": short, "unseen": unseen(ivp)}
+        )
     else:
         _print(f"{chosen.name} on {ivp.problem}, case {ivp.case}, h = {value:g}, {steps} steps", findings)
+        for sentence in unseen(ivp):
+            print(sentence)
         if short:
             print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
     raise typer.Exit(1 if short else 0)
@@ -117,10 +128,12 @@ def _claim(claimed: int | bool | None) -> str:
 def _measured(finding: "Finding") -> str:
     if finding.measured != finding.measured:
         return ""
-    return f"{finding.measured:.3f} ± {finding.standard_error:.1g}" if finding.property == "order" else f"{finding.measured:.2g}"
+    if finding.standard_error == finding.standard_error:
+        return f"{finding.measured:.3f} ± {finding.standard_error:.1g}"
+    return f"{finding.measured:.3f}" if finding.property.startswith("order") else f"{finding.measured:.2g}"
 
 
 def _bound(finding: "Finding") -> str:
     if finding.bound != finding.bound:
         return ""
-    return f"> {finding.bound:.3g}" if finding.property == "order" else f"<= {finding.bound:.2g}"
+    return f"> {finding.bound:.3g}" if finding.property.startswith("order") else f"<= {finding.bound:.2g}"

@@ -127,7 +127,13 @@ NAMES = {
 """Names that do not follow a rule."""
 
 PARTS = {"suzuki4": "Suzuki 4", "kahan_li8": "Kahan-Li 8", "proj": "projected", "symproj": "symmetrically projected"}
-PARTS |= {"local": "local coordinates", "canonical": "canonical coordinates", "stiff": "stiff form", "baumgarte": "Baumgarte", "darboux": "Darboux"}
+PARTS |= {
+    "local": "local coordinates",
+    "canonical": "canonical coordinates",
+    "stiff": "stiff form",
+    "baumgarte": "Baumgarte",
+    "darboux": "Darboux",
+}
 RULES = (
     (r"lobatto(\d+)", r"Lobatto \1"),
     (r"gauss(\d+)", r"Gauss \1"),
@@ -138,7 +144,9 @@ RULES = (
 )
 """Names of families."""
 
-PARSED = re.compile(r"(?:(?P<form>local|canonical|stiff|baumgarte|darboux):)?(?P<scheme>[^/+]+)(?:/(?P<composition>[^+]+))?(?:\+(?P<projection>.+))?")
+PARSED = re.compile(
+    r"(?:(?P<form>local|canonical|stiff|baumgarte|darboux):)?(?P<scheme>[^/+]+)(?:/(?P<composition>[^+]+))?(?:\+(?P<projection>.+))?"
+)
 
 
 def name_of(method: str) -> str:

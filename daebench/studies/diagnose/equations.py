@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -91,7 +92,7 @@ def _limit(step: Map, p: Array, q: Array, battery: Battery) -> tuple[State, tupl
 
 
 def _nearest_two(limits: Sequence[Array]) -> tuple[Array, float]:
-    apart = [float(np.max(np.abs(one - other))) for one, other in zip(limits[:-1], limits[1:], strict=True)]
+    apart = [float(np.max(np.abs(one - other))) for one, other in pairwise(limits)]
     k = int(np.argmin(apart))
     return limits[k + 1], apart[k]
 

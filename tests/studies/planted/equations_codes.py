@@ -104,6 +104,7 @@ def changed(name, change):
     """Return the model of a problem with a change, and words that name it."""
     M, U_q, g, G, weight = MODELS[name]
     last = LAST.get(name, [])
+    of_last = np.isin(np.arange(len(M)), last)
     number = weight[1] if name != "beads" else weight[2]
     where = 2 if name != "beads" else 3
     changes = {
@@ -122,7 +123,7 @@ def changed(name, change):
         "force_missing": (M, lambda q: 0 * q, "p' is that of no force"),
         "force_of_last_missing": (
             M,
-            lambda q: np.where(np.isin(np.arange(len(q)), last), 0, U_q(q)),
+            lambda q: np.where(of_last, 0, U_q(q)),
             "p' is that of no force in component",
         ),
         "mass_and_force": (scaled(M, last, 2.0), lambda q: U_q(q) + weight, "p' is that of"),
