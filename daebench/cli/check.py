@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, Param, Problem
+from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import Bar, bar, pairs, print_json, print_table, printable
 from daebench.cli.whole import whole
 from daebench.errors import BadInput
@@ -30,6 +30,7 @@ def check(
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,
+    on_singular: OnSingular = None,
     as_json: Json = False,
 ) -> None:
     """Measure the claims of a fixed-step method, or check the declarations of a problem; exit 1 if one does not hold.
@@ -41,18 +42,19 @@ def check(
     integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
     """
     if method is None:
-        _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None})
+        _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None, "--on-singular": on_singular})
         raise typer.Exit(_checked(problem, case, pairs("param", param or []), as_json=as_json))
     from dataclasses import asdict
 
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import method_of
+    from daebench.methods.run import singular_as
     from daebench.studies.claims.bench import FALLS_SHORT
     from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
     from daebench.studies.claims.second import on_second, unseen
     from daebench.studies.measurable import measured
 
-    ivp = initial_value_problem(problem, case, pairs("param", param or []))
+    ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or [])), on_singular)
     chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
         value, steps = default_step(ivp) if h is None else h, 200 if steps is None else steps

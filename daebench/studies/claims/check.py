@@ -16,6 +16,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
+from daebench.methods.run import singular_as
 from daebench.reference.solution import reach
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method, Request
@@ -54,6 +55,7 @@ def check(
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
+    on_singular: str | None = None,
 ) -> "pd.DataFrame":
     """Return one row for each claim of a method on a problem, and for further properties that are measured.
 
@@ -77,6 +79,8 @@ def check(
         Values of the problem's parameters, and free numbers of the method.
     anyway : bool
         Whether a scheme may run on a Poisson system for which it is not a Poisson integrator.
+    on_singular : str, optional
+        What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
 
     Returns
     -------
@@ -103,7 +107,7 @@ def check(
     """
     import pandas as pd
 
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
     chosen = method_of(ivp, method, options, anyway=anyway)
     findings = [*check_claims(ivp, chosen, h=h, steps=steps), *on_second(ivp, chosen)]
     return pd.DataFrame([asdict(finding) for finding in findings])
