@@ -56,6 +56,10 @@ class InvalidProblem(BadInput):
     """A problem definition that contradicts itself."""
 
 
+class CannotShow(UserWarning):
+    """A problem cannot show a fault that an assertion is about."""
+
+
 class RunFailed(DaebenchError):
     """A run that stopped before its end, raised where a whole trajectory is required."""
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, Method, Overwrite, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Free, Json, Method, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, number, pairs, print_json, print_written, words
 from daebench.cli.folder import Folder
 from daebench.cli.starts import ranges
@@ -41,6 +41,7 @@ def chaos(
     option: Free = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the directions of tangent vectors.")] = 0,
     anyway: Anyway = False,
+    on_singular: OnSingular = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for chaos.csv and a picture.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -52,7 +53,7 @@ def chaos(
     from daebench.studies.chaos.run import chaos as made
 
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "steps": steps, "plane": _plane(plane), "cells": cells, "energy": _energy(energy)}
-    asked |= {"section": pairs("section", [section]) if section else None, "case": case, "anyway": anyway}
+    asked |= {"section": pairs("section", [section]) if section else None, "case": case, "anyway": anyway, "on_singular": on_singular}
     asked |= {"parameters": pairs("param", param or []), "options": pairs("option", option or [])}
     folder = Folder(out, pictures=("chaos",))
     folder.check()

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, Param, Problem
+from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import Bar, bar, pairs, print_json, print_table, printable
 from daebench.cli.whole import whole
 from daebench.errors import BadInput
@@ -30,35 +30,48 @@ def check(
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,
+    on_singular: OnSingular = None,
     as_json: Json = False,
 ) -> None:
     """Measure the claims of a fixed-step method, or check the declarations of a problem; exit 1 if one does not hold.
+
+    Where the force of the problem is the same everywhere, a scheme is measured on two_bodies_on_sphere as well, whose U has curvature.
+    Sentences say what the problem cannot show.
 
     Without --method the problem itself is checked, in all its cases or in one: initial values, mass matrix, second derivatives, first
     integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
     """
     if method is None:
-        _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None})
+        _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None, "--on-singular": on_singular})
         raise typer.Exit(_checked(problem, case, pairs("param", param or []), as_json=as_json))
     from dataclasses import asdict
 
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import method_of
+    from daebench.methods.run import singular_as
     from daebench.studies.claims.bench import FALLS_SHORT
     from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
+    from daebench.studies.claims.second import on_second, unseen
     from daebench.studies.measurable import measured
 
-    ivp = initial_value_problem(problem, case, pairs("param", param or []))
+    ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or [])), on_singular)
     chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
         value, steps = default_step(ivp) if h is None else h, 200 if steps is None else steps
         findings = check_claims(ivp, chosen, h=value, steps=steps, progress=progress)
+        progress(1.0, f"{chosen.name} on another problem")
+        findings += on_second(ivp, chosen)
     short = [finding.property for finding in findings if finding.verdict == FALLS_SHORT]
     if as_json:
         about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": chosen.name}
-        print_json(about | {"h": value, "steps": steps, "claims": [asdict(finding) for finding in findings], "falls_short": short})
+        print_json(
+            about
+            | {"h": value, "steps": steps, "claims": [asdict(finding) for finding in findings], "falls_short": short, "unseen": unseen(ivp)}
+        )
     else:
         _print(f"{chosen.name} on {ivp.problem}, case {ivp.case}, h = {value:g}, {steps} steps", findings)
+        for sentence in unseen(ivp):
+            print(sentence)
         if short:
             print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
     raise typer.Exit(1 if short else 0)
@@ -123,10 +136,12 @@ def _claim(claimed: int | bool | None) -> str:
 def _measured(finding: "Finding") -> str:
     if finding.measured != finding.measured:
         return ""
-    return f"{finding.measured:.3f} ± {finding.standard_error:.1g}" if finding.property == "order" else f"{finding.measured:.2g}"
+    if finding.standard_error == finding.standard_error:
+        return f"{finding.measured:.3f} ± {finding.standard_error:.1g}"
+    return f"{finding.measured:.3f}" if finding.property.startswith("order") else f"{finding.measured:.2g}"
 
 
 def _bound(finding: "Finding") -> str:
     if finding.bound != finding.bound:
         return ""
-    return f"> {finding.bound:.3g}" if finding.property == "order" else f"<= {finding.bound:.2g}"
+    return f"> {finding.bound:.3g}" if finding.property.startswith("order") else f"<= {finding.bound:.2g}"

@@ -143,6 +143,13 @@ class Bar:
         """Show the fraction done and the current work."""
         self._label, self._fraction = label or self._label, fraction
 
+    @property
+    def _work(self) -> str:
+        """The current work: what is compiled, if anything is."""
+        from daebench.runs.under_way import under_way
+
+        return under_way() or self._label
+
     def _show(self) -> None:
         """Show the bar after its delay."""
         if self._over.wait(PATIENCE):
@@ -152,15 +159,15 @@ class Bar:
 
         columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
         with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-            task = progress.add_task(self._label)
+            task = progress.add_task(self._work)
             while not self._over.wait(REFRESH):
-                progress.update(task, description=self._label, completed=self._fraction, total=1.0 if self._fraction else None)
+                progress.update(task, description=self._work, completed=self._fraction, total=1.0 if self._fraction else None)
 
     def _tell(self) -> None:
         """Print the current work after a while, and again after twice the time."""
         seconds = waited = SILENCE
         while not self._over.wait(waited):
-            print(f"daebench: {self._label}: {100 * self._fraction:.0f} % after {seconds:.0f} s", file=sys.stderr, flush=True)
+            print(f"daebench: {self._work}: {100 * self._fraction:.0f} % after {seconds:.0f} s", file=sys.stderr, flush=True)
             seconds, waited = 2 * seconds, seconds
 
     def close(self) -> None:

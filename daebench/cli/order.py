@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, Overwrite, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 
@@ -23,6 +23,7 @@ def order(
     param: Param = None,
     option: Free = None,
     anyway: Anyway = False,
+    on_singular: OnSingular = None,
     out: Annotated[Path | None, typer.Option("--out", help="Write the tables and the picture to a folder.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -36,10 +37,11 @@ def order(
     chosen = method_names(methods)
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import methods_of
+    from daebench.methods.run import singular_as
     from daebench.studies.orders.study import study
 
     Folder(out, ("orders.csv",), pictures=("order",)).check()
-    ivp = initial_value_problem(problem, case, pairs("param", param or []))
+    ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or [])), on_singular)
     given = methods_of(ivp, chosen, pairs("option", option or []), anyway=anyway)
     with bar(f"order on {problem}") as progress:
         result = study(ivp, given, t_end=t_end, h=h, halvings=halvings, began=progress)

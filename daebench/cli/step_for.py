@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Case, Free, Json, Method, Overwrite, Param, Problem
+from daebench.cli.arguments import Anyway, Case, Free, Json, Method, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
@@ -40,6 +40,7 @@ def step_for(
     option: Free = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the starts.")] = 0,
     anyway: Anyway = False,
+    on_singular: OnSingular = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for steps.csv and a picture.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -51,7 +52,15 @@ def step_for(
     from daebench.studies.step_for.run import step_for as made
 
     asked: dict[str, Any] = {"statistic": statistic, "margin": margin, "method": method, "h": h, "t_end": t_end, "members": members}
-    asked |= {"halvings": halvings, "level": level, "starts": starts.value, "seed": seed, "case": case, "anyway": anyway}
+    asked |= {
+        "halvings": halvings,
+        "level": level,
+        "starts": starts.value,
+        "seed": seed,
+        "case": case,
+        "anyway": anyway,
+        "on_singular": on_singular,
+    }
     asked |= {"drawn": settings_of(starts.value, size=size, box=box, energy=energy)}
     asked |= {"parameters": pairs("param", param or []), "options": pairs("option", option or [])}
     folder = Folder(out, pictures=("steps",))

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Param, Precision, Problem
+from daebench.cli.arguments import Case, Json, OnSingular, Param, Precision, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table
 
 
@@ -16,6 +16,7 @@ def tolerance_for(
     method: Annotated[str, typer.Option("--method", help="A scheme with a tolerance, for example rattle_ilves.")] = "rattle_gauss_seidel",
     case: Case = None,
     param: Param = None,
+    on_singular: OnSingular = None,
     precision: Precision = "float64",
     as_json: Json = False,
 ) -> None:
@@ -31,6 +32,7 @@ def tolerance_for(
             method=method,
             case=case,
             parameters=pairs("param", param or []),
+            on_singular=on_singular,
             precision=precision,
             progress=progress,
         )

@@ -31,11 +31,11 @@ from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.names_tables import CONSTRAINED, POISSON, Kind, solver_numbers
 from daebench.methods.outside.callables import method_of_callable
 from daebench.methods.outside.method import OutsideMethod
-from daebench.methods.outside.read import is_outside, method_from
+from daebench.methods.outside.read import is_outside, method_from, program_of
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
 
-Code = str | Callable[..., Any]
+Code = str | Callable[..., Any] | list[str]
 """A method: its name, or code from outside."""
 
 __all__ = [
@@ -66,7 +66,8 @@ def parse(
     Parameters
     ----------
     name : str or callable
-        A name in the grammar above, or code from outside, see :func:`daebench.methods.outside.callables.method_of_callable`.
+        A name in the grammar above, or code from outside, see :func:`daebench.methods.outside.callables.method_of_callable`; a list of
+        words is a program with its arguments, as ``exec:`` has it.
     options : mapping of str to float, optional
         Free numbers of the method: alpha and beta of ida:baumgarte, eps of stiff:, impedance of soft:, rho_inf of generalized_alpha, ...
     kind : Kind
@@ -107,8 +108,9 @@ def parse(
 
 
 def _outside(code: Code, options: Mapping[str, float] | None, *, compensated: bool) -> OutsideMethod:
-    """Return the method of a callable, or that at a place; it has no options, and sums over its steps itself."""
-    method = method_from(code) if isinstance(code, str) else method_of_callable(code)
+    """Return the method of a callable, or that at a place, or of a program; it has no options, and sums over its steps itself."""
+    place = program_of(code) if isinstance(code, list) else code
+    method = method_from(place) if isinstance(place, str) else method_of_callable(place)
     _require_options(method.name, options, {})
     if compensated:
         raise BadInput(f"{method.name} is from outside, and sums over its steps itself; leave compensated out.")

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from daebench.errors import BadInput, positive
 from daebench.runs.request import Request
 
@@ -25,11 +28,18 @@ class Grid:
         Number of steps.
     every : int
         Number of steps between stored states; 0 stores only the end.
+    end : float, optional
+        Time after the last step, where the steps are the parts between outputs of a method that chooses its own steps.
     """
 
     h: float
     steps: int
     every: int
+    end: float | None = None
+
+    def times(self, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the times after some steps, by their numbers."""
+        return np.asarray(steps * self.h if self.end is None else np.linspace(0.0, self.end, self.steps + 1)[steps])
 
     @property
     def rows(self) -> int:

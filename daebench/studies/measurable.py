@@ -18,6 +18,8 @@ def measured(method: Any, ivp: Ivp, why: str) -> Any:
 
     If it is not, BadInput says so with ``why`` that matters, or with the reason for which it refuses the problem.
     """
+    if isinstance(method, OutsideMethod) and method.knob != "h":
+        raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
     if isinstance(ivp, ConstrainedIvp):
         if ivp.arrays:
             raise BadInput(

@@ -15,6 +15,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.constraint_structure import finest
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
+from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.trajectory import Trajectory
@@ -130,6 +131,7 @@ def tolerance_for(
     method: str = "rattle_gauss_seidel",
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
+    on_singular: str | None = None,
     precision: str = "float64",
     tolerances: Sequence[float] = TOLERANCES,
     progress: Callable[[float], object] | None = None,
@@ -155,7 +157,7 @@ def tolerance_for(
         Step size and time of the runs, s.
     method : str
         Name of a scheme with a tolerance: "rattle_gauss_seidel" or "rattle_ilves".
-    case, parameters
+    case, parameters, on_singular
         As for :func:`daebench.run`.
     precision : str
         "float64", "mixed" or "float32": tolerances that its rounding does not reach are left out.
@@ -170,7 +172,7 @@ def tolerance_for(
         If the method has no tolerance, refuses the problem, or the request cannot be met; or if the kinetic energy does not fluctuate.
     """
     require_known(("precision", precision, PRECISIONS))
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
     with_tolerance = [name for name, (_, member) in registry().items() if "tolerance" in member.options]
     if method not in with_tolerance:
         raise BadInput(f"{method} has no tolerance of its own; take one of {', '.join(with_tolerance)}.")

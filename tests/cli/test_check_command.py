@@ -36,7 +36,9 @@ def test_the_command_gives_one_json_object(daebench):
     found = json.loads(out)
     rows = {row["property"]: row for row in found["claims"]}
     assert (status, found["falls_short"], found["h"], found["steps"]) == (0, [], 0.03, 20)
-    assert list(rows) == ["order", *EXACT[:2], "Poisson in the chart", *EXACT[2:], "keeps L3"]
+    curved = [f"{name} on two_bodies_on_sphere" for name in ("order", "symmetric", "symplectic")]
+    assert list(rows) == ["order", *EXACT[:2], "Poisson in the chart", *EXACT[2:], "keeps L3", *curved]
+    assert found["unseen"][0] == ("spherical_pendulum cannot show where a scheme evaluates the force, because its force is constant.")
     assert (rows["symplectic"]["claimed"], rows["symplectic"]["verdict"]) == (True, OK)
     assert rows["symplectic"]["measured"] <= rows["symplectic"]["bound"]
     assert (rows["keeps L3"]["claimed"], rows["keeps L3"]["bound"]) == (None, None)
@@ -47,7 +49,10 @@ def test_a_false_claim_exits_1_naming_the_property(daebench, monkeypatch):
     monkeypatch.setattr(FixedStep, "claims", property(lambda _: claims))
     status, out, _ = daebench(*CHECK, "se")
     assert status == 1
-    assert out.strip().endswith("se falls short of what it claims: order, symplectic.")
+    assert out.strip().endswith(
+        "se falls short of what it claims: order, symplectic, order on two_bodies_on_sphere, symplectic on two_bodies_on_sphere."
+    )
+    assert "spherical_pendulum cannot show how several multipliers are solved for together, because it has one constraint." in out
 
 
 @pytest.mark.parametrize(

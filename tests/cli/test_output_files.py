@@ -12,8 +12,12 @@ from daebench.cli import console
 from daebench.cli.console import bar, print_table, printable
 from daebench.cli.endings import complain
 from daebench.errors import BadInput
+from daebench.methods.fixed_step.constrained import FixedStep
+from daebench.methods.fixed_step.stepping import Run
 from daebench.reference.make.stages import alone
 from daebench.runs.files import atomic, check_place, make_folder
+from daebench.runs.request import Request
+from daebench.runs.under_way import compiling, under_way
 
 HOSTILE = """{}
 
@@ -139,3 +143,16 @@ def test_what_is_printed_steers_no_terminal(text, capsys, daebench, tmp_path):
 @pytest.mark.parametrize("text", ["a sum \u03a3 \u2202q", "\u00e9t\u00e9", "two\nlines", "back\\slash", "\u2212"], ids=ascii)
 def test_letters_of_any_language_are_printed_as_they_are(text):
     assert printable(text) == text
+
+
+def test_progress_names_what_is_compiled(get_ivp, monkeypatch):
+    seen = []
+    begun = Run._prepare
+    monkeypatch.setattr(Run, "_prepare", lambda self: (seen.append(under_way()), begun(self))[1])
+    with bar("rattle on planar_pendulum") as progress:
+        FixedStep("rattle", compiled=False).solve(get_ivp("planar"), Request(value=0.01, steps=2))
+        assert progress._work == "rattle on planar_pendulum"
+        with compiling("rattle", "./arm.py"):
+            assert progress._work == "compiling rattle for ./arm.py"
+    assert seen == [f"compiling rattle for {get_ivp('planar').problem}"]
+    assert under_way() == ""

@@ -1,6 +1,9 @@
 """Methods from outside: a callable, a library and a program are run and monitored like a method of daebench."""
 
 import json
+import re
+import sys
+import textwrap
 
 import numpy as np
 import pytest
@@ -199,3 +202,117 @@ def test_the_program_is_told_what_is_asked(folder):
     assert (about["problem"], about["case"], about["h"], about["steps"], about["every"]) == ("spherical_pendulum", "fig1.1", 0.01, 200, 5)
     assert list(about["parameters"].items()) == [("mass", 2.0), ("length", 1.0), ("gravity", 1.0)]
     assert [len(about[name]) for name in ("p", "q")] == [3, 3]
+
+
+ADAPTIVE = """
+    import numpy as np
+    from scipy.integrate import solve_ivp
+
+    def solve(p, q, tol, t):
+        def rate(s, x):
+            lam = (x[:3] @ x[:3] - x[5]) / (x[3:] @ x[3:])
+            return np.concatenate([[0, 0, -1.0] - lam * x[3:], x[:3]])
+        known = solve_ivp(rate, (0, t[-1]), np.concatenate([p, q]), method="DOP853", rtol=tol, atol=tol, t_eval=t)
+        return known.y.T[:, :3], known.y.T[:, 3:]
+
+    solve.knob = "tol"
+
+    def step(p, q, h):
+        return p, q
+
+    step.knob = "tol"
+
+    def odd(p, q, h):
+        return p, q
+
+    odd.knob = 3
+"""
+
+
+@pytest.fixture
+def adaptive(folder):
+    (folder / "adaptive.py").write_text(textwrap.dedent(ADAPTIVE))
+    return folder
+
+
+@pytest.mark.parametrize("place", ["file", "callable"])
+def test_code_that_chooses_its_own_steps_is_given_the_tolerance(adaptive, place, plain_functions):
+    name = "./adaptive.py:solve"
+    if place == "callable":
+        space = {}
+        exec(textwrap.dedent(ADAPTIVE), space)
+        name = space["solve"]
+    loose, tight, other = (run(x, h=None, tol=tol, points=21) for x, tol in ((name, 1e-4), (name, 1e-9), ("scipy:DOP853", 1e-9)))
+    assert (loose.knob, loose.value, tight.value, loose.maxima_over) == ("tol", 1e-4, 1e-9, "outputs")
+    assert np.array_equal(tight.t, other.t)
+    assert np.max(np.abs(tight.q - other.q)) < 1e-7 < np.max(np.abs(loose.q - other.q))
+
+
+def test_a_tolerance_of_own_code_stands_in_tables_and_is_refused_where_steps_are_needed(adaptive, plain_functions):
+    table = package.compare(BALL["problem"], case=BALL["case"], methods=["rattle", "./adaptive.py:solve"], h=0.01, tol=1e-8, t_end=1)
+    assert (table["h"].tolist()[0], table["tol"].tolist()[1]) == (0.01, 1e-8)
+    for call, sentence in (
+        (lambda: run("./adaptive.py:solve"), "is controlled by a tolerance tol"),
+        (lambda: run("./adaptive.py:solve", h=None, tol=1e-8, t_end=None, steps=5), "chooses its own steps"),
+        (lambda: package.check(BALL["problem"], method="./adaptive.py:solve"), "chooses its own steps and makes no claims"),
+        (lambda: run("./adaptive.py:step", h=None, tol=1e-8), "one step takes h"),
+        (lambda: run("./adaptive.py:odd"), "knob = 3 must be 'h', a step size, or 'tol', a tolerance"),
+    ):
+        with pytest.raises(BadInput, match=re.escape(sentence)):
+            call()
+
+
+WRITING = """#!{python}
+import json, sys
+import numpy as np
+sys.path.insert(0, {folder!r})
+from mine import step
+asked = json.loads(sys.stdin.readline())
+p, q = np.array(asked["p"]), np.array(asked["q"])
+style = sys.argv[1]
+def write():
+    if style.startswith("nested"):
+        print(json.dumps([list(p), list(q)]))
+    elif style.startswith("list"):
+        print(json.dumps([*p, *q]))
+    else:
+        print(*p, *q)
+if style.endswith("start"):
+    write()
+for k in range(asked["steps"]):
+    if not style.startswith("still"):
+        p, q = step(p, q, asked["h"])
+    if asked["every"] and (k + 1) % asked["every"] == 0 or k + 1 == asked["steps"]:
+        write()
+print(json.dumps(dict(seconds=0.5)))
+"""
+
+
+@pytest.mark.parametrize("style", ["numbers", "list", "nested", "numbers-start", "list-start", "nested-start"])
+def test_a_program_may_write_lists_and_its_start_and_be_given_as_words(mine, style):
+    path = mine / "writing program"
+    path.write_text(WRITING.format(python=sys.executable, folder=str(mine)))
+    path.chmod(0o755)
+    own, theirs = run("rattle", every=3), run([str(path), style], every=3)
+    assert theirs.method == f"exec:'{path}' {style}"
+    assert np.array_equal(theirs.t, own.t)
+    assert np.allclose(theirs.q, own.q, rtol=0, atol=1e-14)
+    assert theirs.failure is None
+    last = run(f"exec:'{path}' {style}", every=0)
+    assert np.array_equal(last.q[-1], theirs.q[-1])
+
+
+@pytest.mark.parametrize("style", ["still", "still-start"])
+@pytest.mark.filterwarnings("ignore::daebench.errors.LostMotion")
+def test_a_program_that_stays_at_its_start_has_all_its_states(mine, style):
+    path = mine / "writing"
+    path.write_text(WRITING.format(python=sys.executable, folder=str(mine)))
+    path.chmod(0o755)
+    found = run(["exec:" + str(path), style], steps=7, t_end=None)
+    assert (found.steps, found.failure) == (7, None)
+    assert np.array_equal(found.q, np.tile(found.q[0], (8, 1)))
+
+
+def test_an_empty_list_of_words_is_no_program():
+    with pytest.raises(BadInput, match="a list is a program and its arguments"):
+        run([])

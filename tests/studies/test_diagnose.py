@@ -106,10 +106,11 @@ SINCE = (
     "constraint_shifted",
     "reaction_missing",
     "force_scaled",
+    "other_equations",
     "momentum_damped",
     "step_size_ignored",
 )
-"""Faults that are planted in other styles, see test_diagnose_styles.py."""
+"""Faults that are planted in other styles, see test_diagnose_styles.py and test_diagnose_equations.py."""
 
 
 def test_every_fault_is_planted_on_three_problems():

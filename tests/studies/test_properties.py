@@ -7,6 +7,8 @@ from daebench.errors import BadInput
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 from daebench.testing import assert_keeps, assert_no_drift, assert_order, assert_reversible, assert_symplectic
 
+pytestmark = pytest.mark.filterwarnings("ignore::daebench.errors.CannotShow")
+
 BALL = {"problem": "spherical_pendulum", "case": "fig1.1"}
 FORCE = np.array([0.0, 0.0, -1.0])
 

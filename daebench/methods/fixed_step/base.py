@@ -21,6 +21,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
+from daebench.runs.under_way import compiling
 
 if TYPE_CHECKING:
     from daebench.compiler.link import Linker
@@ -123,7 +124,9 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         structure = self._options(ivp, precision, watch, count=count, stage_multipliers=stage_multipliers, singular=singular)
         file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
         key = self._key(ivp, structure)
-        return generated(f"{ivp.problem}_{self.form}_{file}_{precision}", key, lambda cached: self._module(ivp, structure, cached=cached))
+        name = f"{ivp.problem}_{self.form}_{file}_{precision}"
+        with compiling(self.name, ivp.problem):
+            return generated(name, key, lambda cached: self._module(ivp, structure, cached=cached))
 
     def _key(self, ivp: Ivp, options: Mapping[str, Any]) -> str:
         """Return a text that is the same for problems and methods with the same generated module."""

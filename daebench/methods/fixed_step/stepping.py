@@ -13,6 +13,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
+from daebench.runs.under_way import compiling
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
 from daebench.schemes.kernels.newton import ITERATIONS, NOT_CONVERGED
@@ -186,7 +187,7 @@ class Run:
         self.interrupted = False
         self.looks: list[tuple[int, Array]] = []
         self.stride = max(1, -(-grid.steps // _looks(request, ivp.size))) if request.looks else 0
-        with np.errstate(all="ignore"), uncollected():
+        with np.errstate(all="ignore"), uncollected(), compiling(linked.name, ivp.problem):
             self._prepare()
         self.compile_seconds = time.perf_counter() - began
 

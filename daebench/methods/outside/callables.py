@@ -35,7 +35,8 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
         On a constrained problem ``step(p, q, h)`` returns p and q after a step, or ``solve(p, q, h, t)`` returns them at the times t,
         shape(k, d) each; on a Poisson system ``step(y, h)`` and ``solve(y, h, t)`` return y. The arguments are copies, and must not be
         changed. An object with a memory is copied, and a class is called without arguments, at the start of each run. An attribute
-        ``claims`` may state its claims, with any of the fields of :class:`daebench.methods.outside.method.Stated`.
+        ``claims`` may state its claims, with any of the fields of :class:`daebench.methods.outside.method.Stated`. An attribute ``knob`` of
+        "tol" says that ``solve(p, q, tol, t)`` chooses its own steps: it is given the tolerance in place of h.
     name : str
         Name of the method; by default the name of the callable.
     content : str
@@ -54,7 +55,14 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     blocks = partial(_blocks, anew, name, about.taken, guard)
     step = partial(_mapping, anew, name, guard) if about.taken < 4 else None
     return OutsideMethod(
-        name, blocks, content, every_step=about.taken < 4, remembers=about.remembers, step=step, claims=Stated(**about.claims)
+        name,
+        blocks,
+        content,
+        every_step=about.taken < 4,
+        remembers=about.remembers,
+        step=step,
+        claims=Stated(**about.claims),
+        knob=about.knob,
     )
 
 
@@ -70,9 +78,10 @@ def _blocks(anew: Callable[[], Step], name: str, taken: int, guard: Guard, ivp: 
     kind = kind_for(name, taken, ivp)
     code = Code(name, anew, guard, Limit(request.seconds_limit))
     if taken == kind.vectors + 1:
+        require_step_size(name, grid)
         yield from _steps(code, kind, ivp, grid)
     else:
-        yield _whole(code, kind, ivp, grid)
+        yield _whole(code, kind, ivp, grid, request.value)
 
 
 def _steps(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Iterator[Block]:
@@ -108,11 +117,17 @@ def _mapping(anew: Callable[[], Step], name: str, guard: Guard) -> Step:
     return step
 
 
-def _whole(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Block:
+def require_step_size(name: str, grid: Grid) -> None:
+    """Refuse a tolerance for code that takes one step at a time."""
+    if grid.end is not None:
+        raise BadInput(f"{name}: knob = 'tol' is for solve(p, q, tol, t), or solve(y, tol, t) on a Poisson system; one step takes h.")
+
+
+def _whole(code: Code, kind: Kind, ivp: Ivp, grid: Grid, value: float) -> Block:
     """Return what a whole run gives at the outputs."""
     steps = outputs(grid)
     with code.limited():
-        states, seconds = code.solve(kind, ivp.start, grid.h, np.asarray(steps * grid.h))
+        states, seconds = code.solve(kind, ivp.start, value, grid.times(steps))
     return Block(steps, np.concatenate(states, axis=1), seconds)
 
 

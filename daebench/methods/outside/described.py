@@ -33,11 +33,14 @@ class Description:
         Number of its arguments.
     claims : mapping
         Its claims, with fields of :class:`daebench.methods.outside.stated.Stated`.
+    knob : str
+        "h", or "tol" where it chooses its own steps and takes a tolerance in place of a step size.
     """
 
     remembers: bool
     taken: int
     claims: Mapping[str, Any]
+    knob: str
 
 
 def described(code: Any, name: str) -> Description:
@@ -49,7 +52,15 @@ def described(code: Any, name: str) -> Description:
     taken = _arguments(code.step if remembers else code) - unbound
     if not 2 <= taken <= 4:
         raise BadInput(f"{name} takes {taken} argument{'' if taken == 1 else 's'}; {ADVICE}.")
-    return Description(remembers, taken, _stated(name, getattr(code, "claims", {})))
+    return Description(remembers, taken, _stated(name, getattr(code, "claims", {})), _knob(code, name))
+
+
+def _knob(code: Any, name: str) -> str:
+    """Return what steers a callable, by its attribute ``knob``."""
+    knob = getattr(code, "knob", "h")
+    if knob not in ("h", "tol"):
+        raise BadInput(f"{name}: knob = {foreign(repr(knob))} must be 'h', a step size, or 'tol', a tolerance.")
+    return str(knob)
 
 
 def fresh(code: Any, remembers: bool) -> Callable[[], Step]:

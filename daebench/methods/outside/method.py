@@ -13,7 +13,7 @@ from daebench.methods.outside.record import Blocks, Record
 from daebench.methods.outside.sampled import SampledRun
 from daebench.methods.outside.stated import Stated as Stated
 from daebench.methods.solvers.monitor import Stopped
-from daebench.runs.grid import Grid
+from daebench.runs.grid import Grid, require_memory
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
@@ -21,7 +21,7 @@ from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 @dataclass(frozen=True)
 class OutsideMethod:
-    """Code from outside, run with constant step size.
+    """Code from outside, run with constant step size, or with a tolerance.
 
     Its cost is the time of its steps, CPU time where it runs in a process of its own, or what a program says; its work is not counted.
 
@@ -41,6 +41,8 @@ class OutsideMethod:
         Returns a fresh :data:`Step` of a Python callable, which may compute in complex numbers.
     claims : Stated
         Claims of the code.
+    knob : str
+        "h"; or "tol", where the code chooses its own steps, whose number is not known: its states are those at the outputs.
     """
 
     name: str
@@ -50,7 +52,7 @@ class OutsideMethod:
     remembers: bool = False
     step: Callable[[], Step] | None = field(default=None, repr=False)
     claims: Stated = field(default_factory=Stated)
-    knob = "h"
+    knob: str = "h"
 
     def refusal(self, ivp: Ivp) -> str | None:
         """Return None: what the code cannot do shows when it is run."""
@@ -66,7 +68,21 @@ class OutsideMethod:
             raise BadInput(f"{self.name} computes in float64, not in {request.precision}.")
         if request.raw:
             raise BadInput(f"{self.name} is from outside, and has no stage multipliers; ask for lam(p, q) instead.")
-        return Grid.fixed_step(self.name, request, ivp.size)
+        return self._outputs(request, ivp.size) if self.knob == "tol" else Grid.fixed_step(self.name, request, ivp.size)
+
+    def _outputs(self, request: Request, size: int) -> Grid:
+        """Return the times of output of code that chooses its own steps, as parts of the run."""
+        from daebench.methods.solvers.drive import POINTS, check
+
+        check(self.name, request, least=float(np.finfo(float).tiny))
+        if request.solver_steps:
+            raise BadInput(f"{self.name} is from outside, and does not tell of its steps; leave out the record of steps.")
+        assert request.t_end is not None
+        parts = (request.points or POINTS) - 1
+        every = 0 if request.every == 0 or parts == 1 else 1
+        grid = Grid(request.t_end / parts, parts, every, request.t_end)
+        require_memory(grid, size)
+        return grid
 
     def is_poisson(self, ivp: PoissonIvp) -> bool:
         """Return whether it is said to be a Poisson map."""
@@ -107,7 +123,7 @@ class OutsideMethod:
         BadInput
             If the request cannot be met, or what the code returns is not a state.
         """
-        record = Record(self.name, ivp, request, self.grid(ivp, request), every_step=self.every_step)
+        record = Record(self.name, ivp, request, self.grid(ivp, request), every_step=self.every_step, knob=self.knob)
         outcome = record.outcome(self.blocks)
         t, rows = record.states()
         if not isinstance(ivp, ConstrainedIvp):

@@ -10,7 +10,7 @@ import numpy as np
 
 from daebench.methods.fixed_step import stepping
 from daebench.methods.outside import callables
-from daebench.methods.outside.callables import block_after, kind_for, outputs
+from daebench.methods.outside.callables import block_after, kind_for, outputs, require_step_size
 from daebench.methods.outside.limit import Limit
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.process import MOST_NUMBERS, Exited, Place, Process, borrowed, give_back, lent
@@ -45,7 +45,8 @@ def method_at(place: Place) -> OutsideMethod:
     taken, remembers, claims = about["taken"], about["remembers"], Stated(**about["claims"])
     step = partial(RemoteStep, place) if taken < 4 else None
     blocks = partial(_of_file, place, taken)
-    return OutsideMethod(place.name, blocks, place.content, every_step=taken < 4, remembers=remembers, step=step, claims=claims)
+    knob = about["knob"]
+    return OutsideMethod(place.name, blocks, place.content, every_step=taken < 4, remembers=remembers, step=step, claims=claims, knob=knob)
 
 
 def _never(why: str, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
@@ -59,11 +60,12 @@ def _of_file(place: Place, taken: int, ivp: Ivp, grid: Grid, request: Request) -
         limit = Limit(request.seconds_limit)
         process.ask({"do": "fresh"}, np.empty(0), limit)
         if taken == kind.vectors + 1:
+            require_step_size(place.name, grid)
             yield from _steps(process, kind.vectors, ivp, grid, limit)
             return
         steps = outputs(grid)
-        given = np.concatenate([*ivp.start, steps * grid.h])
-        about = {"do": "whole", "vectors": kind.vectors, "h": grid.h, "size": ivp.size}
+        given = np.concatenate([*ivp.start, grid.times(steps)])
+        about = {"do": "whole", "vectors": kind.vectors, "h": request.value, "size": ivp.size}
         answer, numbers = process.ask(about, given, limit)
         yield Block(steps, numbers.reshape(len(steps), ivp.size), answer["seconds"])
 

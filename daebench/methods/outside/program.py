@@ -35,8 +35,9 @@ def method_of_program(name: str, words: list[str], content: str) -> OutsideMetho
 
     It reads one line of JSON from standard input: ``problem``, ``case``, ``parameters`` (names to values, in the order of ``par``),
     ``h``, ``steps``, ``every`` (a state is written after this many steps, and after the last; 0: only after the last), and the start, ``p``
-    and ``q`` or ``y``. It writes a line for each state, the numbers of p and then of q, or of y, with blanks or commas between them, and
-    at the end ``{"seconds": 0.25}``, the time that its steps took.
+    and ``q`` or ``y``. It writes a line for each state, the numbers of p and then of q, or of y, with blanks or commas between them, or as
+    lists of JSON, ``[1, 0]`` or ``[[1], [0]]``, and at the end ``{"seconds": 0.25}``, the time that its steps took. The first line may be
+    the start, for programs that write it too: it is so where it has the same numbers and there is one line more than states.
 
     Parameters
     ----------
@@ -57,6 +58,10 @@ def _blocks(words: list[str], ivp: Ivp, grid: Grid, request: Request) -> Iterato
         while done < len(steps):
             lines = program.lines(min(BATCH, len(steps) - done), limit)
             rows, fault = _states(lines, ivp.size)
+            if not done and len(rows) and np.array_equal(rows[0], np.concatenate(ivp.start)):
+                lines += program.rest(len(steps) - len(lines), limit)
+                rows, fault = _states(lines, ivp.size)
+                lines, rows = (lines, rows) if len(rows) == len(steps) else (lines[1:], rows[1:])
             done += len(rows)
             yield Block(steps[done - len(rows) : done], rows, 0.0)
             if fault:  # after the states before it, which are not to be lost
@@ -89,6 +94,7 @@ class _Program:
             raise BadInput(f"exec:{words[0]} cannot be started: {error.strerror}; check whether it may be executed.") from None
         self._lines: queue.Queue[str | None] = queue.Queue(maxsize=BATCH)
         self._left, self._over = threading.Event(), False
+        self._again: str | None = None
         self._threads = [
             threading.Thread(target=self._ask, args=(question,), daemon=True),
             threading.Thread(target=self._read, daemon=True),
@@ -139,8 +145,22 @@ class _Program:
                 break
         return lines
 
+    def rest(self, most: int, limit: Limit) -> list[str]:
+        """Return so many lines, and one more where it is a state as well; fewer where the program ends or the time is over."""
+        lines = list[str]()
+        with contextlib.suppress(Stopped):
+            while len(lines) <= most and (line := self.line(limit)) is not None:
+                lines.append(line)
+                if line.lstrip().startswith("{"):
+                    self._again = lines.pop()
+                    break
+        return lines
+
     def line(self, limit: Limit) -> str | None:
         """Return the next line that is not empty, None at the end."""
+        if self._again:
+            again, self._again = self._again, None
+            return again
         if self._over:
             return None
         try:
@@ -159,6 +179,9 @@ class _Program:
         last = foreign(self._errors.read().decode(errors="replace").strip().rpartition("\n")[2])
         return how + (f": {last}" if last else "")
 
+
+BETWEEN = str.maketrans(",[]", "   ")
+"""What may stand between numbers, as blanks."""
 
 PATIENCE = 2.0
 """Seconds that a program which has closed its output, or has been ended, is waited for."""
@@ -181,7 +204,7 @@ def _states(lines: Sequence[str], size: int) -> tuple[Array, str]:
         if line.lstrip().startswith("{"):
             break
         try:
-            numbers = [float(word) for word in line.replace(",", " ").split()]
+            numbers = [float(word) for word in line.translate(BETWEEN).split()]
         except ValueError:
             fault = f"the program writes {_quoted(line)}, which is not a state: a line must have {size} numbers."
             break

@@ -22,6 +22,13 @@ FILE = re.compile(r"(?P<path>.+\.(?P<ending>py|so|dylib|dll)):(?P<name>[^:/\\]*)
 """A file, and what is taken from it."""
 
 
+def program_of(words: Sequence[str]) -> str:
+    """Return the name of a program with its arguments, given as a list of words, the first with ``exec:`` or without."""
+    if not words or not all(isinstance(word, str) for word in words):
+        raise BadInput("a list is a program and its arguments; give at least one word, all of them texts, as ['./program', '--fast'].")
+    return PROGRAM + shlex.join([words[0].removeprefix(PROGRAM), *words[1:]])
+
+
 def is_outside(name: str) -> bool:
     """Return whether the name of a method is the place of code from outside."""
     return name.startswith(PROGRAM) or FILE.fullmatch(name) is not None

@@ -54,9 +54,12 @@ class Record:
         What is integrated, what is asked for, and the steps that this comes to.
     every_step : bool
         Whether there is a state after each step; otherwise at the outputs alone.
+    knob : str
+        "h" or "tol".
     """
 
-    def __init__(self, name: str, ivp: Ivp, request: Request, grid: Grid, *, every_step: bool) -> None:
+    def __init__(self, name: str, ivp: Ivp, request: Request, grid: Grid, *, every_step: bool, knob: str = "h") -> None:
+        self.knob = knob
         self.name, self.ivp, self.request, self.grid, self.every_step = name, ivp, request, grid, every_step
         self.monitored = request.watched(CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON)
         self.start = np.concatenate(ivp.start)[None]
@@ -85,8 +88,8 @@ class Record:
             "case": self.ivp.case,
             "method": self.name,
             "parameters": dict(self.ivp.parameters),
-            "knob": "h",
-            "value": self.grid.h,
+            "knob": self.knob,
+            "value": self.request.value,
             "steps": self.last_step,
             "maxima": dict(zip(monitored_names(self.monitored, self.ivp), map(float, self.maxima), strict=True)),
             "maxima_over": "steps" if self.every_step else "outputs",
@@ -100,7 +103,7 @@ class Record:
         steps, rows = np.concatenate(self.steps), np.concatenate(self.rows)
         if steps[-1] != self.last_step:
             steps, rows = np.append(steps, self.last_step), np.concatenate([rows, self.last[None]])
-        return np.asarray(steps * self.grid.h), rows
+        return self.grid.times(steps), rows
 
     def _follow(self, blocks: Blocks) -> None:
         for block in blocks(self.ivp, self.grid, self.request):
@@ -137,6 +140,10 @@ class Record:
 
 def stopped_sentence(name: str, ivp: Ivp, grid: Grid, done: int, why: Exception, *, every_step: bool = True) -> str:
     """Return where and why a run stopped after so many steps; where states are known at outputs alone, after which of them."""
+    if grid.end is not None:
+        return bounded(
+            f"{name} on {ivp.problem}, case {ivp.case}, stopped after t = {done * grid.h:.9g} of {grid.end:g}: {str(why).rstrip('.')}."
+        )
     when, step = ("at", min(done + 1, grid.steps)) if every_step else ("after", done)
     where = f"stopped {when} t = {done * grid.h:.9g} (step {step} of {grid.steps}, h = {grid.h:g})"
     advice = f"; {why.advice}" if isinstance(why, Stopped) and why.advice else ""

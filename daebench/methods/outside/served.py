@@ -138,7 +138,7 @@ class _Python:
         self._callable = self._taken(question["function"], question["module"])
         about = described(self._callable, self._name)
         self._fresh = fresh(self._callable, about.remembers)
-        self.about = {"remembers": about.remembers, "taken": about.taken, "claims": dict(about.claims)}
+        self.about = {"remembers": about.remembers, "taken": about.taken, "claims": dict(about.claims), "knob": about.knob}
         self._code: Code | None = None
 
     def _naming(self, wrong: type[BadInput] | type[RunFailed]) -> Any:

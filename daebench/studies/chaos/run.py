@@ -10,6 +10,7 @@ from daebench.errors import BadInput, positive, whole
 from daebench.methods.ensemble.tangents import tangent_growth, tangent_vectors
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
+from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -47,6 +48,7 @@ def chaos(
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
+    on_singular: str | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -93,6 +95,8 @@ def chaos(
         Parameters of the problem, and free numbers of the method.
     anyway : bool
         Whether a scheme may run on a structure matrix for which it is not a Poisson integrator.
+    on_singular : str, optional
+        What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
     seed : int
         Seed of the directions of the tangent vectors.
     threads : int, optional
@@ -109,7 +113,7 @@ def chaos(
     BadInput
         If the request cannot be met, the method has no fixed steps, there are too few steps, or no start is on the plane.
     """
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     grid = solver.grid(ivp, Request(value=positive("h", h), t_end=t_end, steps=steps, every=0, sensitivities=()))
     if grid.steps < FEWEST:

@@ -16,6 +16,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
+from daebench.methods.run import singular_as
 from daebench.reference.solution import reach
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method, Request
@@ -23,6 +24,7 @@ from daebench.runs.trajectory import CONSTRAINED, POISSON
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Bench, Finding
 from daebench.studies.claims.constrained import ConstrainedBench
 from daebench.studies.claims.poisson import PoissonBench
+from daebench.studies.claims.second import on_second
 from daebench.studies.measurable import PoissonScheme, claimed_order, measured
 from daebench.studies.orders.series import Series
 from daebench.studies.orders.study import Began, study
@@ -53,8 +55,12 @@ def check(
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
+    on_singular: str | None = None,
 ) -> "pd.DataFrame":
     """Return one row for each claim of a method on a problem, and for further properties that are measured.
+
+    Where the force of the problem is the same everywhere, it cannot show where a scheme evaluates it: order, symmetry and two-form of a
+    scheme are then measured on ``two_bodies_on_sphere`` as well, whose U has curvature. Code from outside knows one problem alone.
 
     Parameters
     ----------
@@ -73,6 +79,8 @@ def check(
         Values of the problem's parameters, and free numbers of the method.
     anyway : bool
         Whether a scheme may run on a Poisson system for which it is not a Poisson integrator.
+    on_singular : str, optional
+        What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
 
     Returns
     -------
@@ -91,16 +99,18 @@ def check(
     --------
     >>> import daebench
     >>> findings = daebench.check("planar_pendulum", method="rattle")
-    >>> findings["property"].tolist()
-    ['order', 'symmetric', 'symplectic', 'Poisson in the chart', 'keeps g', 'keeps G H_p', 'keeps H']
+    >>> findings["property"].tolist()  # doctest: +NORMALIZE_WHITESPACE
+    ['order', 'symmetric', 'symplectic', 'Poisson in the chart', 'keeps g', 'keeps G H_p', 'keeps H',
+     'order on two_bodies_on_sphere', 'symmetric on two_bodies_on_sphere', 'symplectic on two_bodies_on_sphere']
     >>> sorted(set(findings["verdict"]))
     ['not claimed', 'ok']
     """
     import pandas as pd
 
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
     chosen = method_of(ivp, method, options, anyway=anyway)
-    return pd.DataFrame([asdict(finding) for finding in check_claims(ivp, chosen, h=h, steps=steps)])
+    findings = [*check_claims(ivp, chosen, h=h, steps=steps), *on_second(ivp, chosen)]
+    return pd.DataFrame([asdict(finding) for finding in findings])
 
 
 def check_claims(

@@ -1,5 +1,6 @@
 """One property of one method on one problem, and the sentence that says why it does not hold: what assertions in tests are made of."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,14 +9,22 @@ import numpy as np
 from daebench.diagnostics.energy import BOUNDED, DRIFTS, KEPT
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import SLACK
-from daebench.errors import BadInput, positive, require_known
+from daebench.errors import BadInput, CannotShow, positive, require_known
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
+from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import MOST_STEPS
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.studies.claims.bench import DEFECT_STEPS, NAMES, NOT_APPLICABLE, Finding
 from daebench.studies.claims.check import bench_of, order_finding
+from daebench.studies.claims.second import constant_force, on_second, unseen
+
+ASSERTED = {"symplectic": "symplecticity", "symmetric": "reversibility", "order": "an order"}
+"""Words for what is asserted."""
+
+ADVICE = "assert it on a problem whose U has curvature as well"
+"""What to do where a problem cannot show a fault."""
 
 OUTPUTS = 2000
 """States of a run of which it is told whether the energy drifts, about."""
@@ -57,11 +66,24 @@ def defect(name: str, ivp: Ivp, method: Any, h: float, steps: int) -> str:
     if finding.verdict == NOT_APPLICABLE:
         raise BadInput(f"{method.name} cannot be {name} {where}: {finding.note}")
     if finding.measured <= finding.bound:
-        return ""
+        return on_curved(name, ivp, method)
     if not np.isfinite(finding.measured):
         return f"whether {method.name} is {name} {where} cannot be decided: {finding.note}"
     defect = f"{bench.n} steps of {h:g} have a defect of {finding.measured:.2e}, and rounding explains {finding.bound:.1e}"
     return f"{method.name} is not {name} {where}: {defect}. {finding.note}".rstrip()
+
+
+def on_curved(name: str, ivp: Ivp, method: Any) -> str:
+    """Return why a scheme does not have a property on the second problem, "" where it has, or the first problem shows the force.
+
+    Code from outside knows one problem alone: where its force is constant, a warning says what the problem cannot show.
+    """
+    for row in on_second(ivp, method):
+        if row.property.startswith(name) and not (row.measured > row.bound if name == "order" else row.measured <= row.bound):
+            return f"{method.name} is not as asked, {row.property}: {row.measured:.3g}, against {row.bound:.3g}. {row.note}".rstrip()
+    if isinstance(method, OutsideMethod) and constant_force(ivp):
+        warnings.warn(f"{ASSERTED[name]} is asserted, and {unseen(ivp)[0].rstrip('.')}; {ADVICE}.", CannotShow, stacklevel=6)
+    return ""
 
 
 def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int, within: float | None = None) -> str:
@@ -130,7 +152,7 @@ def order(asked: float, ivp: Ivp, method: Any, halvings: int | None = None) -> s
     finding, _ = order_finding(ivp, method, halvings=halvings)
     least = asked - SLACK - 2 * finding.standard_error
     if finding.measured > least:
-        return ""
+        return on_curved("order", ivp, method)
     what = f"{method.name} on {ivp.problem}, case {ivp.case}"
     measured = f"is of order {finding.measured:.3g}" if np.isfinite(finding.measured) else "shows no order"
     return f"{what} {measured}, and {asked:g} is asked for: {finding.note}"

@@ -30,6 +30,7 @@ NOT_BY_STEPS = (
     "loose_tolerance",
     "baumgarte",
     "force_scaled",
+    "other_equations",
     "momentum_damped",
     "constraint_shifted",
     "step_size_ignored",

@@ -129,6 +129,10 @@ FAULTS = {
         "has a multiple of the problem's force, or its sign is wrong",
         "Compare -H_q with the force of the code at one position: its sign, the masses in it, and the parameters of both.",
     ),
+    "other_equations": Fault(
+        "solves other equations than the problem's: another mass, inertia or force",
+        "Compare H_p and H_q of the code at one state with those of the problem, and the parameters of both.",
+    ),
     "momentum_damped": Fault(
         "multiplies the momentum by a factor in each step", "Leave the factor out; a damped problem is another problem than the one given."
     ),

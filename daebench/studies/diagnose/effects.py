@@ -7,6 +7,7 @@ from functools import cache
 from importlib.resources import files
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.diagnostics.energy_verdict import energy_verdict
@@ -18,7 +19,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.studies.claims.check import bench_of, default_step
-from daebench.studies.diagnose.battery import LARGE, map_of, uncompiled
+from daebench.studies.diagnose.battery import EPS, LARGE, map_of, uncompiled
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, Step
 from daebench.studies.diagnose.mechanics import Mechanics, State
 
@@ -60,7 +61,7 @@ COLUMNS = ("order", "symmetric", "symplectic", "g", "G H_p", "H", "energy")
 """What is measured."""
 
 
-def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> dict[str, float | str]:
+def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float, eps: float = EPS) -> dict[str, float | str]:
     """Return what a code does on a problem.
 
     Parameters
@@ -71,6 +72,8 @@ def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> dict[str, fl
         The code.
     h : float
         Step size, s.
+    eps : float
+        Relative size of a rounding of the code.
 
     Returns
     -------
@@ -81,7 +84,7 @@ def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> dict[str, fl
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DerivativeWarning)
         try:
-            values: dict[str, float | str] = {"order": short_order(ivp, code, h)}
+            values: dict[str, float | str] = {"order": short_order(ivp, code, h, eps)}
             findings = bench_of(ivp, code, h, MONITORED).findings()
             values |= {name: x.measured for x in findings if (name := x.property.removeprefix("keeps ")) in COLUMNS}
             run = code.solve(ivp, Request(value=h, steps=WATCHED, every=2)).complete()
@@ -90,8 +93,11 @@ def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float) -> dict[str, fl
         return values | {"energy": energy_verdict(ivp, run).verdict}
 
 
-def short_order(ivp: ConstrainedIvp, code: OutsideMethod | FixedStep, h: float) -> float | str:
-    """Return the slope of the error over h at the end of a short motion, of q and p the smaller; or that errors are round-off."""
+def short_order(ivp: ConstrainedIvp, code: OutsideMethod | FixedStep, h: float, eps: float = EPS) -> float | str:
+    """Return the slope of the error over h at the end of a short motion, of q and p the smaller; or that errors are round-off.
+
+    A slope is that of errors at two or more step sizes that are above the rounding of the code: others say nothing of an order.
+    """
     start = ivp.p0, ivp.q0
     finest = SPAN * max(REFINEMENTS)
     truth = map_of(uncompiled(FixedStep(REFERENCE)), ivp, finest)(*start, SPAN * h / finest)
@@ -100,11 +106,16 @@ def short_order(ivp: ConstrainedIvp, code: OutsideMethod | FixedStep, h: float) 
         end = map_of(code, ivp, SPAN * part)(*start, h / part)
         errors.append([float(np.linalg.norm(x - y)) for x, y in zip(end, truth, strict=True)])
     sizes = [max(float(np.linalg.norm(x)), float(np.linalg.norm(y))) for x, y in zip(start, truth, strict=True)]
-    seen = np.array(errors)[:, np.max(errors, axis=0) > ROUNDINGS * finest * np.finfo(float).eps * np.array(sizes)]
-    if not seen.size:
-        return ROUND_OFF
-    slopes = np.polyfit(np.log(REFINEMENTS), np.log(np.maximum(seen, np.finfo(float).tiny)), 1)[0]
-    return float(np.min(-slopes))
+    floor = ROUNDINGS * finest * eps * np.array(sizes)
+    slopes = [_slope(column, column > least) for column, least in zip(np.transpose(errors), floor, strict=True)]
+    return min((slope for slope in slopes if slope is not None), default=ROUND_OFF)
+
+
+def _slope(errors: Array, seen: NDArray[np.bool_]) -> float | None:
+    """Return the slope of the errors over the step size where they are seen, None where fewer than two are."""
+    if np.count_nonzero(seen) < 2:
+        return None
+    return float(-np.polyfit(np.log(REFINEMENTS)[seen], np.log(errors[seen]), 1)[0])
 
 
 def contradiction(ivp: ConstrainedIvp, values: Mapping[str, float | str], meant: FixedStep, h: float, rounding: float) -> str:

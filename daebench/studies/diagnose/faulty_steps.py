@@ -79,6 +79,11 @@ def with_other(mechanics: Mechanics, p: Array, q: Array, h: float, *, step: Step
     return step(replace(mechanics, **changes), p, q, h)
 
 
+def without_last_force(mechanics: Mechanics, p: Array, q: Array, h: float) -> State:
+    """Return a step of RATTLE under the force without its last component."""
+    return with_other(mechanics, p, q, h, force=np.append(np.ones(len(q) - 1), 0.0))
+
+
 def damped(mechanics: Mechanics, p: Array, q: Array, h: float, *, factor: float, before: bool) -> State:
     """Return a step of RATTLE whose momentum is multiplied by a factor before it or after it."""
     p1, q1 = RATTLE(mechanics, factor * p if before else p, q, h)
@@ -332,6 +337,7 @@ FAULTY_STEPS: dict[str, Variants] = {
         for where, momenta in (("", partial(kicks.on_one, size=size, last=last)), (", for the positions", kicks.tangent))
     },
     "force_scaled": {"twice the force": partial(with_other, force=2.0)},
+    "other_equations": {"no force on the last position": without_last_force},
     "momentum_damped": {
         "after the step": partial(damped, factor=0.99, before=False),
         "before the step": partial(damped, factor=0.99, before=True),

@@ -29,7 +29,7 @@ class Mechanics:
     ----------
     ivp : ConstrainedIvp
         The problem with its numbers.
-    force : float
+    force : float or ndarray, shape(d,)
         Factor of H_q: one for the problem, another for a code that has another force.
     rows : slice or ndarray of int
         The constraints that are imposed.
@@ -38,7 +38,7 @@ class Mechanics:
     """
 
     ivp: ConstrainedIvp
-    force: float = 1.0
+    force: float | Array = 1.0
     rows: slice | NDArray[np.int64] = field(default_factory=lambda: slice(None))
     target: float | Array = 0.0
 
@@ -93,7 +93,7 @@ class Mechanics:
     def multipliers(self, p: Array, q: Array) -> Array:
         """Return lam(p, q), (1.12), shape(m,)."""
         lam = self._value("lam", p, q)
-        if self.force == 1.0:
+        if np.all(self.force == 1.0):
             return lam
         G, W = self.gradient(q), self.inverse_mass(q)
         return np.asarray(lam + np.linalg.solve(G @ W @ G.T, G @ W @ ((1 - self.force) * self._value("H_q", p, q))))

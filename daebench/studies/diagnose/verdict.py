@@ -27,6 +27,7 @@ from daebench.studies.diagnose.agreement import (
 from daebench.studies.diagnose.battery import Battery, Map, battery, map_of
 from daebench.studies.diagnose.dictionary import FAULTS
 from daebench.studies.diagnose.effects import GENTLER, contradiction, measured
+from daebench.studies.diagnose.equations import other_equations
 from daebench.studies.diagnose.exactness import Exactness, exactness
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, baumgarte_variants
 from daebench.studies.diagnose.feedback import Feedback, bias, feedback
@@ -167,8 +168,8 @@ def diagnose(
     if refusal := meant.refusal(ivp):
         raise BadInput(refusal)
     trial = battery(ivp, code, h)
-    values = measured(ivp, code, trial.h / GENTLER) if measure else {}
-    finding = _held_against(_finding(trial, code, meant), values, meant, trial)
+    values = measured(ivp, code, trial.h / GENTLER, trial.eps) if measure else {}
+    finding = _held_against(_of_equations(_finding(trial, code, meant), other_equations(trial, map_of(code, ivp))), values, meant, trial)
     return Diagnosis(
         code.name,
         ivp.problem,
@@ -312,6 +313,18 @@ def _fed_back(trial: Battery, shown: Feedback, apart: str) -> Finding:
     law = f"off the manifold its accelerations meet g'' = -{shown.damping:g} g' - {shown.stiffness:g} g, to {shown.residual:.1e}"
     matches = dictionary_matches(trial, baumgarte_variants(shown.damping, shown.stiffness))
     return Finding(FAULT, ("baumgarte",), (apart, law, *(f"its steps are those of {x.variant}, to {x.deviation:.1e}" for x in matches[:1])))
+
+
+def _of_equations(finding: Finding, told: str) -> Finding:
+    """Return the verdict where the steps are those of other equations in the limit: a fault that is named may be why, else that is it."""
+    if not told:
+        return finding
+    evidence = (told, *finding.evidence)
+    if finding.verdict == CORRECT or finding.resembles:
+        return replace(finding, verdict=UNSURE, evidence=evidence)
+    if finding.faults:
+        return replace(finding, evidence=evidence)
+    return Finding(FAULT, ("other_equations",), evidence)
 
 
 def _held_against(finding: Finding, values: Mapping[str, float | str], meant: FixedStep, trial: Battery) -> Finding:

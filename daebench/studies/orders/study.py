@@ -20,6 +20,7 @@ import pandas as pd
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, methods_of, several
+from daebench.methods.run import singular_as
 from daebench.reference.solution import reach, reference_solution
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
@@ -50,6 +51,7 @@ def order(
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
+    on_singular: str | None = None,
 ) -> pd.DataFrame:
     """Return one row for each method and component: claimed and measured order, and the number of points used.
 
@@ -71,6 +73,8 @@ def order(
         Values of the problem's parameters, and free numbers of the methods.
     anyway : bool
         Whether schemes may run on Poisson systems for which they are not Poisson integrators.
+    on_singular : str, optional
+        What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
 
     Returns
     -------
@@ -93,7 +97,7 @@ def order(
     >>> table[["component", "claimed", "order"]].round(1).head(3).values.tolist()
     [['q', 2, 2.0], ['p', 2, 2.0], ['lam', 2, 2.0]]
     """
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
     return study(ivp, methods_of(ivp, methods, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
 
 

@@ -11,6 +11,7 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
+from daebench.methods.run import singular_as
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.ivp import Array
 from daebench.runs.members import Members
@@ -55,6 +56,7 @@ def step_for(
     parameters: Mapping[str, float] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
+    on_singular: str | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -111,6 +113,8 @@ def step_for(
         Parameters of the problem, and free numbers of the method.
     anyway : bool
         Whether a scheme may run on a structure matrix for which it is not a Poisson integrator.
+    on_singular : str, optional
+        What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
     seed : int
         Seed of the starts.
     threads : int, optional
@@ -127,7 +131,7 @@ def step_for(
     BadInput
         If the request cannot be met, the method has no fixed steps, the quantity is unknown, or states do not fit into memory.
     """
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     of = quantity(ivp, statistic)
     positive("margin", margin)

@@ -1,0 +1,243 @@
+"""The equations that a code solves: the limit of (step - state) / h as h goes to zero, against those of the problem."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from daebench.runs.ivp import Array
+from daebench.studies.diagnose.agreement import CONFIRMED
+from daebench.studies.diagnose.battery import Battery, Map
+from daebench.studies.diagnose.feedback import rates
+from daebench.studies.diagnose.mechanics import Mechanics, State
+
+SIZES = (0.1, 0.02, 0.004, 0.0008)
+"""The steps from which limits are extrapolated, in units of the battery's; an iteration that ends early leaves more in small ones."""
+
+OFF, OFF_SINGLE = 1e-3, 2e-2
+"""How far a rate is from that of the problem where it is another one, relative to the largest; in float64 and in float32."""
+
+SURE = 10.0
+"""How many times the difference of two limits from different steps a rate is off."""
+
+FITS = 0.05
+"""Part of what is off that may remain where an explanation is given."""
+
+PLAIN = 1e-3
+"""Largest distance of a factor from one with which nothing is said of it."""
+
+
+@dataclass(frozen=True)
+class Rate:
+    """What a code's rates are in a state, and how far they are from those of the problem.
+
+    Parameters
+    ----------
+    p, q : ndarray
+        The state.
+    given, right : ndarray
+        A rate of the code, and of the problem.
+    error : float
+        What the limit is known to.
+    """
+
+    p: Array
+    q: Array
+    given: Array
+    right: Array
+    error: float
+
+
+def other_equations(battery: Battery, step: Map) -> str:
+    """Return in which equations a code's steps have their limit, "" where they are the problem's, or there is no limit.
+
+    Rates of p are compared beside the gradients of the constraints: what is along them is a matter of multipliers.
+    """
+    mechanics = battery.mechanics
+    limits = [(p, q, limit) for p, q in _on_manifold(battery) if (limit := _limit(step, p, q, battery))]
+    if not limits:
+        return ""
+    moving = [Rate(p, q, at[1], mechanics.velocity(p, q), error[1]) for p, q, (at, error) in limits]
+    if not _settled(moving):
+        return ""
+    pushed = [_beside(mechanics, p, q, at[0], error[0]) for p, q, (at, error) in limits]
+    if not _off(battery, moving):
+        return _told(_of_force(battery, pushed)) if _settled(pushed) and _off(battery, pushed) else ""
+    return _told(_of_mass(battery, moving), _at_rest(battery, step))
+
+
+def _told(*parts: str) -> str:
+    return f"as h goes to zero the step solves other equations: {'; '.join(part for part in parts if part)}"
+
+
+def _on_manifold(battery: Battery) -> Iterator[State]:
+    """Yield the states before steps that meet both constraints: a code that keeps only one may leave others."""
+    mechanics, rounding = battery.mechanics, battery.rounding(CONFIRMED)
+    for point in battery.points:
+        v = mechanics.velocity(point.p, point.q)
+        G = mechanics.gradient(point.q)
+        tangent = np.max(np.abs(G @ v)) <= rounding * np.max(np.abs(G)) * np.max(np.abs(v))
+        if tangent and mechanics.distance(point.q) <= rounding * float(battery.scales[1]):
+            yield point.p, point.q
+
+
+def _limit(step: Map, p: Array, q: Array, battery: Battery) -> tuple[State, tuple[float, float]] | None:
+    """Return the rates of p and q, and what each is known to: from the two neighbouring sizes whose limits differ least."""
+    found = [limit for size in SIZES if (limit := rates(step, p, q, size * battery.h))]
+    if len(found) < 2:
+        return None
+    rate, error = zip(*(_nearest_two([limit[k] for limit in found]) for k in (0, 1)), strict=True)
+    return (rate[0], rate[1]), (error[0], error[1])
+
+
+def _nearest_two(limits: Sequence[Array]) -> tuple[Array, float]:
+    apart = [float(np.max(np.abs(one - other))) for one, other in pairwise(limits)]
+    k = int(np.argmin(apart))
+    return limits[k + 1], apart[k]
+
+
+def _beside(mechanics: Mechanics, p: Array, q: Array, rate: Array, error: float) -> Rate:
+    """Return the rate of p beside the gradients of the constraints."""
+    away = _projector(mechanics, q)
+    return Rate(p, q, away @ rate, -away @ mechanics.slope(p, q), error)
+
+
+def _projector(mechanics: Mechanics, q: Array) -> Array:
+    """Return the matrix that takes away what is along the gradients."""
+    G = mechanics.gradient(q)
+    return np.asarray(np.eye(len(q)) - np.linalg.pinv(G) @ G)
+
+
+def _size(found: Sequence[Rate]) -> float:
+    return max(float(np.max(np.abs([rate.given, rate.right]))) for rate in found)
+
+
+def _settled(found: Sequence[Rate]) -> bool:
+    """Return whether there are limits: they are known better than the size of the rates."""
+    return max(rate.error for rate in found) * SURE <= _size(found)
+
+
+def _off(battery: Battery, found: Sequence[Rate]) -> bool:
+    """Return whether rates are others than the problem's, by more than they are known to."""
+    least = (OFF_SINGLE if battery.single else OFF) * _size(found)
+    return any(float(np.max(np.abs(rate.given - rate.right))) > max(least, SURE * rate.error) for rate in found)
+
+
+# ---- the mass
+
+
+def _of_mass(battery: Battery, found: Sequence[Rate]) -> str:
+    """Return which masses explain rates of q: M' q' = p beside the gradients, M' with the entries of M that are not zero."""
+    mechanics = battery.mechanics
+    if (factor := _common(found)) is not None:
+        return f"q' is {factor:.4g} times M^-1 p" if mechanics.separable else f"q' is {factor:.4g} times H_p"
+    if mechanics.separable and (entries := _entries(mechanics, found)):
+        return f"q' is that of another mass matrix, {entries}"
+    return f"q' is off by {_components('q', found)}"
+
+
+def _entries(mechanics: Mechanics, found: Sequence[Rate]) -> str:
+    """Return the entries of M that differ, "" where none explain the rates: those of one value first, then all."""
+    M = mechanics.mass(found[0].q)
+    away = [_projector(mechanics, rate.q) for rate in found]
+    target = np.concatenate([P @ (rate.p - M @ rate.given) for P, rate in zip(away, found, strict=True)])
+    pairs = [(i, j) for i, j in zip(*np.nonzero(M), strict=True) if i <= j]
+    columns = np.stack([np.concatenate([P @ _times(i, j, x.given) for P, x in zip(away, found, strict=True)]) for i, j in pairs], axis=1)
+    for some in _subsets(mechanics, pairs):
+        change, *_ = np.linalg.lstsq(columns[:, some], target, rcond=1e-9)
+        if np.max(np.abs(columns[:, some] @ change - target)) <= FITS * np.max(np.abs(target)):
+            olds = [M[pairs[k]] for k in some]
+            others = [(pairs[k], old, old + c) for k, old, c in zip(some, olds, change, strict=True) if abs(c) > PLAIN * abs(old)]
+            return _listed(f"M[{i + 1},{j + 1}] = {_near(new, old):.4g} in place of {old:.4g}" for (i, j), old, new in others)
+    return ""
+
+
+def _subsets(mechanics: Mechanics, pairs: Sequence[tuple[int, int]]) -> Iterator[list[int]]:
+    """Yield entries that may be wrong together: one, those of two or three neighbouring positions, which are a body, and all."""
+    for length in (1, 2, 3):
+        for first in range(mechanics.ivp.d - length + 1):
+            if some := [k for k, (i, j) in enumerate(pairs) if first <= i and j < first + length]:
+                yield some
+    yield list(range(len(pairs)))
+
+
+def _times(i: int, j: int, vector: Array) -> Array:
+    """Return the product of a vector and the symmetric matrix whose entries i, j and j, i are one."""
+    product = np.zeros_like(vector)
+    product[i], product[j] = vector[j], vector[i]
+    return product
+
+
+def _near(number: float, size: float) -> float:
+    """Return a number that was fitted, zero where it is far below a size."""
+    return number if abs(number) > PLAIN * abs(size) else 0.0
+
+
+# ---- the force
+
+
+def _at_rest(battery: Battery, step: Map) -> str:
+    """Return which force a code has that has another mass: from rest, where no mass counts; "" where it is the problem's."""
+    found = []
+    for p, q in _on_manifold(battery):
+        if limit := _limit(step, np.zeros_like(p), q, battery):
+            found.append(_beside(battery.mechanics, np.zeros_like(p), q, limit[0][0], limit[1][0]))
+    return _of_force(battery, found) if found and _settled(found) and _off(battery, found) else ""
+
+
+def _of_force(battery: Battery, found: Sequence[Rate]) -> str:
+    """Return how the force differs: by one factor, by factors in components, by a constant, or in which components."""
+    if (factor := _common(found)) is not None:
+        return "p' is that of " + _times_the("problem's force", factor)
+    mechanics = battery.mechanics
+    forces = [-mechanics.slope(rate.p, rate.q) for rate in found]
+    away = [_projector(mechanics, rate.q) for rate in found]
+    target = np.concatenate([rate.given - rate.right for rate in found])
+    if factors := _explained(target, np.concatenate([P * F for P, F in zip(away, forces, strict=True)])):
+        return "p' is that of " + _listed(f"{_times_the('force', 1 + c)} in component {k + 1}" for k, c in factors)
+    if constants := _explained(target, np.concatenate(away)):
+        return "p' is that of a force with " + _listed(f"{c:.4g} more in component {k + 1}" for k, c in constants)
+    return f"p' is off by {_components('p', found)}"
+
+
+def _explained(target: Array, columns: Array) -> list[tuple[int, float]]:
+    """Return the fewest neighbouring columns that give a vector, and their factors; none where they do not."""
+    d = columns.shape[1]
+    for length in range(1, d + 1):
+        best: tuple[float, list[tuple[int, float]]] = (np.inf, [])
+        for first in range(d - length + 1):
+            some = range(first, first + length)
+            factors, *_ = np.linalg.lstsq(columns[:, some], target, rcond=1e-9)
+            rest = float(np.max(np.abs(columns[:, some] @ factors - target)))
+            best = min(best, (rest, list(zip(some, map(float, factors), strict=True))), key=lambda pair: pair[0])
+        if best[0] <= FITS * np.max(np.abs(target)):
+            return [(k, c) for k, c in best[1] if abs(c) > PLAIN]
+    return []
+
+
+# ---- words
+
+
+def _common(found: Sequence[Rate]) -> float | None:
+    """Return the factor of all rates, None where they have none in common."""
+    given, right = (np.concatenate([getattr(rate, name) for rate in found]) for name in ("given", "right"))
+    if not np.any(right):
+        return None
+    factor = float(right @ given / (right @ right))
+    return factor if np.max(np.abs(given - factor * right)) <= FITS * np.max(np.abs(given - right)) else None
+
+
+def _times_the(what: str, factor: float) -> str:
+    return f"{factor:.4g} times the {what}" if abs(factor) > PLAIN else "no force"
+
+
+def _components(name: str, found: Sequence[Rate]) -> str:
+    """Return the components that are off, and by how much."""
+    off = np.max(np.abs([rate.given - rate.right for rate in found]), axis=0)
+    return _listed(f"{off[k]:.3g} in {name}{k + 1}'" for k in np.flatnonzero(off > FITS * np.max(off)))
+
+
+def _listed(words: Iterator[str]) -> str:
+    *others, last = words
+    return f"{', '.join(others)} and {last}" if others else last

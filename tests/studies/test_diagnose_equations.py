@@ -1,0 +1,95 @@
+"""Codes with a wrong mass, inertia or force are told so, whatever their integrator is; right ones never are."""
+
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daebench.studies.diagnose.dictionary import FAULTS
+from daebench.studies.diagnose.verdict import CORRECT, FAULT, UNSURE, diagnose
+
+pytestmark = pytest.mark.usefixtures("plain_functions")
+
+PLANTED = Path(__file__).parent / "planted"
+
+
+def loaded(name):
+    """Return a file of planted codes as a module."""
+    spec = spec_from_file_location(name, PLANTED / f"{name}.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+equations_codes, engine_codes = loaded("equations_codes"), loaded("engine_codes")
+
+POSED = {
+    "spring_pendulum": (str(PLANTED / "spring_pendulum.py"), "moving"),
+    "beads": (str(PLANTED / "beads.py"), "thrown"),
+    "slider_crank": ("slider_crank", None),
+}
+
+QUICK = {
+    ("spring_pendulum", "velocities", ""),
+    ("spring_pendulum", "velocities", "mass_of_last"),
+    ("spring_pendulum", "reduced", "mass_and_force"),
+    ("spring_pendulum", "rattle", "force_of_last_missing"),
+    ("slider_crank", "rattle", "inertia"),
+}
+"""Tried in each run of the tests."""
+
+NAMED_OTHERWISE = ("force_scaled", "kick_missing")
+"""Faults that are a factor of the whole force, zero among them."""
+
+
+def entries():
+    """Return all codes, most of them tried by the gate only."""
+    for entry in equations_codes.codes():
+        name, style, change = entry
+        yield pytest.param(*entry, marks=[] if entry in QUICK else pytest.mark.slow, id=f"{name}-{style}-{change or 'right'}")
+
+
+@pytest.mark.parametrize(("name", "style", "change"), list(entries()))
+def test_a_wrong_mass_inertia_or_force_is_named_and_a_right_code_is_not_accused(name, style, change):
+    step, words = equations_codes.code(name, style, change)
+    problem, case = POSED[name]
+    shown = diagnose(step, problem, case=case, measure=False)
+    if not change:
+        assert "other equations" not in " ".join(shown.evidence)
+        assert "other_equations" not in shown.faults
+        assert shown.verdict == CORRECT or style == "reduced"
+        return
+    assert words in shown.evidence[0]
+    assert shown.verdict != CORRECT
+    if shown.faults != ("other_equations",):
+        assert set(shown.faults) <= set(NAMED_OTHERWISE)
+
+
+def test_the_number_of_a_wrong_mass_and_of_a_wrong_force_are_told():
+    step, _ = equations_codes.code("spring_pendulum", "rattle", "mass_and_force")
+    shown = diagnose(step, POSED["spring_pendulum"][0], case="moving", measure=False)
+    assert (shown.verdict, shown.faults) == (FAULT, ("other_equations",))
+    assert shown.evidence[0] == (
+        "as h goes to zero the step solves other equations: q' is that of another mass matrix, M[3,3] = 5 in place of 2.5 and M[4,4] = 5 "
+        "in place of 2.5; p' is that of a force with -9.81 more in component 2 and -24.52 more in component 4"
+    )
+    assert shown.remedies == (FAULTS["other_equations"].remedy,)
+
+
+def test_agreement_with_a_scheme_does_not_outweigh_other_equations():
+    """Hold a code that is right at large steps, and under another gravity at small ones, against its limit."""
+    right, wrong = engine_codes.World("double"), engine_codes.World("double", "force_scaled")
+
+    def step(p, q, h):
+        return (right if h > 4e-3 else wrong).step(p, q, h)
+
+    shown = diagnose(step, "double_pendulum", parameters={"mass2": 3.0}, measure=False)
+    assert shown.verdict == UNSURE
+    assert shown.evidence[0].startswith("as h goes to zero the step solves other equations: p' is that of 0.75 times the problem's force")
+
+
+def test_a_right_code_in_float32_is_not_accused_by_an_order_that_its_rounding_has():
+    step = engine_codes.World("single", "", np.float32).step
+    shown = diagnose(step, "planar_pendulum", parameters={"mass": 2.5, "gravity": 3.0})
+    assert (shown.verdict, shown.measured["order"]) == (CORRECT, "round-off")
