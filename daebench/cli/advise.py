@@ -98,7 +98,10 @@ def _write(folder: Folder, advice: "Advice") -> list[str]:
 def _print(advice: "Advice") -> None:
     """Print the answer."""
     asked, choice = advice.question, advice.choice
-    print(f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error of {asked.part} at most {asked.accuracy:g} {advice.holds}")
+    wanted = "error" if choice else "wanted: error"
+    print(
+        f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, {wanted} of {asked.part} at most {asked.accuracy:g} {advice.holds}"
+    )
     print(f"errors are against: {advice.reference}, which may be wrong by {advice.bound:.1e}")
     if choice is None:
         print(advice.why)

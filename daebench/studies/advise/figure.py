@@ -74,7 +74,9 @@ def figure(advice: Advice) -> "Figure":
 def title(advice: Advice) -> str:
     """Return the answer in two lines."""
     asked, choice = advice.question, advice.choice
-    where = f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error at most {asked.accuracy:g}"
+    where = (
+        f"{asked.problem}, case {asked.case}, to t = {asked.t_end:g} s, error at most {asked.accuracy:g} {advice.holds.partition(' (')[0]}"
+    )
     if choice is None:
         return f"{where}:\nno run meets this"
     answer = f"Take {choice.method} with {choice.knob} = {choice.value:.3g} (circle)"
