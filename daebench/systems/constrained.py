@@ -157,6 +157,8 @@ class ConstrainedHamiltonian:
 
     def __post_init__(self) -> None:
         check_parts(self)
+        if self.parts and len(self.parts.constraints) != self.m:  # of a mechanism whose constraints were replaced
+            object.__setattr__(self, "parts", None)
         self._check_sizes()
         self._check_symbols()
         check_second_derivatives(self)

@@ -78,7 +78,8 @@ def check_mass(M: Any) -> None:
 def check_second_derivatives(problem: Problem) -> None:
     """Check that H, or M and U, and g are made of functions that are twice differentiable."""
     state = {*problem.q, *problem.p, problem.t, *(problem.v or ())}
-    parts = {f"g[{k}]": constraint for k, constraint in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
+    words = [f" ({what})" for what in problem.parts.constraints] if problem.parts else [""] * len(problem.g)
+    parts = {f"g[{k}]{words[k]}": constraint for k, constraint in enumerate(problem.g)} | {"M": problem.M, "H": problem.H, "U": problem.U}
     parts |= {f"force[{k}]": force for k, force in enumerate(problem.force or ())}
     parts |= {f"integral {name}": integral for name, integral in problem.integrals.items()}
     for name, expression in parts.items():

@@ -10,7 +10,7 @@ from mechanisms import MECHANISMS, double_rod, heavy_top
 from daebench.cli import mechanism as printed
 from daebench.diagnostics.freedom import dependence
 from daebench.diagnostics.problem.check import held, start
-from daebench.errors import BadInput
+from daebench.errors import BadInput, InvalidProblem
 from daebench.joints import (
     Body,
     Damper,
@@ -59,6 +59,16 @@ def test_a_constraint_that_a_start_breaks_is_named():
     assert "constraint 2 of 2, the distance of A and B in lower, g[1] = " in start(ivp)
     with pytest.raises(BadInput, match="the distance of A and B in lower"):
         initial_value_problem(double_rod().problem(), q0=[1, 0, 3, 3])
+
+
+def test_a_driver_that_is_not_smooth_is_named_by_its_body():
+    with pytest.raises(InvalidProblem, match=r"g\[2\] \(the DrivenAngle of upper and ground\) contains .*, which is not twice"):
+        replace(double_rod(), joints=[DrivenAngle("upper", "ground", sp.Abs(t - 1) - 1)]).problem()
+
+
+def test_a_problem_with_other_constraints_has_no_names_of_those_of_the_mechanism():
+    problem = double_rod().problem()
+    assert replace(problem, g=problem.g[:1]).parts is None
 
 
 DROPPED = {
