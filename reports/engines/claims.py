@@ -98,7 +98,8 @@ def race(runs: pd.DataFrame, error: float) -> SimpleNamespace:
     no run reaches the error.
     """
     enough = runs[(runs["failure"] == "") & (runs["error"] <= error)]
-    counts, won = {"rattle": 0, "own": 0, "nobody": 0}, {True: [], False: []}
+    counts = {"rattle": 0, "own": 0, "nobody": 0}
+    won: dict[bool, list[str]] = {True: [], False: []}
     for key in dict.fromkeys(runs["motion"]):
         rows = enough[enough["motion"] == key]
         engines, own = rows[rows["engine"] != OWN], rows[rows["engine"] == OWN]
