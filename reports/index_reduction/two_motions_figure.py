@@ -28,12 +28,12 @@ PATHS = {TORUS.problem: 34.0, PENDULUM.problem: 26.0}
 
 TITLES = {
     TORUS.problem: "Through the hole of a torus: index reduction costs Gauss its energy",
-    PENDULUM.problem: "A pendulum, its own reverse up to a rotation: symmetric methods hold",
+    PENDULUM.problem: "A pendulum, its own reverse up to a reflection: symmetric methods hold",
 }
 UNITS = {TORUS.problem: (r"\sqrt{r/\gamma}", r"m\gamma r"), PENDULUM.problem: (r"\sqrt{\ell/\gamma}", r"m\gamma\ell")}
 """Units of time and energy; r is the radius of the tube."""
 
-REVERSED = {TORUS.problem: "reversed, it winds\nthe other way", PENDULUM.problem: "reversed, it is itself,\nturned about the axis"}
+REVERSED = {TORUS.problem: "reversed, it winds\nthe other way", PENDULUM.problem: "reversed, it is itself,\nseen in a mirror"}
 BOTTOM, TOP = {TORUS.problem: 1e-7, PENDULUM.problem: 1e-10}, 30.0
 
 
@@ -66,7 +66,7 @@ def write_lead(facts: SimpleNamespace, folder: Path) -> Path:
             'alt="Energy errors of the same methods on a torus and on a pendulum" style="width: 100%">\n'
             "<figcaption><b>Index reduction costs Gauss its energy.</b> On the index-reduced equation it begins "
             f"{facts.better:.0f} times as accurate as RATTLE, crosses its level at <i>t</i> = {facts.crossing:.0f}, and goes on. "
-            "In angles and their momenta the same method stays level. On a motion that is its own reverse up to a rotation, below, "
+            "In angles and their momenta the same method stays level. On a motion that is its own reverse up to a reflection, below, "
             "symmetric methods hold.</figcaption></figure>\n",
             encoding="utf-8",
         )
