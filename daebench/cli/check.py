@@ -1,7 +1,7 @@
 """``daebench check``: claims of a method, or declarations of a problem, and their measurement."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -44,14 +44,11 @@ def check(
     if method is None:
         _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None, "--on-singular": on_singular})
         raise typer.Exit(_checked(problem, case, pairs("param", param or []), as_json=as_json))
-    from dataclasses import asdict
-
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import method_of
     from daebench.methods.run import singular_as
-    from daebench.studies.claims.bench import FALLS_SHORT
     from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
-    from daebench.studies.claims.second import on_second, unseen
+    from daebench.studies.claims.second import on_second
     from daebench.studies.measurable import measured
 
     ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or [])), on_singular)
@@ -61,20 +58,27 @@ def check(
         findings = check_claims(ivp, chosen, h=value, steps=steps, progress=progress)
         progress(1.0, f"{chosen.name} on another problem")
         findings += on_second(ivp, chosen)
+    raise typer.Exit(_said(ivp, chosen.name, value, steps, findings, as_json=as_json))
+
+
+def _said(ivp: Any, name: str, h: float, steps: int, findings: "list[Finding]", *, as_json: bool) -> int:
+    """Print what is found of a method, and what the problem cannot show; return the exit status."""
+    from dataclasses import asdict
+
+    from daebench.studies.claims.bench import FALLS_SHORT
+    from daebench.studies.claims.second import unseen
+
     short = [finding.property for finding in findings if finding.verdict == FALLS_SHORT]
     if as_json:
-        about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": chosen.name}
-        print_json(
-            about
-            | {"h": value, "steps": steps, "claims": [asdict(finding) for finding in findings], "falls_short": short, "unseen": unseen(ivp)}
-        )
+        about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": name, "h": h, "steps": steps}
+        print_json(about | {"claims": [asdict(finding) for finding in findings], "falls_short": short, "unseen": unseen(ivp)})
     else:
-        _print(f"{chosen.name} on {ivp.problem}, case {ivp.case}, h = {value:g}, {steps} steps", findings)
+        _print(f"{name} on {ivp.problem}, case {ivp.case}, h = {h:g}, {steps} steps", findings)
         for sentence in unseen(ivp):
             print(sentence)
         if short:
-            print(f"{chosen.name} falls short of what it claims: {', '.join(short)}.")
-    raise typer.Exit(1 if short else 0)
+            print(f"{name} falls short of what it claims: {', '.join(short)}.")
+    return 1 if short else 0
 
 
 def _refuse_idle(given: "Mapping[str, object]") -> None:

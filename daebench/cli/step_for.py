@@ -52,15 +52,8 @@ def step_for(
     from daebench.studies.step_for.run import step_for as made
 
     asked: dict[str, Any] = {"statistic": statistic, "margin": margin, "method": method, "h": h, "t_end": t_end, "members": members}
-    asked |= {
-        "halvings": halvings,
-        "level": level,
-        "starts": starts.value,
-        "seed": seed,
-        "case": case,
-        "anyway": anyway,
-        "on_singular": on_singular,
-    }
+    asked |= {"halvings": halvings, "level": level, "starts": starts.value, "seed": seed, "case": case}
+    asked |= {"anyway": anyway, "on_singular": on_singular}
     asked |= {"drawn": settings_of(starts.value, size=size, box=box, energy=energy)}
     asked |= {"parameters": pairs("param", param or []), "options": pairs("option", option or [])}
     folder = Folder(out, pictures=("steps",))

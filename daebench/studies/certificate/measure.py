@@ -27,8 +27,9 @@ from daebench.studies.certificate import rounding
 from daebench.studies.certificate.convergence import FALLS, contraction, leading, with_convergence
 from daebench.studies.certificate.setting import Setting
 from daebench.studies.claims.bench import Bench
-from daebench.studies.claims.check import MOST_STATES, order_finding
+from daebench.studies.claims.check import order_finding
 from daebench.studies.claims.constrained import ConstrainedBench
+from daebench.studies.claims.measured_run import MOST_STATES
 from daebench.studies.claims.poisson import PoissonBench
 from daebench.studies.comparison.position_error import PositionError, position_errors
 from daebench.studies.orders.series import Series

@@ -17,13 +17,11 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.run import singular_as
-from daebench.reference.solution import reach
-from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.runs.request import Method, Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON
-from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Bench, Finding
-from daebench.studies.claims.constrained import ConstrainedBench
-from daebench.studies.claims.poisson import PoissonBench
+from daebench.runs.ivp import Ivp
+from daebench.runs.request import Method
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Finding
+from daebench.studies.claims.measured_run import bench_of as bench_of
+from daebench.studies.claims.measured_run import default_step as default_step
 from daebench.studies.claims.second import on_second
 from daebench.studies.measurable import PoissonScheme, claimed_order, measured
 from daebench.studies.orders.series import Series
@@ -37,9 +35,6 @@ if TYPE_CHECKING:
 
 STEPS = 200
 """Steps of the run along which what is kept is monitored, where none are given."""
-
-MOST_STATES = 1000
-"""States of the run that sizes are taken from, about."""
 
 NO_CLAIMS = "and makes no claims to check"
 """Message on a method that is not a fixed-step method."""
@@ -137,33 +132,6 @@ def check_claims(
     exact = bench.findings()
     order, _ = order_finding(ivp, fixed, halvings=halvings, began=lambda fraction, label: report(0.4 + 0.6 * fraction, f"order of {label}"))
     return [order, *exact]
-
-
-def bench_of(ivp: Ivp, method: Any, h: float, steps: int) -> Bench[Any, Any]:
-    """Return a method to be measured on an initial value problem, along a run of so many steps with everything monitored.
-
-    Raises
-    ------
-    BadInput
-        If the run cannot be made.
-    RunFailed
-        If it stops early.
-    """
-    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
-    request = Request(value=h, steps=steps, every=max(1, steps // MOST_STATES), watch=watch)
-    method.check(ivp, request)
-    run = method.solve(ivp, request).complete()
-    return PoissonBench(ivp, method, run) if isinstance(ivp, PoissonIvp) else ConstrainedBench(ivp, method, run)
-
-
-def default_step(ivp: Ivp, parts: float = 16) -> float:
-    """Return the step size where none is given, 1, 2 or 5 times a power of ten.
-
-    It is the largest such up to a sixteenth, or one of so many parts, of the mean of the first 64 steps of DOP853 at 1e-13, and up to 1 s.
-    """
-    most = min(reach(ivp, 64) / 64 / parts, 1.0)
-    power = 10.0 ** np.floor(np.log10(most))
-    return float(next((digit * power for digit in (5, 2) if digit * power <= most), power))
 
 
 def order_finding(

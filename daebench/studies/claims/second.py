@@ -13,6 +13,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED, Finding
+from daebench.studies.claims.measured_run import bench_of, default_step
 from daebench.studies.measurable import claimed_order
 
 CURVED = "two_bodies_on_sphere"
@@ -31,7 +32,7 @@ STEPS = 8
 """Steps to the end of the motion that the order is read off, at the largest step size."""
 
 PARTS = 2
-"""The step size as :func:`daebench.studies.claims.check.default_step` takes it: large, so that orders show above rounding."""
+"""The step size as :func:`daebench.studies.claims.measured_run.default_step` takes it: large, so that orders show above rounding."""
 
 PARAMETERS = {"mass2": 3.0}
 """Two masses, so that the place of M^-1 shows."""
@@ -102,8 +103,6 @@ def on_second(ivp: Ivp, method: Any) -> list[Finding]:
 
 def judged(ivp: ConstrainedIvp, method: Any) -> list[Finding]:
     """Return the findings on order, symmetry and two-form on a problem, by a few steps; their names have the problem."""
-    from daebench.studies.claims.check import bench_of, default_step
-
     h = default_step(ivp, PARTS)
     try:
         bench: Any = bench_of(ivp, method, h, STEPS)
