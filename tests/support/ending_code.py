@@ -162,7 +162,7 @@ PROGRAMS = {
     "exit 0": "the program ended after 0 of 5 states: it exited with status 0",
     "kill -SEGV $$": "it was ended by signal SIGSEGV (segmentation fault)",
     r"printf '\033[2J\n'": "writes '[2J', which is not a state",
-    f"{STATES}; yes '[' | head -100000 | tr -d '\\n'": "it must write its seconds",
+    f"{STATES}; yes '[' | head -100000 | tr -d '\\n'": "writes 0 numbers in a line",
     f"{STATES}; yes '{{\"a\":' | head -100000 | tr -d '\\n'": "it must write its seconds",
     r"printf 'bad \033[2J\n' >&2; exit 2": "it exited with status 2: bad [2J",
 }

@@ -96,7 +96,7 @@ def settled_on(tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: R
 def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     """Walk on by a part of the tangent: one Newton update for g = 0 at its end, linearised at q0 + dq.
 
-    The residual is infinite, which ends the walk, where a correction is longer than half the tangent: the branch has an end there, and
+    The pivot is negative, which ends the walk, where a correction is longer than half the tangent: the branch has an end there, and
     beyond it the walk would be on another. Corrections were at most 4 parts on right steps; at ends of branches nearly all are above 24.
     """
     q0, V, part = data
@@ -106,7 +106,7 @@ def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     change, pivot = solve(G1 @ V.T, value)
     back = V.T @ change
     dq = dq + part - back
-    return dq, norm(dq), max(LENGTH, norm(q)), norm(value) if norm(back) <= 16 * norm(part) else INF, pivot
+    return dq, norm(dq), max(LENGTH, norm(q)), norm(value), min(pivot, 1 - norm(back) / (16 * norm(part)))
 
 
 def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report, near: Number) -> Report:
