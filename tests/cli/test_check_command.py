@@ -85,4 +85,4 @@ def test_the_command_as_it_is_used_finds_that_rattle_keeps_its_word(monkeypatch,
         main()
     out = capsys.readouterr().out
     assert stop.value.code == 0
-    assert out.count(f" {OK} ") + out.count(f" {OK}\n") == 5
+    assert out.count(f" {OK} ") + out.count(f" {OK}\n") == 8

@@ -96,8 +96,9 @@ def settled_on(tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: R
 def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     """Walk on by a part of the tangent: one Newton update for g = 0 at its end, linearised at q0 + dq.
 
-    The pivot is negative, which ends the walk, where a correction is longer than half the tangent: the branch has an end there, and
-    beyond it the walk would be on another. Corrections were at most 4 parts on right steps; at ends of branches nearly all are above 24.
+    The pivot is negative, which ends the walk, where a correction is longer than half the tangent, and than a millionth of the scene, by
+    which a start may be off: the branch has an end there, and beyond it the walk would be on another. Corrections were at most 4 parts on
+    right steps; at ends of branches nearly all are above 24.
     """
     q0, V, part = data
     q = q0 + dq
@@ -106,7 +107,8 @@ def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     change, pivot = solve(G1 @ V.T, value)
     back = V.T @ change
     dq = dq + part - back
-    return dq, norm(dq), max(LENGTH, norm(q)), norm(value), min(pivot, 1 - norm(back) / (16 * norm(part)))
+    scale = max(LENGTH, norm(q))
+    return dq, norm(dq), scale, norm(value), min(pivot, 1 - norm(back) / (16 * norm(part) + scale / 1048576))
 
 
 def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report, near: Number) -> Report:

@@ -117,7 +117,7 @@ class Ensemble(Shown):
 
     @cached_property
     def verdicts(self) -> NDArray[np.str_]:
-        """Verdict on the energy of each member, shape(n,), see :func:`daebench.studies.held_verdict.held_verdict`."""
+        """Verdict on the energy of each member, shape(n,), see ``daebench.studies.held_verdict``."""
         words = np.full(len(self.run.members), FAILED, dtype="U12")
         ended = ended_members(self.run)
         if len(ended):
