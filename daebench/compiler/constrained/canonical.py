@@ -5,7 +5,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from daebench.compiler.constrained.derivation import Arguments, Rule
+from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
 from daebench.compiler.constrained.extended import ExtendedDerivation
 from daebench.compiler.constrained.local import LocalDerivation
 from daebench.compiler.derivatives import nested_jacobian
@@ -35,43 +35,50 @@ class CanonicalDerivation(LocalDerivation):
 
     @cached_property
     def X(self) -> sp.Matrix:
-        """Derivative of the positions with respect to Q, shape(d, n)."""
+        """Derivative of the positions and of the time with respect to Q, shape(d, n)."""
         return nested_jacobian(self.chart.q, self.chart.xi)
 
     @cached_property
+    def X_w(self) -> sp.Matrix:
+        """Derivative of the positions with respect to the coordinates without the time."""
+        return self.X[: self.own.d - self.timed, : self.d - self.timed]
+
+    @cached_property
+    def X_t(self) -> sp.Matrix:
+        """Velocity of the positions where the coordinates are at rest: zero where the chart does not depend on time."""
+        places = self.own.d - self.timed
+        return self.X[:places, -1] if self.timed else sp.zeros(places, 1)
+
+    @cached_property
     def carried_mass(self) -> sp.Matrix:
-        """Mass matrix of the positions, with the time left out, at the place q(Q)."""
-        assert self.own.inertia is not None
-        return self.own.inertia.subs(self._at_place, simultaneous=True)
+        """Mass matrix of the positions at the place q(Q)."""
+        inertia = inertia_of(self.own)
+        assert inertia is not None
+        return inertia.subs(self._at_place, simultaneous=True)
 
     @cached_property
     def velocity(self) -> sp.Matrix:
-        """Velocities q' = X w, shape(d,), with rate 1 of the time."""
-        rates = sp.Matrix([*self.w[: self.d - self.timed], *[1] * self.timed])
-        return self.X * rates
+        """Velocities q' = X w of the positions."""
+        return self.X_w * self.w[: self.d - self.timed, :] + self.X_t
 
     @cached_property
     def momenta(self) -> sp.Matrix:
-        """Momenta p = M X w of the positions, with the time left out."""
-        return self.carried_mass * self.velocity[: self.own.d - self.timed, :]
+        """Momenta p = M X w of the positions."""
+        return self.carried_mass * self.velocity
 
     @cached_property
     def lagrangian(self) -> sp.Expr:
         """L(Q, w)."""
-        v = self.velocity[: self.own.d - self.timed, :]
-        return (v.T * self.momenta)[0] / 2 - self.own.potential.subs(self._at_place, simultaneous=True)
+        return self.velocity.dot(self.momenta) / 2 - potential_of(self.own).subs(self._at_place, simultaneous=True)
 
     @cached_property
     def L_q(self) -> sp.Matrix:
         """P' = dL/dQ + X^T F, shape(n,)."""
-        forces = self.own.forces(list(self.momenta), list(self.velocity)).subs(self._at_place, simultaneous=True)
-        return nested_jacobian([self.lagrangian], self.chart.xi).T + self.X.T * forces
-
-    @cached_property
-    def L_w(self) -> sp.Matrix:
-        """dL/dw without the time, shape(n,) or shape(n - 1,)."""
-        n = self.own.d - self.timed
-        return (self.X[:n, : self.d - self.timed]).T * self.momenta
+        L_q = nested_jacobian([self.lagrangian], self.chart.xi).T
+        if self.forced is None:
+            return L_q
+        forces = self.forced.forces(list(self.momenta), [*self.velocity, *[sp.S.One] * self.timed])
+        return L_q + self.X.T * forces.subs(self._at_place, simultaneous=True)
 
     @cached_property
     def _at_place(self) -> dict[sp.Symbol, sp.Expr]:
@@ -84,38 +91,55 @@ class CanonicalDerivation(LocalDerivation):
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:
-        n, chart, free = self.d, self.chart, self.d - self.timed
+        n, chart, one = self.d, self.chart, [sp.S.One] * self.timed
         rules = {name: rule for name, rule in super()._rules.items() if name not in ("chart", "K_y", "two_form")}
         q: Arguments = {"q": list(chart.xi)}
         qw: Arguments = {**q, "v": list(self.w)}
-        P = [sp.Dummy(f"P{i + 1}", real=True) for i in range(n)]
+        P = sp.Matrix([sp.Dummy(f"P{i + 1}", real=True) for i in range(n)])
         pq: Arguments = {"p": list(self.p), "q": list(self.q)}
 
-        def mass() -> Rule:
-            spatial = nested_jacobian(list(self.L_w), list(self.w[:free]))
-            return q, sp.diag(spatial, *[1] * self.timed), (n, n)
-
         def impulse() -> Rule:
-            rest = [P[i] - self.L_w[i].xreplace(dict.fromkeys(self.w, sp.S.Zero)) for i in range(free)]
-            return {"p": P, **q}, [*rest, *[sp.S.One] * self.timed], (n,)
+            rest = P[: n - self.timed, :] - self.X_w.T * self.carried_mass * self.X_t
+            return {"p": list(P), **q}, [*rest, *one], (n,)
 
         def placed() -> Rule:
-            conjugate = [P[-1] - self.X[: self.own.d - 1, n - 1].dot(self.momenta)] if self.timed else []
-            return {**qw, "p": P}, [*self.momenta, *conjugate, *chart.q], (2, self.own.d)
+            conjugate = [P[n - 1] - self.X_t.dot(self.momenta)] * self.timed
+            return {**qw, "p": list(P)}, [*self.momenta, *conjugate, *chart.q], (2, self.own.d)
 
         def inverse() -> Rule:
             X = self.X.subs(dict(zip(chart.xi, chart.inverse_xi, strict=True)), simultaneous=True)
             return pq, [*(X.T * self.p), *chart.inverse_xi], (2, n)
 
         def by_velocity() -> Rule:
-            moved = nested_jacobian(list(self.L_q), list(self.w[:free]))
+            moved = nested_jacobian(list(self.L_q), list(self.w[: n - self.timed]))
             return qw, moved.row_join(sp.zeros(n, self.timed)), (n, n)
 
         return rules | {
-            "M": mass,
+            "M": lambda: (q, sp.diag(self.X_w.T * self.carried_mass * self.X_w, *one), (n, n)),
             "impulse": impulse,
             "L_q": lambda: (qw, self.L_q, (n,)),
             "L_qv": by_velocity,
             "placed": placed,
             "inverse_chart": inverse,
         }
+
+
+def has_canonical(own: Derivation) -> bool:
+    """Return whether there are M, U and a chart whose positions depend on xi alone, so that xi has momenta of its own."""
+    chart = own.problem.chart
+    return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and inertia_of(own) is not None
+
+
+def inertia_of(own: Derivation) -> sp.Matrix | None:
+    """Return the mass matrix of the declared positions, given or the inverse of a diagonal H_pp; None if H is not 1/2 p^T M^-1 p + U."""
+    if own.mechanical:
+        return sp.Matrix(own.definition.M)
+    n = len(own.definition.p)
+    inverse = [own.H_pp[i, i] for i in range(n)]
+    plain = all(inverse[i] != 0 and sp.expand(own.H_p[i] - inverse[i] * own.p[i]) == 0 for i in range(n))
+    return sp.diag(*(1 / entry for entry in inverse)) if plain else None
+
+
+def potential_of(own: Derivation) -> sp.Expr:
+    """Return the potential energy: U, or H without momenta."""
+    return own.U if own.mechanical else own.H.subs(dict.fromkeys(own.p, 0))

@@ -87,21 +87,6 @@ class Derivation(Derived):
         return sp.sympify(self.problem.U)
 
     @cached_property
-    def inertia(self) -> sp.Matrix | None:
-        """Mass matrix of the declared positions, given or the inverse of a diagonal H_pp; None if H is not 1/2 p^T M^-1 p + U."""
-        if self.mechanical:
-            return sp.Matrix(self.definition.M)
-        n = len(self.definition.p)
-        inverse = [self.H_pp[i, i] for i in range(n)]
-        plain = all(inverse[i] != 0 and sp.expand(self.H_p[i] - inverse[i] * self.p[i]) == 0 for i in range(n))
-        return sp.diag(*(1 / entry for entry in inverse)) if plain else None
-
-    @cached_property
-    def potential(self) -> sp.Expr:
-        """Potential energy: U, or H without momenta."""
-        return self.U if self.mechanical else self.H.subs(dict.fromkeys(self.p, 0))
-
-    @cached_property
     def g(self) -> sp.Matrix:
         """Constraint g(q), shape(m,)."""
         return sp.Matrix(list(self.problem.g))
@@ -144,10 +129,6 @@ class Derivation(Derived):
     def of_positions(self, x: sp.Matrix) -> sp.Matrix:
         """Return the part of a vector that belongs to the positions, shape(d,): all of it."""
         return x
-
-    def forces(self, p: Sequence[sp.Expr], velocity: Sequence[sp.Expr]) -> sp.Matrix:
-        """Return the forces without a potential at these momenta and velocities, shape(d,): none."""
-        return sp.zeros(self.d, 1)
 
     @cached_property
     def N(self) -> sp.Matrix:
@@ -216,12 +197,6 @@ class Derivation(Derived):
         """Constants of ``kernels/language.py`` that are known from the problem."""
         return {"SEPARABLE": self.separable, "QUADRATIC": self.quadratic, "CONSTRAINTS": self.m}
 
-    @property
-    def canonical(self) -> bool:
-        """Whether there are M, U and a chart whose positions depend on xi alone, so that xi has momenta of its own."""
-        chart = self.problem.chart
-        return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and self.inertia is not None
-
     def facts(self) -> dict[str, Any]:
         """Return sizes D and M, names of INTEGRALS and POINTS, properties of H, and whether there are CLOSED_FORM, KINETIC_FLOW and CHART.
 
@@ -230,6 +205,8 @@ class Derivation(Derived):
         EXTENDED: the last position is the time. FORCED: there are forces without a potential. DAMPED: those of them that depend on the
         velocity are -c p. For DISTANCES and WATER see :mod:`daebench.compiler.constrained.distances`.
         """
+        from daebench.compiler.constrained.canonical import has_canonical
+
         return {
             "D": self.d,
             "M": self.m,
@@ -242,7 +219,7 @@ class Derivation(Derived):
             "CLOSED_FORM": self.problem.closed_form is not None,
             "KINETIC_FLOW": self.problem.kinetic_flow is not None,
             "CHART": self.problem.chart is not None,
-            "CANONICAL": self.canonical,
+            "CANONICAL": has_canonical(self),
             "EXTENDED": False,
             "FORCED": False,
             "DAMPED": False,

@@ -7,6 +7,7 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.constrained.extended import ExtendedDerivation
 from daebench.compiler.derivatives import nested_jacobian
 from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.tuples import Values
@@ -27,6 +28,11 @@ class LocalDerivation(Derivation):
         self.own, self.chart = own, own.problem.chart
         self.d = len(self.chart.xi)
         self.y = sp.Matrix([*self.chart.eta, *self.chart.xi])
+
+    @cached_property
+    def forced(self) -> ExtendedDerivation | None:
+        """The problem's own expressions if it has forces without a potential."""
+        return self.own if isinstance(self.own, ExtendedDerivation) and self.own.forced else None
 
     @cached_property
     def explicit(self) -> bool:
@@ -65,8 +71,10 @@ class LocalDerivation(Derivation):
         """Gradient of K(y) = H(chi(y)), minus (dq/dy)^T F where there are forces F without a potential, shape(2 n,)."""
         chi = dict(zip([*self.problem.p, *self.problem.q], [*self.chart.p, *self.chart.q], strict=True))
         K_y = nested_jacobian([self.H.subs(chi, simultaneous=True)], self.y).T
-        forces = self.own.forces(list(self.p), list(sp.Matrix([self.H]).jacobian(self.p)))
-        return K_y - nested_jacobian(self.chart.q, self.y).T * forces.subs(chi, simultaneous=True) if forces else K_y
+        if self.forced is None:
+            return K_y
+        forces = self.forced.forces(list(self.p), list(sp.Matrix([self.H]).jacobian(self.p)))
+        return K_y - nested_jacobian(self.chart.q, self.y).T * forces.subs(chi, simultaneous=True)
 
     @cached_property
     def two_form(self) -> sp.Matrix:
