@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.compiler.cache import generated
 from daebench.compiler.facts import facts
 from daebench.errors import BadInput, unknown
+from daebench.schemes.kernels.claims import MAPPED
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -100,9 +101,7 @@ class Source:
 
     def form(self, name: str) -> Any:
         """Return the derivation in a form of the system; most forms use the system's own coordinates."""
-        if name in ("local", "canonical"):
-            return self._local if name == "local" else self._canonical
-        return self._darboux if name == "darboux" else self.derivation
+        return getattr(self, f"_{name}") if name in MAPPED else self.derivation
 
     def split(self, splitting: str) -> Any:
         """Return the derivation of a Poisson system with this splitting; "" for its first."""

@@ -25,6 +25,7 @@ from daebench.compiler.single_forces import FORCES, in_single
 from daebench.compiler.specialise import Specialise
 from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of
 from daebench.errors import InvalidProblem
+from daebench.schemes.kernels.claims import MAPPED
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.systems.files.package import text_of
 
@@ -139,7 +140,7 @@ class Linker:
                 "COMPOSED": options.composed,
                 "COMPENSATED": options.compensated,
                 "PROJECTED": options.projection == "proj",
-                "LOCAL": options.form in ("local", "canonical", "darboux"),
+                "LOCAL": options.form in MAPPED,
                 "CANONICAL": options.form == "canonical",
                 "STIFF": options.form == "stiff",
                 "STAGES": options.stages,

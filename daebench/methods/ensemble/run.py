@@ -15,7 +15,6 @@ from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.table import Table
 from daebench.methods.ensemble.width import width_for
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
-from daebench.methods.fixed_step.forms import CHARTED
 from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.runs.grid import Grid, require_memory_of_members
 from daebench.runs.ivp import ConstrainedIvp
@@ -24,12 +23,10 @@ from daebench.runs.members import Members
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales_of, poisson_scales_of
 from daebench.runs.trajectory import CONSTRAINED, POISSON, Array
+from daebench.schemes.kernels.claims import MAPPED
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
 from daebench.schemes.kernels.newton import SINGULAR
 from daebench.schemes.kernels.rank import RANK_LOST
-
-MAPPED = (*CHARTED, "darboux")
-"""Forms in which a scheme computes in other coordinates than the problem's."""
 
 
 def run_members(

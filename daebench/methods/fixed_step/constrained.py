@@ -11,7 +11,6 @@ from daebench.compiler.work import WORK
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
 from daebench.methods.fixed_step.constraint_structure import require_reached
-from daebench.methods.fixed_step.forms import CHARTED
 from daebench.methods.fixed_step.mixed_precision import MIXED, require_mixed
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
@@ -22,6 +21,7 @@ from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.scales import constrained_scales, in_coordinates
 from daebench.runs.trajectory import CONSTRAINED, Trajectory
+from daebench.schemes.kernels.claims import CHARTED
 from daebench.schemes.kernels.language import ROUNDINGS
 
 

@@ -88,9 +88,6 @@ FORMS: Mapping[str, Form] = {
 }
 """The forms of constrained problems by name."""
 
-CHARTED = ("local", "canonical")
-"""Forms in the coordinates of a chart."""
-
 POISSON_FORMS = {"darboux": "canonical coordinates z = (q, p, c), HLW VII.4.3: z' = B0 grad K(z)"}
 """Forms of a Poisson system that a scheme can be run on besides its own coordinates."""
 

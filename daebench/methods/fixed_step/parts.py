@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput, real, require_known, unknown
 from daebench.methods.fixed_step.chain_refusals import unwritten
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
-from daebench.methods.fixed_step.forms import CHARTED, FORMS, OWN, Form
+from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
-from daebench.schemes.kernels.claims import Claims, Member, composed, on_form, projected
+from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp

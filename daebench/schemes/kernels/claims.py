@@ -12,6 +12,13 @@ STRUCTURES = {
 """Structures of constraints that a scheme may require, with descriptions."""
 
 
+CHARTED = ("local", "canonical")
+"""Forms in which a scheme computes in the coordinates of a chart."""
+
+MAPPED = (*CHARTED, "darboux")
+"""Forms in which it computes in other coordinates than the problem's."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Claims:
     """The claims of a scheme, and what it needs.
@@ -117,7 +124,7 @@ def on_form(claims: Claims, form: str) -> Claims:
         return replace(claims, symmetric=False, symplectic=False, system=form)
     if form in ("stiff", "canonical"):
         claims = replace(claims, symplectic=claims.canonical, system=form)
-    return replace(claims, keeps_g=True, keeps_Gv=True, system=form) if form in ("local", "canonical") else claims
+    return replace(claims, keeps_g=True, keeps_Gv=True, system=form) if form in CHARTED else claims
 
 
 def under_forces(claims: Claims) -> Claims:
