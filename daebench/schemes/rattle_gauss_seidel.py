@@ -96,7 +96,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
 
     The iteration starts at the end of the free flight, as SHAKE does, and so leaves the residuals, and has the drift of the energy, of
     SHAKE. The start decides from which side residuals are approached: from where the linearised constraints put the step, the energy of
-    rigid water changes 5 to 24 times as much at one tolerance, and that of butane and of a ring by a tenth to nine tenths of it. The
+    rigid water changes 5 to 24 times as much at one tolerance, and that of butane and of a ring by a twentieth to nine tenths of it. The
     iteration starts there all the same where the free flight is so long that the constraints bend before its end, because it may end on
     another branch then.
     """

@@ -21,6 +21,12 @@ PARTS = 32
 PART = 0.03125
 """One of them."""
 
+ENDS = 16.0
+"""Correction of a walk, in parts, beyond which its branch has ended: at most 4 on right steps, nearly always above 24 at ends."""
+
+START = 9.5367431640625e-07
+"""Correction below which that says nothing, over the length of the scene, a power of two: a start may be off its branch by so much."""
+
 
 if EXTENDED:
 
@@ -96,9 +102,7 @@ def settled_on(tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: R
 def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     """Walk on by a part of the tangent: one Newton update for g = 0 at its end, linearised at q0 + dq.
 
-    The pivot is negative, which ends the walk, where a correction is longer than half the tangent, and than a millionth of the scene, by
-    which a start may be off: the branch has an end there, and beyond it the walk would be on another. Corrections were at most 4 parts on
-    right steps; at ends of branches nearly all are above 24.
+    The pivot is negative, which ends the walk, where the branch has an end: beyond it the walk would be on another.
     """
     q0, V, part = data
     q = q0 + dq
@@ -108,7 +112,7 @@ def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     back = V.T @ change
     dq = dq + part - back
     scale = max(LENGTH, norm(q))
-    return dq, norm(dq), scale, norm(value), min(pivot, 1 - norm(back) / (16 * norm(part) + scale / 1048576))
+    return dq, norm(dq), scale, norm(value), min(pivot, 1 - norm(back) / (ENDS * norm(part) + START * scale))
 
 
 def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report, near: Number) -> Report:

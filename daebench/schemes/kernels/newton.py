@@ -129,7 +129,7 @@ def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]
         if not size < INF or size <= (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale:
             return x, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
         last = size
-    return x, (NOT_CONVERGED, residual, -100.0, tally(update, ITERATIONS))
+    return x, (NOT_CONVERGED, residual, -1.0 * ITERATIONS, tally(update, ITERATIONS))
 
 
 def differentiated(
