@@ -39,9 +39,8 @@ def contradiction(ivp: ConstrainedIvp) -> str:
             return ""
         least = min(least, residual, key=np.linalg.norm)
     k = int(np.argmax(least))
-    name = ivp.named(k)
-    value = f"{least[k] * scale[k]:.3g}"
-    one = f"|{name if ivp.m > 1 else 'g'}| = {value}" if name == f"g{k + 1}" else f"{value}, of {name}"
+    value, words = f"{least[k] * scale[k]:.3g}", ivp.words(k)
+    one = f"{value}, of {words}" if words else f"|{ivp.named(k) if ivp.m > 1 else 'g'}| = {value}"
     return (
         f"the constraints of {ivp.problem}, case {ivp.case}, contradict each other: no positions obey all of them, and the least that "
         f"their residuals come to, from {len(STARTS)} starts, is {one}; correct the parameters, or leave out a constraint."

@@ -95,7 +95,7 @@ def inverse_mass(ivp: ConstrainedIvp, p: Array, q: Array) -> InverseMass:
         definite=bool(eigenvalues[0] >= -zero),
         independent=independent,
         determined=int(np.sum(~lost)),
-        along=" and ".join(ivp.named(int(k)) for k in along),
+        along=ivp.listed(map(int, along)),
     )
 
 

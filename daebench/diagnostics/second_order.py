@@ -164,7 +164,7 @@ def require_motion(ivp: ConstrainedIvp) -> None:
     if bent is None:
         return
     value, w = bent
-    names = " and ".join(ivp.named(k) for k in np.flatnonzero(np.abs(w) > DEFINITE * np.max(np.abs(w)))[:4])
+    names = ivp.listed(map(int, np.flatnonzero(np.abs(w) > DEFINITE * np.max(np.abs(w)))))
     raise BadInput(
         f"no motion obeys the start of {ivp.problem}, case {ivp.case}: G v = 0, but G loses rank there, and {names} together change at "
         f"second order whatever the acceleration, w^T g_qq(v, v) = {value:.3g} with w^T G = 0; leave out the part that bends them."

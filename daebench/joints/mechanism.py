@@ -11,6 +11,7 @@ from daebench.errors import InvalidProblem
 from daebench.joints.bodies import AnyBody, Body
 from daebench.joints.cases import case_of
 from daebench.joints.constraints import Labelled, equations_of, keepers
+from daebench.joints.doubts import doubts_of
 from daebench.joints.drivers import (
     Driver,
     t,
@@ -19,7 +20,7 @@ from daebench.joints.exact import Values, exact, numbers, vector
 from daebench.joints.forces import Force, Spring, damping_force, sides, spring_energy
 from daebench.joints.inertia import Terms, mass_terms, missing_moment, moments
 from daebench.joints.joints import Distance, Joint
-from daebench.joints.parts import doubts_of, dropped_of, forces_of, rows_of
+from daebench.joints.parts import dropped_of, forces_of, rows_of
 from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
 from daebench.joints.rows import FEWEST, chain_of

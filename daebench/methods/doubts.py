@@ -111,7 +111,7 @@ def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
         return ""
     row, k = broken[0]
     name, since, sizes = ivp.named(int(k)), f"from t = {run.t[row]:.9g} on", f"is {g[row, k]:.3g}, and {g[:, k].max():.3g} at most"
-    if name != f"g{k + 1}":
+    if ivp.words(int(k)):
         return f"{name} is broken {since}, where its equation {sizes}"
     return f"{name} = 0 is broken {since}, where |{name}| {sizes}"
 

@@ -166,10 +166,14 @@ class ConstrainedIvp(InitialValueProblem):
         """Number of constraints."""
         return int(self.facts.M)
 
-    def named(self, k: int) -> str:
-        """Return what a constraint of a mechanism keeps, in words; g1, g2, ... of any other problem."""
+    def words(self, k: int) -> str:
+        """Return what a constraint of a mechanism keeps, in words; "" of any other problem."""
         words = getattr(self.facts, "CONSTRAINED_BY", ())
-        return str(words[k]) if words else f"g{k + 1}"
+        return str(words[k]) if words else ""
+
+    def named(self, k: int) -> str:
+        """Return the name of a constraint: its words, or g1, g2, ... where there are none."""
+        return self.words(k) or f"g{k + 1}"
 
     def listed(self, constraints: Iterable[int]) -> str:
         """Return the names of constraints, g1 and g2, or the first of many and how many more there are."""

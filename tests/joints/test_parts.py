@@ -26,7 +26,8 @@ from daebench.joints import (
     t,
 )
 from daebench.joints.exact import exact
-from daebench.joints.parts import doubts_of, rows_of
+from daebench.joints.doubts import doubts_of
+from daebench.joints.parts import rows_of
 from daebench.joints.placing import places_of
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse

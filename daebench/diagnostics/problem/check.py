@@ -146,7 +146,7 @@ def start(ivp: ConstrainedIvp) -> str:
             if name == "g" and (why := contradiction(ivp)):
                 return why
             text = f" = {_short(ivp.source.derivation.g[k])}" if name == "g" and not ivp.arrays else ""
-            words = "" if ivp.named(k) == f"g{k + 1}" else f"{ivp.named(k)}, "
+            words = f"{ivp.words(k)}, " if ivp.words(k) else ""
             where = f"constraint {k + 1} of {ivp.m}, {words}{name}[{k}]{text}, is {values[k]:.3g} at {at} and not 0"
             return f"{ivp.problem}, case {ivp.case!r}: {where}; correct the case, or add --project to move it to the manifold."
     return ""
@@ -172,7 +172,7 @@ def _counted(ivp: ConstrainedIvp) -> str:
     if found is None:
         return ""
     g = ivp.source.derivation.g
-    written = "; ".join(f"{ivp.named(k)}{' = ' if ivp.named(k) == f'g{k + 1}' else ': '}{_short(g[k])}" for k in found.others)
+    written = "; ".join(f"{ivp.named(k)}{': ' if ivp.words(k) else ' = '}{_short(g[k])}" for k in found.others)
     return f"{found.count}; {found.named}, {found.where} ({written})" if found.others else found.count
 
 
