@@ -47,7 +47,8 @@ def check(
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import method_of
     from daebench.methods.run import singular_as
-    from daebench.studies.claims.check import NO_CLAIMS, check_claims, default_step
+    from daebench.studies.claims.check import NO_CLAIMS, check_claims
+    from daebench.studies.claims.measured_run import default_step
     from daebench.studies.claims.second import on_second
     from daebench.studies.measurable import measured
 

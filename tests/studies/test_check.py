@@ -13,7 +13,8 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import parse
 from daebench.runs.make_ivp import make_ivp
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
-from daebench.studies.claims.check import check_claims, default_step
+from daebench.studies.claims.check import check_claims
+from daebench.studies.claims.measured_run import default_step
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 

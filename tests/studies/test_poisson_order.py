@@ -20,7 +20,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import POISSON, parse
 from daebench.reference.solution import integrated, reach, reference_solution
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
-from daebench.studies.claims.check import check, check_claims, default_step
+from daebench.studies.claims.check import check, check_claims
+from daebench.studies.claims.measured_run import default_step
 from daebench.studies.orders.study import order, study
 
 TIMES = np.arange(1, 9) / 4

@@ -17,7 +17,7 @@ from daebench.runs.request import Progress
 from daebench.runs.shown import Shown
 from daebench.studies.baumgarte.cells import Cell, cell, frame, measured_limit, over_step, over_tolerance, penalised, run_of
 from daebench.studies.baumgarte.limits import SLOWEST, contraction, limit, usable
-from daebench.studies.claims.check import default_step
+from daebench.studies.claims.measured_run import default_step
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -13,7 +13,8 @@ from daebench.methods.outside.method import OutsideMethod, Stated
 from daebench.reference.motion import certified_for
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
-from daebench.studies.claims.check import NO_CLAIMS, STEPS, default_step
+from daebench.studies.claims.check import NO_CLAIMS, STEPS
+from daebench.studies.claims.measured_run import default_step
 from daebench.studies.measurable import measured
 
 PARTS = 4

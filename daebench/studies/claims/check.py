@@ -20,8 +20,7 @@ from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Finding
-from daebench.studies.claims.measured_run import bench_of as bench_of
-from daebench.studies.claims.measured_run import default_step as default_step
+from daebench.studies.claims.measured_run import bench_of, default_step
 from daebench.studies.claims.second import on_second
 from daebench.studies.measurable import PoissonScheme, claimed_order, measured
 from daebench.studies.orders.series import Series

@@ -17,7 +17,8 @@ from daebench.runs.grid import MOST_STEPS
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.studies.claims.bench import DEFECT_STEPS, NAMES, NOT_APPLICABLE, Finding
-from daebench.studies.claims.check import bench_of, order_finding
+from daebench.studies.claims.check import order_finding
+from daebench.studies.claims.measured_run import bench_of
 from daebench.studies.claims.second import constant_force, on_second, unseen
 
 ASSERTED = {"symplectic": "symplecticity", "symmetric": "reversibility", "order": "an order"}
@@ -78,8 +79,8 @@ def on_curved(name: str, ivp: Ivp, method: Any) -> str:
 
     Code from outside knows one problem alone: where its force is constant, a warning says what the problem cannot show.
     """
-    for row in on_second(ivp, method):
-        if row.property.startswith(name) and not (row.measured > row.bound if name == "order" else row.measured <= row.bound):
+    for row in on_second(ivp, method, (name,)):
+        if not (row.measured > row.bound if name == "order" else row.measured <= row.bound):
             return f"{method.name} is not as asked, {row.property}: {row.measured:.3g}, against {row.bound:.3g}. {row.note}".rstrip()
     if isinstance(method, OutsideMethod) and constant_force(ivp):
         warnings.warn(f"{ASSERTED[name]} is asserted, and {unseen(ivp)[0].rstrip('.')}; {ADVICE}.", CannotShow, stacklevel=6)

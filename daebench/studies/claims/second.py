@@ -1,6 +1,6 @@
 """A second problem for the claims of a scheme: one with curvature in U, where the given one cannot show a fault of the force."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -40,8 +40,8 @@ PARAMETERS = {"mass2": 3.0}
 LESS = 0.3
 """By how much the order may be below that claimed."""
 
-JUDGED = ("symmetric", "symplectic")
-"""Properties in which a fault of the force shows, beside the order."""
+JUDGED = ("order", "symmetric", "symplectic")
+"""Properties in which a fault of the force shows."""
 
 
 def unseen(ivp: Ivp) -> list[str]:
@@ -94,22 +94,22 @@ def curved() -> ConstrainedIvp:
     return ivp
 
 
-def on_second(ivp: Ivp, method: Any) -> list[Finding]:
+def on_second(ivp: Ivp, method: Any, names: Sequence[str] = JUDGED) -> list[Finding]:
     """Return what is found of a scheme on the second problem, none where the first shows the force, or the second cannot be taken."""
     if not isinstance(method, FixedStep) or not constant_force(ivp) or method.refusal(curved()) or method.system.instead:
         return []
-    return judged(curved(), replace(method, compiled=False))
+    return judged(curved(), replace(method, compiled=False), names)
 
 
-def judged(ivp: ConstrainedIvp, method: Any) -> list[Finding]:
-    """Return the findings on order, symmetry and two-form on a problem, by a few steps; their names have the problem."""
+def judged(ivp: ConstrainedIvp, method: Any, names: Sequence[str] = JUDGED) -> list[Finding]:
+    """Return the findings on some properties on a problem, by a few steps; their names have the problem."""
     h = default_step(ivp, PARTS)
     try:
         bench: Any = bench_of(ivp, method, h, STEPS)
-        rows = [*_order(ivp, method, h), *(getattr(bench, name)() for name in JUDGED)]
+        rows = [row for name in names for row in (_order(ivp, method, h) if name == "order" else [getattr(bench, name)()])]
     except RunFailed as failure:
         nothing = float("nan")
-        rows = [Finding(name, None, nothing, nothing, UNDETERMINED, note=str(failure)) for name in ("order", *JUDGED)]
+        rows = [Finding(name, None, nothing, nothing, UNDETERMINED, note=str(failure)) for name in names]
     return [replace(row, property=f"{row.property} on {ivp.problem}") for row in rows]
 
 

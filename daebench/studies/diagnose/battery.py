@@ -12,7 +12,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
-from daebench.studies.claims.check import default_step
+from daebench.studies.claims.measured_run import default_step
 from daebench.studies.diagnose.kicks import RATTLE, tangent
 from daebench.studies.diagnose.mechanics import Mechanics, State
 

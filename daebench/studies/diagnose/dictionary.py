@@ -64,7 +64,7 @@ FAULTS = {
     ),
     "index_reduced": Fault(
         "integrates the index-reduced equations, lam computed from p and q, with a method for systems without constraints",
-        "Solve for the multipliers in each step, such that g(q1) = 0; steps on index-reduced equations lose both g = 0 and the two-form.",
+        "Solve for the multipliers in each step, such that g(q1) = 0; most steps on index-reduced equations lose g = 0 and the two-form.",
     ),
     "projected_after": Fault(
         "takes a step without its constraints and projects the result onto the manifold",

@@ -18,7 +18,7 @@ from daebench.methods.outside.callables import method_of_callable
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
-from daebench.studies.claims.check import bench_of, default_step
+from daebench.studies.claims.measured_run import bench_of, default_step
 from daebench.studies.diagnose.battery import EPS, LARGE, map_of, uncompiled
 from daebench.studies.diagnose.faulty_steps import FAULTY_STEPS, Step
 from daebench.studies.diagnose.mechanics import Mechanics, State
