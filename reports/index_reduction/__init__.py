@@ -8,7 +8,8 @@ import pandas as pd
 
 from daebench.draw.figures import drawing
 from daebench.pages.report import Progress, exact_motion, make_page
-from daebench.reports.index_reduction import figures, ida, two_motions
+from daebench.reports._two_motions import BEGUN, TORUS
+from daebench.reports.index_reduction import figures, ida
 from daebench.reports.index_reduction import numbers as _index_reduction_numbers
 from daebench.reports.index_reduction.claims import check
 from daebench.reports.index_reduction.figures import NAMES, draw, label
@@ -25,8 +26,8 @@ CONSTANTS = SimpleNamespace(
     IDA_T_END=ida.T_END,
     IDA_POINTS=ida.POINTS,
     WINDOW=figures.WINDOW,
-    TORUS=two_motions.TORUS,
-    PENDULUM=two_motions.PENDULUM,
+    TORUS=TORUS,
+    BEGUN=BEGUN,
 )
 
 
@@ -46,7 +47,6 @@ def make(out: Path, progress: Progress) -> Path:
             "drawn": draw(schemes, formulations, out / "figures") | {picture.stem: picture for picture in pictures},
             "tables": tables(schemes, formulations, out / "tables"),
             "label": label,
-            "begun": two_motions.BEGUN,
             "kept_names": [
                 "its adjoint" if name == "symplectic_euler_adjoint" else NAMES[name].removeprefix("constrained ") for name in facts.kept
             ],

@@ -1,110 +1,21 @@
 """What index reduction costs, on a motion that is not its own reverse and on one that is: the same methods on a torus and on a pendulum."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy import energy_drift
-from daebench.diagnostics.integrals import energy_error
-from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import parse
 from daebench.pages.report.claims import require
-from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.make_ivp import constrained
-from daebench.runs.request import Request
+from daebench.reports._two_motions import BEGUN, EARLY, PENDULUM, TORUS, Motion, Run, measured, require_level, require_lost
+from daebench.runs.ivp import Array
 
 METHODS = ("rattle", "lobatto3", "canonical:gauss2", "local:gauss2", "gauss2", "rk4")
 SYMMETRIC = METHODS[:-1]
 
-EARLY = 30.0
-"""Initial part of the runs that shows the first level of an error, units of time."""
-
-BEGUN = 5.0
-"""Part of the runs over which the accuracy at the beginning is compared, units of time."""
-
-LEVEL, LOST = 1.5, 5.0
-"""An error that stays level is at most this many times its first level; one that grows is at least so many times."""
-
-FLOOR = 1e-9
-"""An error below it may grow by rounding alone: angles that go round for 1e4 units of time have lost four digits."""
-
 WINDOWS = 240
 """Windows of time, equally wide on a logarithmic axis."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A motion: its problem, its step and its length.
-
-    Parameters
-    ----------
-    problem, case : str
-        Problem and case of the catalogue; the case is "" where positions and momenta are given.
-    h, t_end : float
-        Step size and end.
-    q0, p0 : tuple of float, optional
-        Initial positions and momenta.
-    """
-
-    problem: str
-    case: str
-    h: float
-    t_end: float
-    q0: tuple[float, ...] | None = None
-    p0: tuple[float, ...] | None = None
-
-    def ivp(self) -> ConstrainedIvp:
-        """Return the initial value problem."""
-        return constrained(initial_value_problem(self.problem, self.case or None, q0=self.q0, p0=self.p0))
-
-
-TORUS = Motion("torus", "through_hole", 0.1, 1e4)
-PENDULUM = Motion("spherical_pendulum", "", 0.05, 5e3, q0=(float(np.sin(1.0)), 0.0, float(-np.cos(1.0))), p0=(0.0, 0.3, 0.0))
-
-
-@dataclass(frozen=True)
-class Run:
-    """One run, step by step.
-
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        Times.
-    q : ndarray, shape(n, 3)
-        Positions.
-    energy_error : ndarray, shape(n,)
-        H - H0; infinite where it overflows.
-    failure : str or None
-        Why the run stopped before the end.
-    """
-
-    t: Array
-    q: Array
-    energy_error: Array
-    failure: str | None
-
-    @property
-    def largest(self) -> Array:
-        """Largest modulus of the energy error so far, shape(n,)."""
-        return np.asarray(np.maximum.accumulate(np.abs(self.energy_error)))
-
-    @property
-    def growth(self) -> float:
-        """Largest error of the run in units of its first level; infinite for a run that stops."""
-        first = self.largest[self.t <= EARLY][-1]
-        return float("inf") if self.failure else float(self.largest[-1] / max(first, FLOOR / LEVEL))
-
-
-def measured(motion: Motion, name: str) -> Run:
-    """Return the run of a method."""
-    ivp = motion.ivp()
-    run = parse(name).solve(ivp, Request(value=motion.h, t_end=motion.t_end, every=1, watch=()))
-    with np.errstate(over="ignore", invalid="ignore"):
-        error = np.nan_to_num(energy_error(ivp, run), nan=np.inf)
-    return Run(run.t, run.q, error, run.failure)
 
 
 Both = dict[str, dict[str, Run]]
@@ -123,35 +34,26 @@ def check_motions(runs: Mapping[str, Mapping[str, Run]]) -> SimpleNamespace:
     fit = energy_drift(torus["rattle"].t, torus["rattle"].energy_error)
     require(fit.verdict == "bounded", "the energy of RATTLE on the torus is bounded", fit.brief)
     for name in ("gauss2", "local:gauss2"):
-        require(torus[name].growth >= LOST and torus[name].failure is None, f"{name} on the torus loses energy", torus[name].growth)
+        require_lost(torus[name], f"{name} on the torus")
     for name in SYMMETRIC:
         require_level(pendulum[name], f"{name} on the pendulum")
     require(pendulum["rk4"].failure is not None, "RK4 on the pendulum does not reach the end", "a complete run")
     reduced, rattle = torus["gauss2"], torus["rattle"]
-    flat = float(rattle.largest[-1])
-    begun = reduced.t <= BEGUN
-    better = float(rattle.largest[begun][-1] / reduced.largest[begun][-1])
+    better = rattle.by(BEGUN) / reduced.by(BEGUN)
     require(better > 100, "Gauss begins more than 100 times as accurate as RATTLE", better)
-    crossing = float(reduced.t[np.argmax(reduced.largest > flat)])
+    crossing = reduced.passes(rattle.most)
     require(EARLY < crossing < TORUS.t_end / 4, "on (1.18) it crosses the line of RATTLE early in the run", crossing)
     return SimpleNamespace(
-        flat=flat,
+        flat=rattle.most,
         better=better,
         crossing=crossing,
-        end=float(reduced.largest[-1]),
-        canonical=float(torus["canonical:gauss2"].largest[-1]),
-        local=float(torus["local:gauss2"].largest[-1]),
-        lobatto=float(torus["lobatto3"].largest[-1]),
-        pendulum_reduced=float(pendulum["gauss2"].largest[-1]),
-        pendulum_rattle=float(pendulum["rattle"].largest[-1]),
+        end=reduced.most,
+        canonical=torus["canonical:gauss2"].most,
+        pendulum_reduced=pendulum["gauss2"].most,
+        pendulum_rattle=pendulum["rattle"].most,
         gone=float(pendulum["rk4"].t[-1]),
         gone_torus=float(torus["rk4"].t[-1]),
     )
-
-
-def require_level(run: Run, of: str) -> None:
-    """Require that the energy error of a run stays at its first level to its end."""
-    require(run.growth <= LEVEL, f"the energy error of {of} stays level", f"{run.growth:.3g} times its first level: {run.failure}")
 
 
 def envelope(run: Run, motion: Motion) -> tuple[Array, Array]:

@@ -14,8 +14,9 @@ from daebench.pages.lesson.control import NO_YES, Control, Values
 from daebench.pages.lesson.experiment import Experiment, Preparation, Shown
 from daebench.pages.report import at_most, number
 from daebench.pages.report.claims import require
+from daebench.reports._two_motions import PENDULUM, TORUS, measured
 from daebench.reports.lessons._panels import seconds
-from daebench.reports.lessons._why_symplectic_fair import ON_PENDULUM, ON_TORUS, PENDULUM, TORUS, fair, followed
+from daebench.reports.lessons._why_symplectic_fair import ON_PENDULUM, ON_TORUS, fair
 from daebench.reports.lessons._why_symplectic_picture import picture
 from daebench.reports.lessons._why_symplectic_run import Carried, carried, ivp_of, method_of
 
@@ -100,8 +101,8 @@ def preparations() -> list[Preparation]:
     """Return the kernels that have to be compiled before the controls respond."""
     pairs = [(scheme, project) for scheme in SCHEMES for project in NO_YES if method_of(scheme, project)[1] or not project]
     compiled: list[Preparation] = [(f"compiling {method_of(*pair)[0].name}", partial(carried, *pair, "wide", H, H)) for pair in pairs]
-    long = [(problem, name) for problem, names in ((TORUS, ON_TORUS), (PENDULUM, ON_PENDULUM)) for name in names]
-    return compiled + [(f"long run of {name} on {problem}", partial(followed, problem, name)) for problem, name in long]
+    long = [(motion, name) for motion, names in ((TORUS, ON_TORUS), (PENDULUM, ON_PENDULUM)) for name in names]
+    return compiled + [(f"long run of {name} on {motion.problem}", partial(measured, motion, name)) for motion, name in long]
 
 
 def facts() -> SimpleNamespace:

@@ -5,19 +5,8 @@ from daebench.methods.fixed_step.script import script, script_of_functions
 from daebench.methods.names import parse
 from daebench.pages.lesson.live_page import Content
 from daebench.pages.report import number
-from daebench.reports.lessons._why_symplectic_fair import (
-    EARLY,
-    MIDDLE,
-    ON_TORUS,
-    PENDULUM_END,
-    PENDULUM_H,
-    SPEED,
-    TORUS_END,
-    TORUS_H,
-    fair,
-    pendulum,
-    torus,
-)
+from daebench.reports._two_motions import BEGUN, PENDULUM, SPEED, TORUS
+from daebench.reports.lessons._why_symplectic_fair import MIDDLE, ON_TORUS, fair
 
 HEROES = (
     ("rattle", "RATTLE", "the constraint itself"),
@@ -40,10 +29,10 @@ NAMES = {
 
 def content() -> Content:
     """Return the content of the page; sentences on the long runs are tested here, the page computes the other numbers itself."""
-    ivp, bead, facts = pendulum(), torus(), fair()
-    scripts = {name: script(parse(name), ivp, PENDULUM_H, watch=("energy",)) for name in CARRIED}
-    scripts |= {f"{name} tangents": script(parse(name), ivp, PENDULUM_H, directions=2) for name in CARRIED}
-    scripts |= {f"torus {name}": script(parse(name), bead, TORUS_H, watch=("energy",)) for name in ON_TORUS}
+    ivp, bead, facts = PENDULUM.ivp(), TORUS.ivp(), fair()
+    scripts = {name: script(parse(name), ivp, PENDULUM.h, watch=("energy",)) for name in CARRIED}
+    scripts |= {f"{name} tangents": script(parse(name), ivp, PENDULUM.h, directions=2) for name in CARRIED}
+    scripts |= {f"torus {name}": script(parse(name), bead, TORUS.h, watch=("energy",)) for name in ON_TORUS}
     names = {name: LABELS.get(name, name_of(name)) for name in CARRIED}
     radius, tube = (float(bead.parameters[name]) for name in ("radius", "tube"))
     data = {
@@ -54,11 +43,11 @@ def content() -> Content:
         "carried": list(CARRIED),
         "names": names,
         "colours": colours(),
-        "end": PENDULUM_END,
-        "torus": {"names": NAMES, "beads": [name for name, *_ in BEADS], "h": TORUS_H, "end": TORUS_END, "radius": radius, "tube": tube},
+        "end": PENDULUM.t_end,
+        "torus": {"names": NAMES, "beads": [name for name, *_ in BEADS], "h": TORUS.h, "end": TORUS.t_end, "radius": radius, "tube": tube},
     }
     words = {"heroes": HEROES, "beads": BEADS, "carried": list(names.items()), "colours": colours()}
-    long = {"facts": facts, "number": number, "early": EARLY, "middle": MIDDLE}
+    long = {"facts": facts, "number": number, "early": BEGUN, "middle": MIDDLE}
     return Content(scripts=scripts, functions=script_of_functions(ivp, ["H", "lam"]), data=data, text=words | long)
 
 

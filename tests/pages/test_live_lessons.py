@@ -84,14 +84,15 @@ def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
 
 
 def test_runs_on_the_torus_in_the_page_are_those_of_the_compiled_kernels(pages, seen):
-    from daebench.reports.lessons._why_symplectic_fair import ON_TORUS, TORUS, followed
+    from daebench.reports._two_motions import TORUS, measured
+    from daebench.reports.lessons._why_symplectic_fair import ON_TORUS
 
     shown = seen(pages("why-symplectic").as_uri())
     shown.page.evaluate("{ Frames.screens[0].play(false); fair.again(); while (fair.time < 9999) fair.tick(0.1) }")
     peaks = shown.page.evaluate("Object.fromEntries(Object.entries(fair.items).map(([n, { peak, run }]) => [n, [peak, run.t]]))")
     assert set(peaks) == set(ON_TORUS)
     for name, (peak, t) in peaks.items():
-        run = followed(TORUS, name)
+        run = measured(TORUS, name)
         assert t == pytest.approx(run.t[-1], abs=0.2)
         assert run.failure or peak == pytest.approx(run.most, rel=1e-3)
     shown.clean()
