@@ -191,7 +191,9 @@ def _rows(content: bytes) -> tuple[StoredRow, ...]:
 
 def _of_digests(row: StoredRow) -> StoredRow:
     """Return a row whose key and maker are digests, and which took a time."""
-    DIGEST.read(row.key, "key"), DIGEST.read(row.maker, "maker"), SECONDS.read(row.took, "took")
+    DIGEST.read(row.key, "key")
+    DIGEST.read(row.maker, "maker")
+    SECONDS.read(row.took, "took")
     return row
 
 
