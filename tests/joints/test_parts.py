@@ -25,8 +25,8 @@ from daebench.joints import (
     Spring,
     t,
 )
-from daebench.joints.exact import exact
 from daebench.joints.doubts import doubts_of
+from daebench.joints.exact import exact
 from daebench.joints.parts import rows_of
 from daebench.joints.placing import places_of
 from daebench.methods.initial_value_problem import initial_value_problem

@@ -5,8 +5,9 @@ from functools import cached_property
 
 import sympy as sp
 
-from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
+from daebench.compiler.constrained.derivation import Arguments, Rule
 from daebench.compiler.constrained.extended import ExtendedDerivation
+from daebench.compiler.constrained.inertia import inertia_of, potential_of
 from daebench.compiler.constrained.local import LocalDerivation
 from daebench.compiler.derivatives import nested_jacobian
 from daebench.compiler.linear.elimination_source import Target
@@ -122,24 +123,3 @@ class CanonicalDerivation(LocalDerivation):
             "placed": placed,
             "inverse_chart": inverse,
         }
-
-
-def has_canonical(own: Derivation) -> bool:
-    """Return whether there are M, U and a chart whose positions depend on xi alone, so that xi has momenta of its own."""
-    chart = own.problem.chart
-    return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and inertia_of(own) is not None
-
-
-def inertia_of(own: Derivation) -> sp.Matrix | None:
-    """Return the mass matrix of the declared positions, given or the inverse of a diagonal H_pp; None if H is not 1/2 p^T M^-1 p + U."""
-    if own.mechanical:
-        return sp.Matrix(own.definition.M)
-    n = len(own.definition.p)
-    inverse = [own.H_pp[i, i] for i in range(n)]
-    plain = all(inverse[i] != 0 and sp.expand(own.H_p[i] - inverse[i] * own.p[i]) == 0 for i in range(n))
-    return sp.diag(*(1 / entry for entry in inverse)) if plain else None
-
-
-def potential_of(own: Derivation) -> sp.Expr:
-    """Return the potential energy: U, or H without momenta."""
-    return own.U if own.mechanical else own.H.subs(dict.fromkeys(own.p, 0))

@@ -8,6 +8,7 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained.distances import distances, is_water
+from daebench.compiler.constrained.inertia import has_canonical
 from daebench.compiler.derivatives import jacobian
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.facts import Derived
@@ -205,8 +206,6 @@ class Derivation(Derived):
         EXTENDED: the last position is the time. FORCED: there are forces without a potential. DAMPED: those of them that depend on the
         velocity are -c p. For DISTANCES and WATER see :mod:`daebench.compiler.constrained.distances`.
         """
-        from daebench.compiler.constrained.canonical import has_canonical
-
         return {
             "D": self.d,
             "M": self.m,
