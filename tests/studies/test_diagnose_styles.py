@@ -3,27 +3,15 @@
 import shutil
 import subprocess
 from functools import cache, partial
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
 import numpy as np
 import pytest
+from planted_codes import PLANTED, loaded
 
 from daebench.studies.diagnose.dictionary import FAULTS
 from daebench.studies.diagnose.verdict import CORRECT, FAULT, UNSURE, diagnose
 
 pytestmark = [pytest.mark.usefixtures("plain_functions"), pytest.mark.filterwarnings("ignore::RuntimeWarning")]
-
-PLANTED = Path(__file__).parent / "planted"
-
-
-def loaded(name):
-    """Return a file of planted codes as a module."""
-    spec = spec_from_file_location(name, PLANTED / f"{name}.py")
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
 
 basis_codes, engine_codes = loaded("basis_codes"), loaded("engine_codes")
 

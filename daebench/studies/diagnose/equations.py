@@ -1,25 +1,13 @@
-"""The equations that a code solves: the limit of (step - state) / h as h goes to zero, against those of the problem."""
+"""The equations that a code solves, if they are not those of the problem: the masses or forces that explain its rates."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from daebench.runs.ivp import Array
-from daebench.studies.diagnose.agreement import CONFIRMED
 from daebench.studies.diagnose.battery import Battery, Map
-from daebench.studies.diagnose.feedback import rates
-from daebench.studies.diagnose.mechanics import Mechanics, State
-
-SIZES = (0.1, 0.02, 0.004, 0.0008)
-"""The steps from which limits are extrapolated, in units of the battery's; an iteration that ends early leaves more in small ones."""
-
-OFF, OFF_SINGLE = 1e-3, 2e-2
-"""How far a rate is from that of the problem where it is another one, relative to the largest; in float64 and in float32."""
-
-SURE = 10.0
-"""How many times the difference of two limits from different steps a rate is off."""
+from daebench.studies.diagnose.limit import Rate, beside, limit_of, off, on_manifold, projector, settled
+from daebench.studies.diagnose.mechanics import Mechanics
 
 FITS = 0.05
 """Part of what is off that may remain where an explanation is given."""
@@ -28,100 +16,26 @@ PLAIN = 1e-3
 """Largest distance of a factor from one with which nothing is said of it."""
 
 
-@dataclass(frozen=True)
-class Rate:
-    """What a code's rates are in a state, and how far they are from those of the problem.
-
-    Parameters
-    ----------
-    p, q : ndarray
-        The state.
-    given, right : ndarray
-        A rate of the code, and of the problem.
-    error : float
-        What the limit is known to.
-    """
-
-    p: Array
-    q: Array
-    given: Array
-    right: Array
-    error: float
-
-
 def other_equations(battery: Battery, step: Map) -> str:
     """Return in which equations a code's steps have their limit, "" where they are the problem's, or there is no limit.
 
     Rates of p are compared beside the gradients of the constraints: what is along them is a matter of multipliers.
     """
     mechanics = battery.mechanics
-    limits = [(p, q, limit) for p, q in _on_manifold(battery) if (limit := _limit(step, p, q, battery))]
+    limits = [(p, q, limit) for p, q in on_manifold(battery) if (limit := limit_of(step, p, q, battery))]
     if not limits:
         return ""
     moving = [Rate(p, q, at[1], mechanics.velocity(p, q), error[1]) for p, q, (at, error) in limits]
-    if not _settled(moving):
+    if not settled(moving):
         return ""
-    pushed = [_beside(mechanics, p, q, at[0], error[0]) for p, q, (at, error) in limits]
-    if not _off(battery, moving):
-        return _told(_of_force(battery, pushed)) if _settled(pushed) and _off(battery, pushed) else ""
+    pushed = [beside(mechanics, p, q, at[0], error[0]) for p, q, (at, error) in limits]
+    if not off(battery, moving):
+        return _told(_of_force(battery, pushed)) if settled(pushed) and off(battery, pushed) else ""
     return _told(_of_mass(battery, moving), _at_rest(battery, step))
 
 
 def _told(*parts: str) -> str:
     return f"as h goes to zero the step solves other equations: {'; '.join(part for part in parts if part)}"
-
-
-def _on_manifold(battery: Battery) -> Iterator[State]:
-    """Yield the states before steps that meet both constraints: a code that keeps only one may leave others."""
-    mechanics, rounding = battery.mechanics, battery.rounding(CONFIRMED)
-    for point in battery.points:
-        v = mechanics.velocity(point.p, point.q)
-        G = mechanics.gradient(point.q)
-        tangent = np.max(np.abs(G @ v)) <= rounding * np.max(np.abs(G)) * np.max(np.abs(v))
-        if tangent and mechanics.distance(point.q) <= rounding * float(battery.scales[1]):
-            yield point.p, point.q
-
-
-def _limit(step: Map, p: Array, q: Array, battery: Battery) -> tuple[State, tuple[float, float]] | None:
-    """Return the rates of p and q, and what each is known to: from the two neighbouring sizes whose limits differ least."""
-    found = [limit for size in SIZES if (limit := rates(step, p, q, size * battery.h))]
-    if len(found) < 2:
-        return None
-    rate, error = zip(*(_nearest_two([limit[k] for limit in found]) for k in (0, 1)), strict=True)
-    return (rate[0], rate[1]), (error[0], error[1])
-
-
-def _nearest_two(limits: Sequence[Array]) -> tuple[Array, float]:
-    apart = [float(np.max(np.abs(one - other))) for one, other in pairwise(limits)]
-    k = int(np.argmin(apart))
-    return limits[k + 1], apart[k]
-
-
-def _beside(mechanics: Mechanics, p: Array, q: Array, rate: Array, error: float) -> Rate:
-    """Return the rate of p beside the gradients of the constraints."""
-    away = _projector(mechanics, q)
-    return Rate(p, q, away @ rate, -away @ mechanics.slope(p, q), error)
-
-
-def _projector(mechanics: Mechanics, q: Array) -> Array:
-    """Return the matrix that takes away what is along the gradients."""
-    G = mechanics.gradient(q)
-    return np.asarray(np.eye(len(q)) - np.linalg.pinv(G) @ G)
-
-
-def _size(found: Sequence[Rate]) -> float:
-    return max(float(np.max(np.abs([rate.given, rate.right]))) for rate in found)
-
-
-def _settled(found: Sequence[Rate]) -> bool:
-    """Return whether there are limits: they are known better than the size of the rates."""
-    return max(rate.error for rate in found) * SURE <= _size(found)
-
-
-def _off(battery: Battery, found: Sequence[Rate]) -> bool:
-    """Return whether rates are others than the problem's, by more than they are known to."""
-    least = (OFF_SINGLE if battery.single else OFF) * _size(found)
-    return any(float(np.max(np.abs(rate.given - rate.right))) > max(least, SURE * rate.error) for rate in found)
 
 
 # ---- the mass
@@ -140,7 +54,7 @@ def _of_mass(battery: Battery, found: Sequence[Rate]) -> str:
 def _entries(mechanics: Mechanics, found: Sequence[Rate]) -> str:
     """Return the entries of M that differ, "" where none explain the rates: those of one value first, then all."""
     M = mechanics.mass(found[0].q)
-    away = [_projector(mechanics, rate.q) for rate in found]
+    away = [projector(mechanics, rate.q) for rate in found]
     target = np.concatenate([P @ (rate.p - M @ rate.given) for P, rate in zip(away, found, strict=True)])
     pairs = [(i, j) for i, j in zip(*np.nonzero(M), strict=True) if i <= j]
     columns = np.stack([np.concatenate([P @ _times(i, j, x.given) for P, x in zip(away, found, strict=True)]) for i, j in pairs], axis=1)
@@ -180,10 +94,10 @@ def _near(number: float, size: float) -> float:
 def _at_rest(battery: Battery, step: Map) -> str:
     """Return which force a code has that has another mass: from rest, where no mass counts; "" where it is the problem's."""
     found = []
-    for p, q in _on_manifold(battery):
-        if limit := _limit(step, np.zeros_like(p), q, battery):
-            found.append(_beside(battery.mechanics, np.zeros_like(p), q, limit[0][0], limit[1][0]))
-    return _of_force(battery, found) if found and _settled(found) and _off(battery, found) else ""
+    for p, q in on_manifold(battery):
+        if limit := limit_of(step, np.zeros_like(p), q, battery):
+            found.append(beside(battery.mechanics, np.zeros_like(p), q, limit[0][0], limit[1][0]))
+    return _of_force(battery, found) if found and settled(found) and off(battery, found) else ""
 
 
 def _of_force(battery: Battery, found: Sequence[Rate]) -> str:
@@ -192,7 +106,7 @@ def _of_force(battery: Battery, found: Sequence[Rate]) -> str:
         return "p' is that of " + _times_the("problem's force", factor)
     mechanics = battery.mechanics
     forces = [-mechanics.slope(rate.p, rate.q) for rate in found]
-    away = [_projector(mechanics, rate.q) for rate in found]
+    away = [projector(mechanics, rate.q) for rate in found]
     target = np.concatenate([rate.given - rate.right for rate in found])
     if factors := _explained(target, np.concatenate([P * F for P, F in zip(away, forces, strict=True)])):
         return "p' is that of " + _listed(f"{_times_the('force', 1 + c)} in component {k + 1}" for k, c in factors)
@@ -234,8 +148,8 @@ def _times_the(what: str, factor: float) -> str:
 
 def _components(name: str, found: Sequence[Rate]) -> str:
     """Return the components that are off, and by how much."""
-    off = np.max(np.abs([rate.given - rate.right for rate in found]), axis=0)
-    return _listed(f"{off[k]:.3g} in {name}{k + 1}'" for k in np.flatnonzero(off > FITS * np.max(off)))
+    apart = np.max(np.abs([rate.given - rate.right for rate in found]), axis=0)
+    return _listed(f"{apart[k]:.3g} in {name}{k + 1}'" for k in np.flatnonzero(apart > FITS * np.max(apart)))
 
 
 def _listed(words: Iterator[str]) -> str:
