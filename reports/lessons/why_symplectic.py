@@ -62,8 +62,7 @@ def _(facts, mo, number):
     | Gauss 2 | reduced (1.18) | {number(torus["gauss2"], 3)} | passes RATTLE at t = {facts.fair.crossing:.0f} s |
 
     The loss in the last row is due to index reduction: the same method loses nothing in angles and momenta. (RK4 on the reduced equations
-    overflows at t = {facts.fair.gone:.0f} s. It is not symplectic for any of these equations, so its end says nothing about index
-    reduction.)
+    overflows at t = {facts.fair.gone:.0f} s. It is no symplectic method, so its end says nothing about index reduction.)
 
     **An exception.** A pendulum moves, in reverse, along the mirror image of its path. A symmetric method with a small step then has no
     drift, symplectic or not (HLW XI.2 and XI.3). From one radian and a push sideways, with h = 0.05 s up to t = 5000 s, the midpoint rule
