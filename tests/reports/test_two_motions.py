@@ -1,6 +1,7 @@
 """What index reduction costs, on two motions: sentences hold for all methods of the catalogue, and runs that refute them are refused."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ from daebench.methods.names import parse
 from daebench.methods.names_tables import CONSTRAINED
 from daebench.pages.report.index import LEAD, lead
 from daebench.reports._two_motions import EARLY, FLOOR, LEVEL, LOST, PENDULUM, TORUS, Run, measured
-from daebench.reports.index_reduction.two_motions import METHODS, SYMMETRIC, check_motions, envelope
+from daebench.reports.index_reduction.two_motions import METHODS, SYMMETRIC, check_motions, envelope, measure_motions
 from daebench.reports.index_reduction.two_motions_figure import apart
+
+ROOT = Path(__file__).parent.parent.parent
 
 FORMED = ("rk4", "midpoint", "gauss2", "gauss3", "gauss4")
 SWEPT = sorted(
@@ -84,6 +87,16 @@ def test_the_index_begins_with_the_lead_of_the_first_page_that_has_one(tmp_path)
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / LEAD).write_text("<figure>first</figure>", encoding="utf-8")
     assert lead(tmp_path, ["one", "other"]) == "<figure>first</figure>"
+
+
+@pytest.mark.slow
+def test_readme_and_docs_say_what_is_measured():
+    facts = check_motions(measure_motions())
+    told = (
+        f"begins {facts.better:.0f} times as accurate as RATTLE, crosses its level at t = {facts.crossing:.0f} and ends at {facts.end:.1f}"
+    )
+    for file in ("README.md", "docs/index.md"):
+        assert told in (ROOT / file).read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
