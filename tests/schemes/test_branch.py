@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from branches import continued, followed
+from branches import continued, followed, lobatto3_continued
 from ivps import ivp
 from planted import plant
 
@@ -155,6 +155,33 @@ def test_a_planted_start_of_gauss_seidel_iteration_is_caught(place, right, wrong
     plant(monkeypatch, tmp_path, "schemes.rattle_gauss_seidel", right, wrong)
     _, failures = gauss_seidel(place)
     assert any(NAMED in failure for failure in failures)
+
+
+LOBATTO3 = {"pendulum": (9, 0), "torus": (7, 2)}
+"""Steps of lobatto3 on their own branch, and steps whose iteration ends on another one."""
+
+
+@pytest.mark.parametrize(("place", "counts"), LOBATTO3.items(), ids=LOBATTO3)
+def test_a_step_of_lobatto3_is_the_root_that_continues_from_small_h_or_is_named(place, counts):
+    right = named = 0
+    for where, time in starts(place):
+        for share in (0.6, 1.05, 1.1):
+            expected = lobatto3_continued(where, share * time)
+            if expected is None:
+                continue
+            run = step("lobatto3", where, share * time)
+            assert run.failure is None or NAMED in run.failure
+            assert run.failure or np.abs(run.q[-1] - expected).max() < 1e-7 * np.abs(expected).max()
+            right, named = right + (run.failure is None), named + (run.failure is not None)
+    assert (right, named) == counts
+
+
+@pytest.mark.parametrize("place", ["spherical-fast", "stretched-H", "relativistic"], ids=str)
+@pytest.mark.parametrize("name", ["rattle", *(f"lobatto{s}" for s in range(2, 7))], ids=str)
+def test_every_walk_of_a_right_step_ends_where_the_step_does(name, place, monkeypatch, tmp_path):
+    plant(monkeypatch, tmp_path, "schemes.kernels.branch", "return min(far - near, excess)", "return 1.0 + 0 * min(far - near, excess)")
+    for h in (0.01, 0.1):
+        assert step(name, ivp(place), h, 3).failure is None
 
 
 # ---- the old start, planted ----------------------------------------------------------------------------------------------

@@ -114,3 +114,63 @@ def followed(name, where, h, first=1 / 32, least=1e-5):
         else:
             part /= 2
     return q0 + x[d : 2 * d]
+
+
+# ---- Lobatto IIIA-IIIB ---------------------------------------------------------------------------------------------------
+
+
+class Stages:
+    """The equations of Lobatto IIIA-IIIB of three stages, HLW (1.27)-(1.30), for x = (P_i - p0, Q_i - q0 from i = 2, Lam_1, Lam_2)."""
+
+    A = np.array([[0, 0, 0], [5 / 24, 1 / 3, -1 / 24], [1 / 6, 2 / 3, 1 / 6]])
+    B = np.array([[1 / 6, -1 / 6], [1 / 6, 1 / 3], [1 / 6, 5 / 6]])
+    """Coefficients of IIIA, and those of IIIB but the last column, which is zero."""
+
+    def __init__(self, where):
+        self.where, self.p0, self.q0 = where, np.asarray(where.p0), np.asarray(where.q0)
+        self.lam = np.asarray(where.value("lam", where.p0, where.q0))
+        d = len(self.q0)
+        self.cuts = (3 * d, 5 * d)
+        self.sizes = np.repeat([np.abs(part).max() + 1e-3 for part in (self.p0, self.q0, self.lam)], [3 * d, 2 * d, 2 * len(self.lam)])
+
+    def start(self, h):
+        v = np.asarray(self.where.value("H_p", self.p0, self.q0))
+        return np.concatenate([np.zeros(self.cuts[0]), h / 2 * v, h * v, self.lam, self.lam])
+
+    def __call__(self, x, h):
+        parts = np.split(x, self.cuts)
+        P, Q = self.p0 + parts[0].reshape(3, -1), self.q0 + np.concatenate([0 * self.q0, parts[1]]).reshape(3, -1)
+        Lam = parts[2].reshape(2, -1)
+        values = {what: [np.asarray(self.where.value(what, p, q)) for p, q in zip(P, Q, strict=True)] for what in ("H_q", "H_p")}
+        force = np.array([values["H_q"][k] + np.asarray(self.where.value("G", Q[k])).T @ Lam[k] for k in range(2)])
+        off = (Q - self.q0 - h * self.A @ np.array(values["H_p"]))[1:]
+        return np.concatenate([(P - self.p0 + h * self.B @ force).ravel(), off.ravel(), *(self.where.value("g", q) for q in Q[1:])])
+
+    def turned(self, x, h):
+        """Return the derivative by x."""
+        columns = [(self(x + e, h) - self(x - e, h)) / (2 * e.max()) for e in np.diag(1e-6 * self.sizes)]
+        return np.array(columns).T
+
+    def corrected(self, x, h):
+        """Return the solution near x, None if Newton's iteration does not end."""
+        for _ in range(12):
+            change = np.linalg.solve(self.turned(x, h), self(x, h))
+            x = x - change
+            if np.abs(change / self.sizes).max() < 1e-11:
+                return x
+        return None
+
+
+def lobatto3_continued(where, h, parts=24):
+    """Return q1 of lobatto3 on the branch that begins at h = 0, followed in equal parts along its tangent; None if that ends before h."""
+    stages, part = Stages(where), h / parts
+    x = stages.corrected(stages.start(part), part)
+    for at in part * np.arange(1, parts):
+        if x is None:
+            return None
+        rate = np.linalg.solve(stages.turned(x, at), (stages(x, at + 1e-6 * h) - stages(x, at - 1e-6 * h)) / (2e-6 * h))
+        guess = x - part * rate
+        x = stages.corrected(guess, at + part)
+        if x is not None and np.abs((x - guess) / stages.sizes)[slice(*stages.cuts)].max() > 0.1:
+            return None
+    return None if x is None else where.q0 + x[slice(*stages.cuts)][-len(where.q0) :]

@@ -6,7 +6,10 @@ lobatto3 on the spherical pendulum, case fig1.2, from h = 0.35 on, with energy e
 is what :func:`daebench.schemes.lobatto.numbers` returns: A, A^, the matrix N with c_i N = A A^, b and c.
 """
 
-from daebench.schemes.kernels.language import SEPARABLE, STAGES, G, H_p, H_pp, H_q, g, norm, rows, solve_stages_but_one, zero
+from typing import Any
+
+from daebench.schemes.kernels.branch import ENDS, START, doubt, floor, settled_on, walked
+from daebench.schemes.kernels.language import SEPARABLE, STAGES, G, H_p, H_pp, H_q, g, norm, rows, solve, solve_stages_but_one, zero
 from daebench.schemes.kernels.newton import newton
 from daebench.schemes.kernels.spaces import DATA, LENGTH, Jacobian, Multiplier, Number, Report, Rows, Update, Vector
 from daebench.schemes.kernels.stages import places, weighted, weighted_but_last
@@ -14,6 +17,9 @@ from daebench.schemes.kernels.stages import places, weighted, weighted_but_last
 Points = tuple[Vector, ...]
 Multipliers = tuple[Multiplier, ...]
 Start = tuple[Vector, Vector, Jacobian, Number]
+
+PART = 0.046875
+"""Part by which a step grows in its walk: whole after 22 of 32 updates, so that the others settle it."""
 
 
 def positions(q0: Vector, dQ: tuple[Vector, ...]) -> tuple[Vector, ...]:
@@ -57,6 +63,18 @@ def first_guess(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]
     return tuple(h * DATA[4][i] * v0 for i in range(1, STAGES)), tuple(zero(q0) for k in range(STAGES - 1))
 
 
+def off_tangent(p0: Vector, q0: Vector, G0: Jacobian, dq: Vector) -> tuple[Vector, Multiplier]:
+    """Return the tangent part of a step, and the multiplier of its other part."""
+    V = rows(G0, p0, q0)
+    d, _ = solve(G0 @ V.T, G0 @ dq)
+    return dq - V.T @ d, d
+
+
+def goes_on(guess: Points, moved: Points, part: Number, scale: Number) -> Number:
+    """Return a number that is negative where the end of a step is many parts away from where it was expected."""
+    return 1 - norm(moved[STAGES - 2] - guess[STAGES - 2]) / (ENDS * part + START * scale)
+
+
 if SEPARABLE:
 
     def update(x: tuple[Points, Multipliers], data: Start) -> Update:
@@ -73,17 +91,19 @@ if SEPARABLE:
         Lam = tuple(Lam[k] + change[k] for k in range(STAGES - 1))
         return (moved, Lam), size, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
 
-    def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
-        """Return the P_i as far as the forces need them, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
-        dQ, Lam = first_guess(p0, q0, h)
-        (dQ, Lam), report = newton(update, (dQ, Lam), (p0, q0, G(q0), h))
-        return tuple(p0 for i in range(STAGES)), dQ, Lam, report
+    def begin(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]:
+        """Return the start of the iteration."""
+        return first_guess(p0, q0, h)
+
+    def momenta(p0: Vector, rest: Multipliers) -> tuple[Points, Multipliers]:
+        """Return the P_i as far as the forces need them, and the multipliers."""
+        return tuple(p0 for i in range(STAGES)), rest
 
 else:
 
-    def update(x: tuple[Points, Points, Multipliers], data: Start) -> Update:  # type: ignore[misc]
-        """One update of P_i - p0, Q_i - q0 and Lam_k: first P, then the velocities with it, then Q and the multipliers together."""
-        dP, dQ, Lam = x
+    def update(x: tuple[Points, tuple[Points, Multipliers]], data: Start) -> Update:  # type: ignore[misc]
+        """One update of Q_i - q0, P_i - p0 and Lam_k: first P, then the velocities with it, then Q and the multipliers together."""
+        dQ, (dP, Lam) = x
         p0, q0, G0, h = data
         Q = positions(q0, dQ)
         J = jacobians(G0, Q)
@@ -101,11 +121,42 @@ else:
         size_Q = sum(norm(moved[i] - dQ[i]) for i in range(STAGES - 1))
         size_P = sum(norm(S[i] @ (moved_P[i] - dP[i])) for i in range(STAGES))
         Lam = tuple(Lam[k] + change[k] for k in range(STAGES - 1))
-        return (moved_P, moved, Lam), size_Q + abs(h) * size_P, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
+        return (moved, (moved_P, Lam)), size_Q + abs(h) * size_P, max(LENGTH, norm(Q[STAGES - 1])), residual, pivot
 
-    def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
-        """Return P_1, ..., P_s, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report."""
-        still = 0 * p0
+    def begin(p0: Vector, q0: Vector, h: Number) -> tuple[Points, tuple[Points, Multipliers]]:  # type: ignore[misc]
+        """Return the start of the iteration, with momenta as they are."""
         dQ, Lam = first_guess(p0, q0, h)
-        (dP, dQ, Lam), report = newton(update, (tuple(still for i in range(STAGES)), dQ, Lam), (p0, q0, G(q0), h))
-        return places(p0, dP), dQ, Lam, report
+        return dQ, (tuple(0 * p0 for i in range(STAGES)), Lam)
+
+    def momenta(p0: Vector, rest: tuple[Points, Multipliers]) -> tuple[Points, Multipliers]:  # type: ignore[misc]
+        """Return the P_i and the multipliers."""
+        dP, Lam = rest
+        return places(p0, dP), Lam
+
+
+def ahead(dQ: Points, before: Points, w: Number) -> Points:
+    """Return where the stages of a step will be that grows on as it did from ``before``, w being the next part over the last one."""
+    return tuple(dQ[i] + w * (dQ[i] - before[i]) for i in range(STAGES - 1))
+
+
+def update_part(x: tuple[Number, Points, tuple[Points, Any]], data: tuple[Start, Number]) -> Update:
+    """One update of the stages of a step that grows by a part; the pivot is negative where its branch has an end."""
+    share, before, (dQ, rest) = x
+    (p0, q0, G0, h), part = data
+    grown = min(1.0, share + PART)
+    guess = ahead(dQ, before, (grown - share) / PART)
+    (moved, rest), size, scale, residual, pivot = update((guess, rest), (p0, q0, G0, grown * h))
+    return (grown, dQ, (moved, rest)), size, scale, residual, min(pivot, goes_on(guess, moved, part, scale))
+
+
+def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
+    """Return P_1, ..., P_s, Q_2 - q0, ..., Q_s - q0, Lam_1, ..., Lam_s-1, and a report: that of a step on the motion's own branch."""
+    x, data = begin(p0, q0, h), (p0, q0, G(q0), h)
+    (dQ, rest), report = newton(update, x, data)
+    dq, near = dQ[STAGES - 2], floor(q0)
+    tangent, d = off_tangent(p0, q0, data[2], dq)
+    unsure = doubt(q0, data[2], tangent, dq, d, near)
+    still = begin(p0, q0, 0 * h)
+    (_, _, (end, _)), walk = walked(update_part, (0 * h, still[0], still), (data, PART * (norm(dq) + norm(tangent))), unsure)
+    P, Lam = momenta(p0, rest)
+    return P, dQ, Lam, settled_on(tangent, dq, end[STAGES - 2], unsure, walk, report, near)
