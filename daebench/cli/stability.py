@@ -63,7 +63,8 @@ def stability(
     extremes, refused = chosen(asked, words(only) if only else ())
     Folder(out, pictures=tuple(extreme.name for extreme in extremes)).check()
     status = 0
-    summary: dict[str, Any] = {"said": {}, "left_out": refused, "written": []}
+    left_out = refused | {name: why.removesuffix(".") for name, why in asked.left_out.items()}
+    summary: dict[str, Any] = {"said": {}, "left_out": left_out, "written": []}
     with opened(store or out / "studies.db") as run_store:
         if dry_run:
             _tell_plan(extremes, asked, run_store, executors)
@@ -84,7 +85,7 @@ def stability(
 
 
 def _tell_rest(summary: dict[str, Any], *, as_json: bool) -> None:
-    """Print which extremes were left out and why, which stored runs were made again, and the written files; or all as JSON."""
+    """Print which extremes and methods were left out and why, which stored runs were made again, and the written files; or all as JSON."""
     if as_json:
         print_json(summary)
         return
