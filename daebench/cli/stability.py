@@ -63,8 +63,7 @@ def stability(
     extremes, refused = chosen(asked, words(only) if only else ())
     Folder(out, pictures=tuple(extreme.name for extreme in extremes)).check()
     status = 0
-    left_out = refused | {name: why.removesuffix(".") for name, why in asked.left_out.items()}
-    summary: dict[str, Any] = {"said": {}, "left_out": left_out, "written": []}
+    summary: dict[str, Any] = {"said": {}, "left_out": refused, "written": []}
     with opened(store or out / "studies.db") as run_store:
         if dry_run:
             _tell_plan(extremes, asked, run_store, executors)
