@@ -146,7 +146,7 @@ class Bar:
     @property
     def _work(self) -> str:
         """The current work: what is compiled, if anything is."""
-        from daebench.runs.under_way import under_way
+        from daebench.compiler.under_way import under_way
 
         return under_way() or self._label
 

@@ -61,9 +61,9 @@ def precision(
     path = draw(out, "precision", table)
     last = smallest_steps(table)
     if as_json:
-        rest = {"left_out": refused, "made_again": again, "file": str(path)}
+        rest = {"left_out": asked.left_out | refused, "made_again": again, "file": str(path)}
         print_json({"says": says(table), "smallest_steps": last.to_dict("records")} | rest)
         return
     print_frame(last[[name for name in SHOWN if name in last and not last[name].isna().all()]], "with the smallest steps")
-    left_out = (f"left out: {what}: {why}" for what, why in refused.items())
+    left_out = (f"left out: {why}" for why in (*asked.left_out.values(), *(f"{what}: {why}" for what, why in refused.items())))
     print("\n".join([*says(table), *left_out, *filter(None, [again]), f"written: {path}"]))

@@ -84,7 +84,7 @@ def stability(
 
 
 def _tell_rest(summary: dict[str, Any], *, as_json: bool) -> None:
-    """Print which extremes were left out and why, which stored runs were made again, and the written files; or all as JSON."""
+    """Print which extremes and methods were left out and why, which stored runs were made again, and the written files; or all as JSON."""
     if as_json:
         print_json(summary)
         return

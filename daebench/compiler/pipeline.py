@@ -9,6 +9,8 @@ from typing import Any
 from numba import types
 from numba.core.compiler import Compiler
 
+from daebench.compiler.under_way import compiling
+
 SIGNATURES: dict[Any, Any] = {}
 """Signatures by operation and types of numbers, for all functions of this process."""
 
@@ -40,9 +42,14 @@ class MemoisedContext:
 
 
 class Pipeline(Compiler):  # type: ignore[misc]
-    """numba's own compiler with a memoised typing context."""
+    """numba's own compiler with a memoised typing context; progress names the module of what is compiled by its first line."""
 
     def define_pipelines(self) -> Any:
         """Return the passes."""
         self.state.typingctx = MemoisedContext(self.state.typingctx)
         return super().define_pipelines()
+
+    def _compile_core(self) -> Any:
+        title = str(self.state.func_id.func.__globals__.get("__doc__") or "functions").partition("\n")[0]
+        with compiling(title.rstrip(".")):
+            return super()._compile_core()

@@ -15,12 +15,23 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
+from daebench.runs.schema import Kind, Named, Text
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import Ivp
 
 PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite", "pandas", "scikit-sundae", "heyoka", "solve_dae")
 """Packages on which numbers depend; those that are not installed are left out."""
+
+EXTRAS = ("heyoka", "solve_dae")
+"""Packages that need not be installed."""
+
+ORIGIN: Mapping[str, Kind] = {
+    "made": Text(form=r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", told="a date and a time, such as 2026-01-31 12:00 UTC"),
+    "versions": Named(Text(form=r"\d[\w.+!-]*", told="a version"), required=("Python", *(name for name in PACKAGES if name not in EXTRAS))),
+    "machine": Text(300, form=r".+, \w+ logical cores, .+ on .+", told="a processor, its cores and a system"),
+}
+"""What a file from elsewhere says of how it was made: :func:`now`, :func:`versions` and the machine."""
 
 
 def versions() -> dict[str, str]:

@@ -10,7 +10,15 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
-from daebench.systems.definition_parts import check_cases, check_coordinates, check_parameters, check_real, mathematics, several
+from daebench.systems.definition_parts import (
+    check_cases,
+    check_coordinates,
+    check_parameters,
+    check_real,
+    mathematics,
+    several,
+    to_the_last_digit,
+)
 from daebench.systems.picture import Exact, Picture
 
 
@@ -186,7 +194,8 @@ class ConstrainedChain:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        cases = [(name, case.q, case.p, dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
+        starts = {name: (to_the_last_digit(case.q), to_the_last_digit(case.p)) for name, case in self.cases.items()}
+        cases = [(name, *starts[name], dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
         return repr([sp.srepr(sp.sympify(part)) for part in [*self._all_parts, list(self.parameters)]]) + repr((self.speeds, cases))
 
     @cached_property

@@ -37,6 +37,12 @@ def mathematics(parts: Sequence[Any], names: Any, cases: Mapping[str, Sequence[A
     return repr(([*map(_exact, parts)], names, [(name, [*map(_exact, case)]) for name, case in cases.items()], numbers))
 
 
+def to_the_last_digit(values: Sequence[Any]) -> Sequence[Any]:
+    """Return the values of a case, with the exact text of those whose numbers SymPy would print with 15 digits."""
+    rounded = [isinstance(value, sp.Basic) and value.has(sp.Float) for value in values]
+    return [sp.srepr(value) if some else value for value, some in zip(values, rounded, strict=True)] if any(rounded) else values
+
+
 def _exact(part: Any) -> Any:
     """Return an expression as text, and a sequence as a list of texts, whatever its type."""
     if isinstance(part, str):

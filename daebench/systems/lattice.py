@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
@@ -26,7 +27,7 @@ VERIFIED_ON = 4
 """Number of sites of the lattice on which the structure is verified: the smallest for which not all sites are neighbours."""
 
 _VERIFIED: set[str] = set()
-"""Fingerprints of the lattices whose identities have been verified in this process."""
+"""Exact texts of the lattices, without their cases, whose identities have been verified in this process."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,9 +145,9 @@ class PoissonLattice:
         for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
             check_functions(what, functions)
         self._check_symbols()
-        if self.fingerprint not in _VERIFIED:
-            self.expanded(VERIFIED_ON, verify=True)
-            _VERIFIED.add(self.fingerprint)
+        structure = mathematics([*self._all_parts, list(self.parameters)], self._names, {}, {})
+        self.expanded(VERIFIED_ON, verify=structure not in _VERIFIED)
+        _VERIFIED.add(structure)
 
     def _check_symbols(self) -> None:
         """Check that expressions depend only on allowed symbols; others would have another meaning in a written-out lattice."""
@@ -191,18 +192,29 @@ class PoissonLattice:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        return f"{self.sites} sites of {self.expanded(SMALLEST).fingerprint}"
+        """Exact text of the mathematics at every site, without the values of parameters, for content hashes."""
+        return mathematics([*self._all_parts, list(self.parameters)], self._names, self._cases, {})
 
     @cached_property
     def mathematics(self) -> str:
         """Exact text of densities, parameters with defaults, and cases at every site; the same for all ways to write them."""
+        return mathematics(self._all_parts, self._names, {name: case[:2] for name, case in self._cases.items()}, self.parameters)
+
+    @property
+    def _all_parts(self) -> list[Any]:
         parts = [self.here, self.left, self.right, self.b, self.h, self.site, *self.casimirs.values(), *self.integrals.values()]
         parts += [[part.h, part.t, part.here] for part in self.parts.values()]
         if (map_ := self.darboux) is not None:
             parts += [map_.q, map_.p, map_.Q, map_.P, map_.here]
-        names = [self.sites, list(self.casimirs), list(self.integrals), list(self.parts), {k: list(x) for k, x in self.splittings.items()}]
-        return mathematics(parts, names, {name: (case.y, case.parameters) for name, case in self.cases.items()}, self.parameters)
+        return parts
+
+    @property
+    def _names(self) -> list[Any]:
+        return [self.sites, list(self.casimirs), list(self.integrals), list(self.parts), {k: list(x) for k, x in self.splittings.items()}]
+
+    @property
+    def _cases(self) -> dict[str, tuple[Any, ...]]:
+        return {name: (case.y, case.parameters, case.about) for name, case in self.cases.items()}
 
     def expanded(self, sites: int, *, verify: bool = False) -> PoissonSystem:
         """Return the written-out system with this many sites. Its identities are verified for few sites, when the lattice is made."""

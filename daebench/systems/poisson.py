@@ -18,6 +18,7 @@ from daebench.systems.definition_parts import (
     check_real,
     mathematics,
     several,
+    to_the_last_digit,
 )
 from daebench.systems.picture import Exact, Picture
 from daebench.systems.poisson_checks import check_casimirs, check_darboux, check_jacobi, check_skew, check_splitting
@@ -189,7 +190,7 @@ class PoissonSystem:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        cases = [(name, case.y, dict(case.parameters), case.about) for name, case in self.cases.items()]
+        cases = [(name, to_the_last_digit(case.y), dict(case.parameters), case.about) for name, case in self.cases.items()]
         return repr([sp.srepr(sp.sympify(part)) for part in self._all_parts]) + repr((self._part_names, cases))
 
     @cached_property

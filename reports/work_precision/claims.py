@@ -26,7 +26,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         found=summaries,
         total=len(runs),
         failed=int((runs["failure"] != "").sum()),
-        tally=tally([summary.winners for summary in summaries.values()]),
+        **tally([summary.winners for summary in summaries.values()]),
         cells=sum(len(summary.winners) for summary in summaries.values()),
         price={name: price([summary.advice for summary in summaries.values()], name) for name in CONSERVED if name != "nothing"},
         structure=structure(numbers),
@@ -81,7 +81,7 @@ def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
     """Return the winners by time, one phrase for each range of accuracies with the same winner.
 
     Each has the first and last level, the method, the smallest and largest factor to the next method, the next methods, and the winners by
-    evaluations if they differ.
+    evaluations if they differ, with whether one of them is the cheapest throughout.
     """
     stretches = []
     alone = frame["next"] == ""
@@ -90,7 +90,8 @@ def phrases(frame: pd.DataFrame) -> list[SimpleNamespace]:
         counted = list(dict.fromkeys(rows["method_counted"][~rows["method_counted"].isin([method, ""])]))
         followers = [name for name in dict.fromkeys(rows["next"]) if name]
         span = {"first": rows["level"].iloc[0], "last": rows["level"].iloc[-1], "least": rows["ratio"].min(), "most": rows["ratio"].max()}
-        stretches.append(SimpleNamespace(method=method, next=followers, counted=counted, **span))
+        throughout = len(counted) == 1 and bool((rows["method_counted"] == counted[0]).all())
+        stretches.append(SimpleNamespace(method=method, next=followers, counted=counted, throughout=throughout, **span))
     return stretches
 
 
@@ -109,16 +110,26 @@ def keeps(work: Work, table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def tally(frames: list[pd.DataFrame]) -> list[tuple[str, int]]:
-    """Return how often each method is the cheapest by time, over all motions and accuracies, the most frequent first."""
-    counts = pd.concat(frames)["method"].value_counts()
-    return [(str(name), int(count)) for name, count in counts.items()]
+def tally(frames: list[pd.DataFrame]) -> dict[str, Any]:
+    """Return the method that is most often the cheapest by time, over all motions and accuracies, and how often the others are.
+
+    Each of the ``others`` is a list of names and a number, the largest first: a method, or the schemes of all other compositions together.
+    """
+    (first, most), *counts = pd.concat(frames)["method"].value_counts().items()
+    composed = {str(name): int(count) for name, count in counts if "/" in str(name)}
+    composed = composed if len(composed) > 1 else {}
+    others = [SimpleNamespace(names=[name], n=int(count), composed=False) for name, count in counts if name not in composed]
+    if composed:
+        schemes = list(dict.fromkeys(name.partition("/")[0] for name in composed))
+        others.append(SimpleNamespace(names=schemes, n=sum(composed.values()), composed=True))
+    return {"first": (str(first), int(most)), "others": sorted(others, key=lambda group: -group.n)}
 
 
 def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
     """Return the cost of the cheapest run that conserves a quantity over that of the cheapest run, over motions and accuracies.
 
-    Median and most are over the cases in which it costs more; cases counts all in which it could be required, n those with such a run.
+    Median and most are over the n cases with such a run, in ``free`` of which it costs nothing; cases counts all in which it could be
+    required.
     """
     ratios, cases = [], 0
     for frame in frames:
@@ -128,9 +139,8 @@ def price(frames: list[pd.DataFrame], conserve: str) -> SimpleNamespace:
         if conserve in costs:
             ratios += list((costs[conserve] / costs["nothing"]).dropna())
     require(all(ratio >= 1 for ratio in ratios), f"a run that conserves {conserve} is never cheaper than the cheapest run", ratios)
-    costly = [ratio for ratio in ratios if ratio > 1]
-    worst = {"median": float(np.median(costly or [np.nan])), "most": max(costly, default=float("nan"))}
-    return SimpleNamespace(cases=cases, n=len(ratios), free=len(ratios) - len(costly), **worst)
+    worst = {"median": float(np.median(ratios or [np.nan])), "most": max(ratios, default=float("nan"))}
+    return SimpleNamespace(cases=cases, n=len(ratios), free=ratios.count(1.0), **worst)
 
 
 def structure(numbers: Numbers) -> SimpleNamespace:

@@ -4,20 +4,23 @@ import io
 import os
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+from numba.core.compiler import Compiler
 
 from daebench.cli import console
 from daebench.cli.console import bar, print_table, printable
 from daebench.cli.endings import complain
+from daebench.compiler.machine_code import njit
+from daebench.compiler.under_way import compiling, under_way
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.stepping import Run
 from daebench.reference.make.stages import alone
 from daebench.runs.files import atomic, check_place, make_folder
 from daebench.runs.request import Request
-from daebench.runs.under_way import compiling, under_way
 
 HOSTILE = """{}
 
@@ -152,7 +155,28 @@ def test_progress_names_what_is_compiled(get_ivp, monkeypatch):
     with bar("rattle on planar_pendulum") as progress:
         FixedStep("rattle", compiled=False).solve(get_ivp("planar"), Request(value=0.01, steps=2))
         assert progress._work == "rattle on planar_pendulum"
-        with compiling("rattle", "./arm.py"):
+        with compiling("rattle for ./arm.py"), compiling("Functions of ./arm.py"):
             assert progress._work == "compiling rattle for ./arm.py"
     assert seen == [f"compiling rattle for {get_ivp('planar').problem}"]
+    assert under_way() == ""
+
+
+@pytest.mark.parametrize(
+    ("title", "said"),
+    [
+        ("rattle on double_pendulum, complex128.", "compiling rattle on double_pendulum, complex128"),
+        ("./arm.py as index1, multipliers plain.\n\nMore of it.", "compiling ./arm.py as index1, multipliers plain"),
+        (None, "compiling functions"),
+    ],
+    ids=["derivatives", "formulation", "untitled"],
+)
+def test_whatever_is_compiled_is_named_by_the_module_that_it_is_in(title, said, monkeypatch):
+    seen, core = [], Compiler._compile_core
+    monkeypatch.setattr(Compiler, "_compile_core", lambda self: (seen.append(under_way()), core(self))[1])
+    for _ in ("alone", "within a run"):
+        scope = {"__doc__": title}
+        exec("def add(x): return x + 1", scope)
+        with compiling("shake for ./arm.py") if seen else nullcontext():
+            assert njit()(scope["add"])(1.0) == 2.0
+    assert seen == [said, "compiling shake for ./arm.py"]
     assert under_way() == ""

@@ -17,6 +17,9 @@ from said import README
 import daebench as library
 from daebench.compiler import cache
 from daebench.methods.catalogue import problems
+from daebench.studies.grid.archive import write_archive
+from daebench.studies.grid.store import opened
+from daebench.studies.grid.study import Study
 
 ROOT = README.parent
 DOCS = said.DOCS
@@ -28,6 +31,14 @@ def files(tmp_path, monkeypatch):
     said.write_files(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def archived(files, uncompiled_schemes):
+    """Have an archive of a study of the bead with the integrator that the documentation shows."""
+    with opened(files / "mine.db") as store:
+        Study(problem="./bead.py", methods=["./mine.py:step"], values={"h": [0.1]}, metrics=("energy",), t_end=1.0).table(store)
+        write_archive(store, files / "mine.zip")
 
 
 @pytest.fixture
@@ -48,8 +59,10 @@ def refuted(monkeypatch):
 
 
 def what_is_said(daebench, words):
-    """Return the sentences that a command says: of a run that stops why, else what is on standard error."""
+    """Return the sentences that a command says: of a run that stops why, of many steps the verdict, else what is on standard error."""
     status, out, err = daebench(*words, *(["--json"] if words[0] == "run" else []))
+    if words[0] == "long":
+        return status, next(line for line in out.splitlines() if ": " in line)
     stopped = json.loads(out)["failure"] if words[0] == "run" and out else None
     return status, stopped or err.removeprefix("daebench: ").rstrip("\n")
 
@@ -71,10 +84,13 @@ def test_a_message_of_the_documentation_is_what_the_command_says(
 ):
     if trouble.cache:
         request.getfixturevalue("cache_named")
+    if "mine.zip" in trouble.words:
+        request.getfixturevalue("archived")
     status, message = what_is_said(daebench, trouble.words)
     quoted = re.escape(trouble.message).replace(r"\.\.\.", r"\S+?")
     assert re.fullmatch(quoted, message), message
-    assert status == (0 if "compiling in memory" in message else 1 if "stopped at" in message or "the report would" in message else 2)
+    no_error, failure = ("compiling in memory", "undetermined"), ("stopped at", "the report would")
+    assert status == (0 if any(word in message for word in no_error) else 1 if any(word in message for word in failure) else 2)
 
 
 def test_all_messages_of_the_page_are_provoked():

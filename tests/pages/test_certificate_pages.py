@@ -123,7 +123,7 @@ def test_a_court_takes_what_it_can_verify_and_names_the_rest(folder, tmp_path):
 
 
 def test_a_court_shows_what_was_measured_and_not_what_a_certificate_says(folder, tmp_path):
-    changed(folder, "step", "boast", lambda c: c["about"].update(seconds_per_step=[1e-12], machine="the best"))
+    changed(folder, "step", "boast", lambda c: c["about"].update(seconds_per_step=[1e-12], machine="the best, 1 logical cores, X on Y"))
     entries, excluded = judged(folder, sorted(folder.glob("*/certificate.json")), 60.0, lambda *_: None, trust=True)
     assert ([entry.name for entry in entries], excluded) == (["boast", "shake", "step"], [])
     assert entries[0].verification.problems[0]["seconds"] > 1e-9

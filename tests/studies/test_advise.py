@@ -22,7 +22,7 @@ from daebench.studies.advise.keeps import keeps
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import Found, error_of, search
-from daebench.studies.advise.work import NOT_KEPT, Work, _settled, plan, why_nothing
+from daebench.studies.advise.work import NOT_KEPT, Work, _longest, _settled, chosen_of, plan, why_nothing
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.start_runs import StartRuns
@@ -324,6 +324,7 @@ def test_what_cannot_be_had_is_said_with_the_best_there_is(asked):
     nothing = daebench.advise("planar_pendulum", accuracy=1e-6, budget=1e-7, **one)
     assert nothing.choice is None
     assert "no method tried reaches an error of 1e-06 in 1e-07 s" in nothing.why
+    assert "the cheapest run within the accuracy, rk4 with h = " in nothing.why
     with pytest.raises(BadInput, match=r"may be wrong by .* needs at most"):
         daebench.advise("double_pendulum", **{**asked, "case": "horizontal", "t_end": 200.0}, accuracy=1e-9)
 
@@ -380,7 +381,60 @@ def test_why_there_is_no_choice_says_which_methods_did_not_keep_what_was_asked_f
     row = {"method": "rk4", "value": 0.01, "failure": "", "error_q": 1e-9, "bound_q": 1e-15, "seconds": 1e-4}
     lost = {"rk4": f"rk4 {NOT_KEPT} energy", "midpoint": "midpoint does not take it"}
     why = why_nothing(question, [Found("rk4", "h", row, (row,))], lost)
-    assert why == "no method tried conserves what is requested: rk4 was not found to keep energy"
+    assert why == "no method tried does all that is requested: rk4 was not found to keep energy"
+
+
+def law(run, floor):
+    """Return the made-up row of a run: rk4 with errors h^4 and 1 ms a step, rattle with errors h^2 and 0.1 ms; none below a floor."""
+    order, price = (4, 1e-3) if run.method == "rk4" else (2, 1e-4)
+    error, seconds = max(run.value**order, floor), price * run.t_end / run.value
+    row = {"method": run.method, "value": run.value, "failure": "", "error_q": error, "bound_q": 1e-15, "seconds": seconds, "steps": 1}
+    if isinstance(run, StartRuns):
+        row |= {name: [row[name]] * run.members for name in ("error_q", "bound_q", "failure")}
+    return row
+
+
+def answered(budget, floor, share=0.95, accuracy=1e-4, make=law):
+    """Return the choices and the sentence of a question whose runs are made up."""
+    work, left_out = Work(Question(**QUESTION | {"accuracy": accuracy, "budget": budget, "share": share}), None, None), {}
+    work.make = lambda run: make(run, floor)
+    found = [search(work.question, name, work.make, _longest(work.question, ())) for name in ("rk4", "rattle")]
+    chosen = [choice for choice, _ in chosen_of(work, found, left_out)]
+    return chosen, why_nothing(work.question, found, left_out)
+
+
+@pytest.mark.parametrize("share", [0, 0.95])
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("budget", [1e-9, 1e-7, 1e-3, 9e-3])
+def test_a_budget_that_is_too_small_is_told_with_the_price_of_the_cheapest_run(budget, accuracy, share, monkeypatch):
+    """The prices are known: 10 ms over h for rk4, 1 ms over h for rattle, and h is the fourth or second root of the accuracy."""
+    monkeypatch.setattr("daebench.studies.advise.work.keeps", lambda *_: {})
+    least = min(1e-2 / accuracy**0.25, 1e-3 / accuracy**0.5)
+    chosen, why = answered(budget, 0.0, share, accuracy)
+    assert chosen == []
+    price = float(re.search(r"the cheapest run within the accuracy, .* with h = .*, takes (\S+) s, which the budget excludes", why)[1])
+    assert least <= 1.01 * price <= 1.5 * least
+    assert "reaches its end" not in why
+    chosen, _ = answered(2 * least, 0.0, share, accuracy)  # the same question with a budget of twice as much has an answer
+    assert chosen
+
+
+@pytest.mark.parametrize("budget", [math.inf, 1e-7])
+@pytest.mark.parametrize("floor", [1e-2, 3e-4])
+def test_an_accuracy_out_of_reach_is_told_with_the_best_error_and_whether_the_budget_excludes_it_as_well(floor, budget):
+    chosen, why = answered(budget, floor)
+    assert chosen == []
+    assert float(re.search(r"the best is .*: error (\S+),", why)[1]) == pytest.approx(floor, rel=0.05)
+    assert why.endswith(" s, which the budget excludes") == (budget < 1)
+    assert "within the accuracy" not in why
+
+
+@pytest.mark.parametrize("budget", [math.inf, 1e-7])
+def test_that_no_run_reaches_its_end_is_said_where_it_is_so(budget):
+    def stops(run, _):
+        return law(run, 0.0) | {"failure": "it stopped", "error_q": math.nan}
+
+    assert answered(budget, 0.0, make=stops)[1].endswith("; none reaches its end")
 
 
 def test_a_change_after_which_a_ring_does_not_close_has_an_unknown_effect_and_says_why():

@@ -13,10 +13,10 @@ import contestants
 import forged
 import numpy as np
 import pytest
+from forged import require_sentence
 from own_files import RING
 
 import daebench as package
-from daebench.cli.endings import FAULT
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.foreign import ForeignName, Trust, admit, is_own_method
@@ -37,8 +37,6 @@ from daebench.studies.grid.study import Study
 SEED = 45
 SHORT, WHOLE = 60, 2500
 """Forged files of a quick test, and of a slow one."""
-
-LONGEST = 1100
 
 
 class Uncompiled(FixedStep):
@@ -69,18 +67,6 @@ def here(study, tmp_path, monkeypatch, uncompiled_schemes):
     monkeypatch.chdir(tmp_path)
     ivp_of.cache_clear()
     return tmp_path
-
-
-def require_sentence(status, out, err, what):
-    """Require a known status that is no fault, and at most one sentence of limited length."""
-    assert status in (0, 1, 2), (what, err)
-    assert status != FAULT
-    assert "Traceback" not in out + err, what
-    assert len(err.splitlines()) <= 1, (what, err)
-    assert len(err) <= LONGEST, what
-    if status == 2:
-        assert out == "", what
-        assert err.startswith("daebench: "), (what, err)
 
 
 # ---- whatever a field says ------------------------------------------------------------------------------------------------------

@@ -5,7 +5,11 @@ import hashlib
 import json
 import zipfile
 
+from daebench.cli.endings import FAULT
 from daebench.reference.keep import store
+
+LONGEST = 1100
+"""Most characters of a sentence, with those that an ending puts before it."""
 
 CUT = 33
 """Rows of a reference that is cut short."""
@@ -82,6 +86,18 @@ def unpack(path):
     return json.loads(files.pop("manifest.json")) | {"files": "@files@"}, files
 
 
+def require_sentence(status, out, err, what):
+    """Require a known status that is no fault, and at most one sentence of limited length."""
+    assert status in (0, 1, 2), (what, err)
+    assert status != FAULT
+    assert "Traceback" not in out + err, what
+    assert len(err.splitlines()) <= 1, (what, err)
+    assert len(err) <= LONGEST, what
+    if status == 2:
+        assert out == "", what
+        assert err.startswith("daebench: "), (what, err)
+
+
 def cut_reference(name, folder):
     """Store the first rows of a reference of daebench in a folder, and return that."""
     whole = store.load(name)
@@ -97,18 +113,22 @@ def cut_reference(name, folder):
     return folder / name
 
 
+def with_checksum(text, data=None):
+    """Return the text of a certificate with its checksum, and that of its data, made anew; what JSON cannot have has no checksum."""
+    try:
+        whole = json.loads(text)
+        if data is not None:
+            whole["data"]["sha256"] = data
+        whole["checksum"] = store.checksum(whole)
+        return json.dumps(whole)
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return text
+
+
 def forge_reference(place, certificate=None, digits=None):
     """Rewrite a stored reference: the text of its certificate, its digits, or both; with all checksums that can be made anew."""
     name = place.name
     text = (place / "certificate.json").read_text() if certificate is None else certificate
     content = (place / f"{name}.csv").read_bytes() if digits is None else digits
     (place / f"{name}.csv").write_bytes(content)
-    try:
-        whole = json.loads(text)
-        if digits is not None:
-            whole["data"]["sha256"] = hashlib.sha256(content).hexdigest()
-        whole["checksum"] = store.checksum(whole)
-        text = json.dumps(whole)
-    except (ValueError, TypeError, KeyError, RecursionError):  # what JSON cannot have has no checksum
-        pass
-    (place / "certificate.json").write_text(text)
+    (place / "certificate.json").write_text(with_checksum(text, None if digits is None else hashlib.sha256(content).hexdigest()))

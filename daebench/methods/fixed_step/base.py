@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
+from daebench.compiler.under_way import compiling
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.complex_step import complex_run
 from daebench.methods.fixed_step.compositions import weights_of
@@ -21,7 +22,6 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
-from daebench.runs.under_way import compiling
 
 if TYPE_CHECKING:
     from daebench.compiler.link import Linker
@@ -125,7 +125,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         file = f"{self.scheme_module.rpartition('.')[2]}{structure.get('stages', '')}"
         key = self._key(ivp, structure)
         name = f"{ivp.problem}_{self.form}_{file}_{precision}"
-        with compiling(self.name, ivp.problem):
+        with compiling(f"{self.name} for {ivp.problem}"):
             return generated(name, key, lambda cached: self._module(ivp, structure, cached=cached))
 
     def _key(self, ivp: Ivp, options: Mapping[str, Any]) -> str:

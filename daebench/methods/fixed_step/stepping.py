@@ -9,11 +9,11 @@ import numpy as np
 
 from daebench.compiler.number_types import number_type
 from daebench.compiler.sharing import uncollected
+from daebench.compiler.under_way import compiling
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Passage
-from daebench.runs.under_way import compiling
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
 from daebench.schemes.kernels.newton import ITERATIONS, NOT_CONVERGED
@@ -187,7 +187,7 @@ class Run:
         self.interrupted = False
         self.looks: list[tuple[int, Array]] = []
         self.stride = max(1, -(-grid.steps // _looks(request, ivp.size))) if request.looks else 0
-        with np.errstate(all="ignore"), uncollected(), compiling(linked.name, ivp.problem):
+        with np.errstate(all="ignore"), uncollected(), compiling(f"{linked.name} for {ivp.problem}"):
             self._prepare()
         self.compile_seconds = time.perf_counter() - began
 

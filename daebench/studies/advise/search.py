@@ -76,7 +76,7 @@ def search(question: Question, method: str, make: Make, longest: float = math.in
     make : callable
         Makes the row of a run.
     longest : float
-        CPU time of the last of those methods that are sure to be named, s: one that takes longer is not followed.
+        CPU time of the last of those methods that are sure to be named, s: one that takes much longer is not followed.
     """
     resolutions, knob = resolutions_of(question, method), question.solver(method).knob
     rows: dict[int, Row] = {}
@@ -107,8 +107,7 @@ def _next(
         return None, why or f"its error is {errors[-1]:.1e} with the finest step size or tolerance that is tried"
     number = min(resolutions.most, resolutions.finer(low, errors[-1], question.accuracy))
     known = [k for k in sorted(rows) if math.isfinite(float(rows[k]["seconds"]))]
-    limit = DEARER * min(longest, 2 * question.budget)
-    if known and resolutions.cost(known[-1], float(rows[known[-1]]["seconds"]), number) > limit:
+    if known and resolutions.cost(known[-1], float(rows[known[-1]]["seconds"]), number) > DEARER * longest:
         return None, "it takes longer than others that reach the accuracy, or than the budget allows"
     return number, "the largest number of runs did not reach the accuracy"
 

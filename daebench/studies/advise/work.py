@@ -49,6 +49,11 @@ BUSY = 1.2
 NOT_KEPT = "was not found to keep"
 """What is said of a method that loses a quantity that is asked for in a run, or of which that cannot be measured."""
 
+NEAR = 2.0
+"""Times the budget up to which a run is timed again: first timings may be too long."""
+
+EXCLUDED = "which the budget excludes"
+
 AGAIN, SPENT = (3, 40), 0.05
 """Fewest and most runs that are timed of those methods that come into question, of which the best counts, and the time they take, s."""
 
@@ -161,9 +166,15 @@ def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list
             left_out[name] = f"{name} was not tried, to save time; ask again to include it"
             continue
         work.tell(work.searching * sum(expected[:k]) / sum(expected), name)
-        prices = sorted(float(some.row["seconds"]) for some in found if some.row)
-        found.append(search(work.question, name, work.make, prices[RUNNERS_UP] if len(prices) > RUNNERS_UP else math.inf))
+        found.append(search(work.question, name, work.make, _longest(work.question, found)))
     return found
+
+
+def _longest(question: Question, found: Sequence[Found]) -> float:
+    """Return the CPU time up to which a further method is followed, s: the budget counts once it is known what reaches the accuracy."""
+    prices = sorted(float(some.row["seconds"]) for some in found if some.row)
+    named = prices[RUNNERS_UP] if len(prices) > RUNNERS_UP else math.inf
+    return min(named, max(NEAR * question.budget, prices[0])) if prices else named
 
 
 def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list[tuple[Choice, Mapping[str, Kept]]]:
@@ -178,7 +189,7 @@ def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> l
         if lost := [name for name in work.question.keep if name not in kept or not kept[name].kept]:
             left_out[choice.method] = f"{choice.method} {NOT_KEPT} {', '.join(lost).replace('_', '-')}"
         elif choice.seconds > work.question.budget:
-            left_out[choice.method] = f"{choice.method} takes {choice.seconds:.2g} s"
+            left_out[choice.method] = f"{choice.method} takes {choice.seconds:.2g} s, {EXCLUDED}"
         else:
             chosen.append((choice, kept))
         if len(chosen) > RUNNERS_UP:
@@ -194,7 +205,9 @@ def _again(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list
         enough = work.question.share and not work.question.keep and dearest and price > dearest[0]
         if enough or len(again) >= 2 * (1 + RUNNERS_UP):
             break
-        if choice := _settled(work, some, left_out):
+        if price > NEAR * work.question.budget:
+            left_out[some.method] = f"{some.method} takes {price:.2g} s, {EXCLUDED}"
+        elif choice := _settled(work, some, left_out):
             again.append(choice)
     return again
 
@@ -225,19 +238,27 @@ def _settled(work: Work, found: Found, left_out: dict[str, str]) -> Choice | Non
 
 def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[str, str]) -> str:
     """Return why nothing does what is asked, and what the best is."""
-    rows = [row for some in found for row in some.rows if float(row["seconds"]) <= question.budget]
-    best = min(rows, key=lambda row: error_of(row, question.part), default=None)
-    asked = f"an error of {question.accuracy:g}" + (f" in {question.budget:g} s" if question.budget < math.inf else "")
-    reaching = sorted((float(some.row["seconds"]), some.method) for some in found if some.row)
+    reaching, budget = {some.method: some for some in found if some.row}, question.budget
+    asked = f"an error of {question.accuracy:g}" + (f" in {budget:g} s" if budget < math.inf else "")
     asked += f" for {100 * question.share:g} % of starts" if question.share and reaching else ""
-    if best is None or not math.isfinite(error_of(best, question.part)):
-        quickest = f"the quickest that does, {reaching[0][1]}, takes {reaching[0][0]:.2g} s" if reaching else ""
-        return f"no method tried reaches {asked}; {quickest or 'none reaches its end'}"
-    if few := "; ".join(why for why in left_out.values() if OTHERS in why):
+    if not reaching:
+        return f"no method tried reaches {asked}; {_nearest(question, found)}"
+    price, cheapest = min(((float(some.row["seconds"]), some) for some in reaching.values() if some.row), key=itemgetter(0))
+    if price > budget and cheapest.row:
+        run = f"{cheapest.method} with {cheapest.knob} = {float(cheapest.row['value']):.4g}"
+        return f"no method tried reaches {asked}: the cheapest run within the accuracy, {run}, takes {price:.2g} s, {EXCLUDED}"
+    reasons = [why for name, why in left_out.items() if name in reaching]
+    if few := "; ".join(why for why in reasons if OTHERS in why):
         return f"no method tried reaches {asked}: {few}; with a share of 0 the start of the case alone counts"
-    if not question.budget < math.inf and any(some.row for some in found):
-        lost = "; ".join(why for name, why in left_out.items() if NOT_KEPT in why)
-        return f"no method tried conserves what is requested: {lost}"
-    price = f"{float(best['seconds']):.2g} s"
-    found_best = f"{best['method']} with {float(best['value']):.3g}: error {error_of(best, question.part):.2g}, {price}"
-    return f"no method tried reaches {asked}; the best is {found_best}"
+    return f"no method tried does all that is requested: {'; '.join(reasons) or _nearest(question, found)}"
+
+
+def _nearest(question: Question, found: Sequence[Found]) -> str:
+    """Return the most accurate run, whatever it takes, and whether the budget excludes it as well, as a clause."""
+    rows = [(error_of(row, question.part), row) for some in found for row in some.rows]
+    error, best = min(rows, key=itemgetter(0), default=(math.inf, {}))
+    if error == math.inf:
+        return "none reaches its end"
+    price = float(best["seconds"])
+    excluded = f", {EXCLUDED}" if price > question.budget else ""
+    return f"the best is {best['method']} with {float(best['value']):.3g}: error {error:.2g}, {price:.2g} s{excluded}"

@@ -1,10 +1,19 @@
-"""Which of some methods can be run on a problem, and why the others cannot."""
+"""Which of some methods can be run here and on a problem, and why the others cannot."""
 
 from collections.abc import Sequence
 
 from daebench.errors import BadInput
 from daebench.methods.names import methods_of
+from daebench.methods.solvers.optional import not_installed
 from daebench.runs.ivp import Ivp, PoissonIvp
+
+
+def installed(names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Return those of these methods whose packages are installed, and what the others need, as sentences; refuse where none is left."""
+    missing = {name: why for name in names if (why := not_installed(name))}
+    if missing.keys() == set(names) and names:
+        raise BadInput(" ".join(missing.values()))
+    return [name for name in names if name not in missing], missing
 
 
 def feasible(ivp: Ivp, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:

@@ -29,7 +29,7 @@ OUTCOMES = {
     FINE: "it reached its end, on the manifold, and its energy error is at most a tenth of the mean kinetic energy",
     COARSE: "its energy error is more than a tenth of that",
     LOST: "its energy error is more than all of that",
-    OFF: "it left the manifold by more than the effect of a relative change of all positions by a thousandth",
+    OFF: "|g| is more than the change that moving every coordinate by 0.1 % causes",
     OTHER: "a step ended far from where the velocities lead: it is too large, or Newton's iteration found another solution",
     NO_SOLUTION: "the equations of a step have no solution that Newton's iteration finds",
     SINGULAR: "their matrix is singular",

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.foreign import ForeignName, Trust, admit, is_own_method
 from daebench.runs.json_values import MOST, strict
-from daebench.runs.provenance import PACKAGES
+from daebench.runs.provenance import ORIGIN
 from daebench.runs.schema import DIGEST, SECONDS, Fields, Items, Named, Text, Whole, WrongField, shown
 from daebench.runs.zipped import MOST_MEMBERS, UNREADABLE
 from daebench.runs.zipped import unpacked as unpacked_files
@@ -58,16 +58,10 @@ READ = (1, FORMAT)
 """Versions of the layout that are read."""
 
 PLACE = Text(4096, 1)
-EXTRAS = ("heyoka", "solve_dae")
-"""Packages that need not be installed."""
 MANIFESTED = Fields(
     {
         "format": Whole(),
-        "made": Text(form=r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", told="a date and a time, such as 2026-01-31 12:00 UTC"),
-        "versions": Named(
-            Text(form=r"\d[\w.+!-]*", told="a version"), required=("Python", *(name for name in PACKAGES if name not in EXTRAS))
-        ),
-        "machine": Text(300, form=r".+, \w+ logical cores, .+ on .+", told="a processor, its cores and a system"),
+        **ORIGIN,
         "own": Items(PLACE),
         "files": Named(DIGEST, PLACE, MOST_MEMBERS),
     },

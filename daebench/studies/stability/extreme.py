@@ -13,7 +13,7 @@ from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.studies.grid.against import reference_of, usual_end
-from daebench.studies.grid.feasibility import feasible
+from daebench.studies.grid.feasibility import feasible, installed
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.systems.renamed import OldAttribute
@@ -89,12 +89,17 @@ class Asked:
     @cached_property
     def _chosen(self) -> list[str]:
         if self.methods:
-            for name in self.methods:
+            names, _ = installed(self.methods)
+            for name in names:
                 if why := method_of(self.ivp, name, anyway=self.poisson).refusal(self.ivp):
                     raise BadInput(why)
-            return list(self.methods)
-        names = (*POISSON, "ida:ode") if self.poisson else (*CONSTRAINED, *TOLERANT)
-        return feasible(self.ivp, names)[0]
+            return names
+        return feasible(self.ivp, (*POISSON, "ida:ode") if self.poisson else (*CONSTRAINED, *TOLERANT))[0]
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """What methods that are given need and is not installed, as sentences."""
+        return installed(self.methods)[1]
 
     def knob(self, method: str) -> str:
         """Return "h" or "tol"."""

@@ -33,8 +33,9 @@ EXTREMES = {extreme.name: extreme for extreme in starmap(_extreme, ABOUT.items()
 
 
 def chosen(asked: Asked, only: Sequence[str] = ()) -> tuple[list[Extreme], dict[str, str]]:
-    """Return the extremes that a problem has, and why it has not the others; raise BadInput if a name is unknown."""
+    """Return the extremes that a problem has, and why it has not the others, and not all methods; BadInput if a name is unknown."""
     if only:
         require_known(*(("extreme", name, EXTREMES) for name in only))
     refused = {name: why for name in only or EXTREMES if (why := EXTREMES[name].refusal(asked))}
-    return [EXTREMES[name] for name in only or EXTREMES if name not in refused], refused
+    absent = {name: why.removesuffix(".") for name, why in asked.left_out.items()}
+    return [EXTREMES[name] for name in only or EXTREMES if name not in refused], refused | absent

@@ -12,7 +12,7 @@ from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.studies.grid.against import usual_end
-from daebench.studies.grid.feasibility import feasible
+from daebench.studies.grid.feasibility import feasible, installed
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import OUTPUTS
 from daebench.studies.grid.study import Study
@@ -87,7 +87,7 @@ def standard(
     beside: bool = False,
     also: Sequence[str] = (),
 ) -> tuple[Study, dict[str, str]]:
-    """Return the study of a problem, and why methods of the standard set are not in it; what is not given is chosen.
+    """Return the study of a problem, and why methods are not in it: they do not apply, or are not installed; what is not given is chosen.
 
     ``also`` are metrics besides those that are chosen, ``parameters`` values of the problem's.
 
@@ -97,9 +97,7 @@ def standard(
     """
     ivp = initial_value_problem(problem, case, parameters)
     poisson = isinstance(ivp, PoissonIvp)
-    left_out: dict[str, str] = {}
-    if methods is None:
-        methods, left_out = feasible(ivp, POISSON if poisson else CONSTRAINED)
+    methods, left_out = installed(methods) if methods is not None else feasible(ivp, POISSON if poisson else CONSTRAINED)
     end = usual_end(certified_for(ivp, 0.0)) if t_end is None else t_end
     reference = certified_for(ivp, end)
     spacing = float(reference.t[1]) if reference else end / OUTPUTS

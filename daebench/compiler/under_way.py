@@ -7,16 +7,15 @@ _compiled: list[str] = []
 
 
 @contextmanager
-def compiling(name: str, problem: str) -> Iterator[None]:
-    """Have progress say that a method is compiled for a problem, in this context."""
-    words = f"compiling {name} for {problem}"
-    _compiled.append(words)
+def compiling(what: str) -> Iterator[None]:
+    """Have progress say that something is compiled, in this context; where others are inside of it, the outermost counts."""
+    _compiled.append(what)
     try:
         yield
     finally:
-        _compiled.remove(words)
+        _compiled.pop()
 
 
 def under_way() -> str:
     """Return what is compiled now, "" where nothing is."""
-    return _compiled[-1] if _compiled else ""
+    return f"compiling {_compiled[0]}" if _compiled else ""
