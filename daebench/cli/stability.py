@@ -38,6 +38,8 @@ def stability(
     param: Varied = None,
     near: Annotated[float, typer.Option("--near", help="Limit of the parameter; pictures show the distance from it.")] = 0.0,
     t_end: arguments.StudyTEnd = None,
+    anyway: arguments.Anyway = False,
+    on_singular: arguments.OnSingular = None,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
     workers: arguments.Workers = None,
@@ -58,7 +60,8 @@ def stability(
     from daebench.studies.grid.store import opened
     from daebench.studies.stability.study import chosen
 
-    asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, parameters=_varied(param, problem, case), near=near)
+    runs: dict[str, Any] = {"methods": methods, "h": h, "t_end": t_end, "anyway": anyway, "on_singular": on_singular}
+    asked = asked_of(problem, case, **runs, parameters=_varied(param, problem, case), near=near)
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
     Folder(out, pictures=tuple(extreme.name for extreme in extremes)).check()

@@ -60,6 +60,8 @@ def work_precision(
     energy: Energy = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the starts of --ensemble.")] = 0,
     repeat: arguments.Repeat = 3,
+    anyway: arguments.Anyway = False,
+    on_singular: arguments.OnSingular = None,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
     workers: arguments.Workers = None,
@@ -90,6 +92,7 @@ def work_precision(
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     asked: dict[str, Any] = {"case": case, "methods": methods_if_given(methods), "repeat": repeat, "beside": executors.beside}
     asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
+    asked |= {"anyway": anyway, "on_singular": on_singular}
     study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
     column = _column(error, study)
     folder = _folder(out, column, ensemble)

@@ -9,6 +9,7 @@ from typing import Any
 from daebench.errors import BadInput, DaebenchError
 from daebench.reference.keep.store import checksum
 from daebench.runs.json_values import strict
+from daebench.runs.request import ON_SINGULAR
 from daebench.studies.certificate.code import LARGEST, Code, is_inside
 from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificate, verdicts
 from daebench.studies.certificate.setting import Setting
@@ -84,6 +85,7 @@ def _require_form(content: Mapping[str, Any]) -> None:
     code = content["code"]
     _require(isinstance(content["method"], str), "the method is not text")
     _require(isinstance(content["anyway"], bool), "anyway is not true or false")
+    _require(content.get("on_singular") in (None, *ON_SINGULAR), f"on_singular is none of {', '.join(ON_SINGULAR)}")
     for name in ("options", "claims"):
         _require(isinstance(content[name], dict), f"{name} is not a mapping")
     _require_files(code["files"])
