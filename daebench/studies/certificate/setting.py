@@ -62,8 +62,8 @@ def posed(task: Mapping[str, Any]) -> tuple[Ivp, Any]:
     Parameters
     ----------
     task : mapping
-        ``problem``, ``case``, ``parameters``, ``method``, ``options``, ``anyway``, ``on_singular``, and ``claims`` that are stated of the method beside
-        those that it states itself.
+        ``problem``, ``case``, ``parameters``, ``method``, ``options``, ``anyway``, ``on_singular``, and ``claims`` that are stated of the
+        method beside those that it states itself.
 
     Raises
     ------

@@ -136,9 +136,9 @@ class Oscillations:
     def obstacle(self, name: str) -> str | None:
         """Return why a method has no step at rest that can be differentiated, as a sentence, or None."""
         method = method_of(self.ivp, name)
-        if isinstance(method, FixedStep) and method.on_singular(self.ivp, Request(value=1.0)) and not self.ivp.singular:
-            if dependent := dependence(self.ivp.at(self.ivp.p0, self.q)):
-                return f"G M^-1 G^T is singular at rest, where {dependent}."
+        eliminates = isinstance(method, FixedStep) and method.on_singular(self.ivp, Request(value=1.0)) and not self.ivp.singular
+        if eliminates and (dependent := dependence(self.ivp.at(self.ivp.p0, self.q))):
+            return f"G M^-1 G^T is singular at rest, where {dependent}."
         try:
             narrow, wide = (self.step(name, LEAST / self.fastest, width) for width in (1.0, 2.0))
         except BadInput as error:
