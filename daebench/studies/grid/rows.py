@@ -16,6 +16,13 @@ def by_method(table: "pd.DataFrame") -> list[tuple[str, "pd.DataFrame"]]:
     return [(str(name), rows) for name, rows in table.groupby("method", sort=False)]
 
 
+def endless(table: "pd.DataFrame") -> str:
+    """Return that no run of a table reached its end, and why the first did not, as a clause; "" where one did."""
+    if (table["failure"] == "").any():
+        return ""
+    return f"none of the {len(table)} runs reached its end; the first says: {str(table['failure'].iloc[0]).rstrip('.')}"
+
+
 def error_of(table: "pd.DataFrame") -> str:
     """Return the column that says how accurate runs are: the error against a reference, or where there is none that of the energy."""
     return next((name for name in ("error_q", "error_y") if name in table), "energy_error")
