@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from daebench.diagnostics.rank import GO_ON
 from daebench.errors import BadInput
 from daebench.studies.grid.measure import Row, row_of
+from daebench.studies.grid.rows import lost_rank
 from daebench.studies.grid.run_specification import GridRun
 
 FINEST = 40
@@ -91,8 +91,8 @@ class _Trials:
         return good, bad
 
     def _lost_with_both(self, h: float) -> bool:
-        """Return whether runs with a step and with its double stop where G loses rank: the motion comes there with any step."""
-        return all(GO_ON in self.known.get(step, "") for step in (h, 2 * h))
+        """Return whether runs with a step and with its double stop where G loses rank."""
+        return all(lost_rank({"failure": self.known.get(step, "")}) for step in (h, 2 * h))
 
 
 def completes(row: Row) -> str:
