@@ -232,7 +232,7 @@ def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[st
     asked += f" for {100 * question.share:g} % of starts" if question.share and reaching else ""
     if best is None or not math.isfinite(error_of(best, question.part)):
         quickest = f"the quickest that does, {reaching[0][1]}, takes {reaching[0][0]:.2g} s" if reaching else ""
-        stopped = next((f": {str(row['failure']).rstrip('.')}" for some in found for row in some.rows if row["failure"]), "")
+        stopped = next((f": {str(row['failure']).rstrip('.')}" for some in found for row in reversed(some.rows) if row["failure"]), "")
         return f"no method tried reaches {asked}; {quickest or f'none reaches its end{stopped}'}"
     if few := "; ".join(why for why in left_out.values() if OTHERS in why):
         return f"no method tried reaches {asked}: {few}; with a share of 0 the start of the case alone counts"
