@@ -71,17 +71,13 @@ def stability(
         if dry_run:
             _tell_plan(extremes, asked, run_store, executors)
             raise typer.Exit
-        summary["made_again"] = outdated(
-            [specification for extreme in extremes for specification in extreme.specifications(asked)], run_store
-        )
+        summary["made_again"] = outdated([run for extreme in extremes for run in extreme.specifications(asked)], run_store)
         for extreme in extremes:
             summary["said"][extreme.name], path, ended = _made(extreme, asked, run_store, executors, out)
             status = max(status, int(ended))
             summary["written"].append(str(path))
             if not as_json:
-                print(f"{extreme.name}: {extreme.about}")
-                for sentence in summary["said"][extreme.name]:
-                    print(f"  {sentence}")
+                print("\n  ".join((f"{extreme.name}: {extreme.about}", *summary["said"][extreme.name])))
     _tell_rest(summary, as_json=as_json)
     raise typer.Exit(status)
 

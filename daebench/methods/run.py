@@ -213,14 +213,13 @@ def prepare(
         If the initial values are off the manifold and are not to be projected.
     """
     _require_manner(precision, callbacks)
-    start: dict[str, Any] = {"p0": p0, "q0": q0, "y0": y0, "project": project}
-    ivp = initial_value_problem(problem, case, parameters, **start, algebra=algebra, on_singular=on_singular)
+    start: dict[str, Any] = {"p0": p0, "q0": q0, "y0": y0}
+    ivp = initial_value_problem(problem, case, parameters, **start, project=project, algebra=algebra, on_singular=on_singular)
     chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
     results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
-    results["solver_steps"] = solver_steps
-    results["sensitivities"] = (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities)
+    results |= {"sensitivities": (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities), "solver_steps": solver_steps}
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
     request = Request(value=value, **extent, **results, **manner, callbacks=callbacks, looks=LOOKS)
     require_differentiable(chosen, ivp, request.sensitivities, problem)
