@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import OUTSIDE, Case, Json, Overwrite, Param, Problem
+from daebench.cli.arguments import OUTSIDE, Anyway, Case, Json, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
 from daebench.cli.whole import whole
@@ -30,6 +30,8 @@ def advise(
     case: Case = None,
     param: Param = None,
     seed: Annotated[int, typer.Option("--seed", help="Seeds the starts of --ensemble.")] = 0,
+    anyway: Anyway = False,
+    on_singular: OnSingular = None,
     store: Annotated[Path | None, typer.Option("--store", help="File of the stored runs; beside the compiled kernels if left out.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of runs.")] = None,
     overwrite: Overwrite = False,
@@ -45,6 +47,7 @@ def advise(
     asked: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "share": share, "case": case, "starts": ensemble, "seed": seed}
     asked |= {"store": store, "keep": [name.replace("-", "_") for name in words(keep)] if keep else (), "budget": _seconds(budget)}
     asked |= {"methods": methods_if_given(methods), "also": words(also) if also else ()}
+    asked |= {"anyway": anyway, "on_singular": on_singular}
     folder = Folder(out, pictures=("advise",))
     folder.check()
     with bar(f"advice on {problem}") as progress:

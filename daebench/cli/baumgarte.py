@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
+from daebench.cli.arguments import Case, Json, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, methods_if_given, numbers, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 
@@ -29,6 +29,7 @@ def baumgarte(
         ),
     ] = None,
     tol: Annotated[str | None, typer.Option("--tol", help="Tolerances of IDA, comma-separated [1e-6,1e-9].")] = None,
+    on_singular: OnSingular = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of all runs.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -46,6 +47,7 @@ def baumgarte(
     asked: dict[str, Any] = {
         "methods": methods_if_given(methods) or (*SCHEMES, "rattle"),
         "tolerances": numbers("--tol", tol) or TOLERANCES,
+        "on_singular": on_singular,
     }
     with bar(f"runs on {problem}") as progress:
         found = made(problem, case=case, parameters=pairs("param", param or []), h=h, t_end=t_end, progress=progress, **asked)

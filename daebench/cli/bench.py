@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Algebra, Anyway, Case, Json, Param
+from daebench.cli.arguments import Algebra, Anyway, Case, Json, OnSingular, Param
 from daebench.cli.benchmarks import MEASUREMENTS, cell
 from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table
 from daebench.cli.whole import whole
@@ -34,6 +34,7 @@ def bench(
     steps: Annotated[int, typer.Option("--steps", parser=whole, help="Steps of one timed run.")] = 300_000,
     repeat: Annotated[int, typer.Option("--repeat", help="Number of runs, of which the best counts.")] = 7,
     anyway: Anyway = False,
+    on_singular: OnSingular = None,
     solvers: Solvers = False,
     gradients: Gradients = False,
     ensemble: Ensemble = False,
@@ -49,8 +50,9 @@ def bench(
         return
     from daebench.methods.initial_value_problem import initial_value_problem
 
-    more: dict[str, Any] = {"parameters": pairs("param", param or []), "algebra": algebra, "anyway": anyway}
-    ivp = initial_value_problem(problem, case, more["parameters"], algebra=algebra)
+    more: dict[str, Any] = {"parameters": pairs("param", param or []), "algebra": algebra, "on_singular": on_singular}
+    ivp = initial_value_problem(problem, case, **more)
+    more["anyway"] = anyway
     measured = _steps(problem, ivp, methods, h, steps, repeat, more)
     if as_json:
         print_json({"problem": problem, "case": ivp.case, "h": h, "steps": steps, "repeat": repeat, "rows": measured})

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Anyway, Free, Json, Overwrite, Param
+from daebench.cli.arguments import Anyway, Free, Json, OnSingular, Overwrite, Param
 from daebench.cli.console import bar, pairs, print_json, printable
 from daebench.errors import BadInput
 
@@ -31,6 +31,7 @@ def certify(
     include: Annotated[list[Path] | None, typer.Option("--include", help="Another file that the code reads or loads; repeatable.")] = None,
     option: Free = None,
     anyway: Anyway = False,
+    on_singular: OnSingular = None,
     seconds_limit: SecondsLimit = 300.0,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -53,6 +54,7 @@ def certify(
             claims=_claims(claim or []),
             options=pairs("option", option or []),
             anyway=anyway,
+            on_singular=on_singular,
             files=include or [],
             seconds_limit=seconds_limit,
             overwrite=overwrite,

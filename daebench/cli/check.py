@@ -46,13 +46,12 @@ def check(
         raise typer.Exit(_checked(problem, case, pairs("param", param or []), as_json=as_json))
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import method_of
-    from daebench.methods.run import singular_as
     from daebench.studies.claims.check import NO_CLAIMS, check_claims
     from daebench.studies.claims.measured_run import default_step
     from daebench.studies.claims.second import on_second
     from daebench.studies.measurable import measured
 
-    ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or [])), on_singular)
+    ivp = initial_value_problem(problem, case, pairs("param", param or []), on_singular=on_singular)
     chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
     with bar(f"{method} on {problem}") as progress:
         value, steps = default_step(ivp) if h is None else h, 200 if steps is None else steps

@@ -66,7 +66,6 @@ def compare(
     """
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import methods_of
-    from daebench.methods.run import singular_as
 
     wanted = method_names(methods)
     picture = PictureFile.of(out, len(wanted), size=size, title=title, labels=labels, colors=colors)
@@ -74,7 +73,8 @@ def compare(
         picture.check()
     else:
         Folder(out, ("comparison.csv",), pictures=("comparison_drift",)).check()
-    ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or []), project=project, algebra=algebra), on_singular)
+    posed: dict[str, Any] = {"project": project, "algebra": algebra, "on_singular": on_singular}
+    ivp = initial_value_problem(problem, case, pairs("param", param or []), **posed)
     chosen = methods_of(ivp, wanted, pairs("option", option or []), anyway=anyway)
     runs, table = _compared(ivp, chosen, h=h, tol=tol, t_end=t_end)
     written = []

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
+from daebench.cli.arguments import Case, Json, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import methods_if_given, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 
@@ -23,6 +23,7 @@ def modes(
     methods: Annotated[
         str | None, typer.Option("--methods", "--method", help="Fixed-step methods whose step limit is computed; some if left out.")
     ] = None,
+    on_singular: OnSingular = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of eigenvalues.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -36,6 +37,7 @@ def modes(
     folder = Folder(out, pictures=("modes",))
     folder.check()
     asked: dict[str, Any] = {"alpha": alpha, "beta": beta, "stiff": stiff, "methods": methods_if_given(methods)}
+    asked |= {"on_singular": on_singular}
     found = made(problem, case=case, parameters=pairs("param", param or []), **asked)
     written = _write(folder, found)
     if as_json:

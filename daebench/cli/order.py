@@ -37,11 +37,10 @@ def order(
     chosen = method_names(methods)
     from daebench.methods.initial_value_problem import initial_value_problem
     from daebench.methods.names import methods_of
-    from daebench.methods.run import singular_as
     from daebench.studies.orders.study import study
 
     Folder(out, ("orders.csv",), pictures=("order",)).check()
-    ivp = singular_as(initial_value_problem(problem, case, pairs("param", param or [])), on_singular)
+    ivp = initial_value_problem(problem, case, pairs("param", param or []), on_singular=on_singular)
     given = methods_of(ivp, chosen, pairs("option", option or []), anyway=anyway)
     with bar(f"order on {problem}") as progress:
         result = study(ivp, given, t_end=t_end, h=h, halvings=halvings, began=progress)

@@ -32,6 +32,8 @@ def precision(
     h: Annotated[str | None, typer.Option("--h", help="Step sizes, comma-separated; from the times of the reference if left out.")] = None,
     t_end: arguments.StudyTEnd = None,
     repeat: arguments.Repeat = 3,
+    anyway: arguments.Anyway = False,
+    on_singular: arguments.OnSingular = None,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/precision"),
     workers: arguments.Workers = None,
@@ -51,7 +53,7 @@ def precision(
     from daebench.studies.precision.figure import draw
     from daebench.studies.precision.study import says, smallest_steps, specifications_of, table_of
 
-    asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end)
+    asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, anyway=anyway, on_singular=on_singular)
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     specifications, refused = specifications_of(asked, words(ways) if ways else (), repeat=repeat, beside=executors.beside)

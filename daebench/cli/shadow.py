@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from daebench.cli.arguments import Case, Json, Overwrite, Param, Problem
+from daebench.cli.arguments import Case, Json, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import method_names, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
 
@@ -26,6 +26,7 @@ def shadow(
     compare: Annotated[
         bool, typer.Option("--compare", help="Allow se, seproj and midpoint, which have no shadow Hamiltonian, for comparison.")
     ] = False,
+    on_singular: OnSingular = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -44,6 +45,7 @@ def shadow(
     folder = Folder(out, pictures=("shadow",))
     folder.check()
     asked: dict[str, Any] = {"h": h, "t_end": t_end, "case": case, "parameters": pairs("param", param or []), "orders": numbers}
+    asked |= {"on_singular": on_singular}
     energies = [computed(problem, method=method, compare=compare, **asked) for method in method_names(methods)]
     written = _write(folder, energies)
     if as_json:

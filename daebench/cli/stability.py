@@ -38,6 +38,8 @@ def stability(
     param: Varied = None,
     near: Annotated[float, typer.Option("--near", help="Limit of the parameter; pictures show the distance from it.")] = 0.0,
     t_end: arguments.StudyTEnd = None,
+    anyway: arguments.Anyway = False,
+    on_singular: arguments.OnSingular = None,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for tables and pictures.")] = Path("output/stability"),
     workers: arguments.Workers = None,
@@ -58,7 +60,8 @@ def stability(
     from daebench.studies.grid.store import opened
     from daebench.studies.stability.study import chosen
 
-    asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, parameters=_varied(param, problem, case), near=near)
+    runs: dict[str, Any] = {"methods": methods, "h": h, "t_end": t_end, "anyway": anyway, "on_singular": on_singular}
+    asked = asked_of(problem, case, **runs, parameters=_varied(param, problem, case), near=near)
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
     extremes, refused = chosen(asked, words(only) if only else ())
     Folder(out, pictures=tuple(extreme.name for extreme in extremes)).check()
@@ -68,17 +71,13 @@ def stability(
         if dry_run:
             _tell_plan(extremes, asked, run_store, executors)
             raise typer.Exit
-        summary["made_again"] = outdated(
-            [specification for extreme in extremes for specification in extreme.specifications(asked)], run_store
-        )
+        summary["made_again"] = outdated([run for extreme in extremes for run in extreme.specifications(asked)], run_store)
         for extreme in extremes:
             summary["said"][extreme.name], path, ended = _made(extreme, asked, run_store, executors, out)
             status = max(status, int(ended))
             summary["written"].append(str(path))
             if not as_json:
-                print(f"{extreme.name}: {extreme.about}")
-                for sentence in summary["said"][extreme.name]:
-                    print(f"  {sentence}")
+                print("\n  ".join((f"{extreme.name}: {extreme.about}", *summary["said"][extreme.name])))
     _tell_rest(summary, as_json=as_json)
     raise typer.Exit(status)
 

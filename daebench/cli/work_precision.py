@@ -60,6 +60,8 @@ def work_precision(
     energy: Energy = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the starts of --ensemble.")] = 0,
     repeat: arguments.Repeat = 3,
+    anyway: arguments.Anyway = False,
+    on_singular: arguments.OnSingular = None,
     store: arguments.Store = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for table and picture.")] = Path("output/work-precision"),
     workers: arguments.Workers = None,
@@ -90,10 +92,9 @@ def work_precision(
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     asked: dict[str, Any] = {"case": case, "methods": methods_if_given(methods), "repeat": repeat, "beside": executors.beside}
     asked |= {"h": numbers("--h", h), "tol": numbers("--tol", tol), "t_end": t_end, "parameters": pairs("param", param or [])}
-    study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else ())
+    study, left_out = standard(problem, **asked, also=(DEFECT,) if error == DEFECT else (), anyway=anyway, on_singular=on_singular)
     column = _column(error, study)
-    folder = _folder(out, column, ensemble)
-    command = StudyCommand(store=store, folder=folder, executors=executors, left_out=left_out, dry_run=dry_run, json=json)
+    command = StudyCommand(store, _folder(out, column, ensemble), executors, left_out, dry_run=dry_run, json=json)
     if ensemble is not None:
         study = study if methods else without_slow(study, left_out)
         settings = settings_of(starts.value, size=size, box=box, energy=energy)

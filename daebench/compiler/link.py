@@ -144,7 +144,7 @@ class Linker:
                 "CANONICAL": options.form == "canonical",
                 "STIFF": options.form == "stiff",
                 "STAGES": options.stages,
-                "RANK_WATCHED": bool(options.singular),
+                "RANK_WATCHED": bool(options.singular) and options.precision != "complex128",
                 "SINGLE": derivation.constants.get("SINGLE", derivation.constants.get("CONSTRAINTS") == 1),
                 "ONCE": self.number.lanes > 0 and not options.asked,
                 "ONE_UNKNOWN": self.number.lanes > 0 and not options.asked and derivation.constants.get("CONSTRAINTS") == 1,

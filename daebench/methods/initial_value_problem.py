@@ -6,10 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, overload
 
 from daebench.compiler.definition import source_in, source_of
-from daebench.errors import BadInput
+from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem, whole_structure
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.runs.make_ivp import Start, first_case, make_ivp
+from daebench.runs.request import ON_SINGULAR
 from daebench.systems.files.read import Problem
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def initial_value_problem(
     y0: Sequence[float] | None = None,
     project: bool = False,
     algebra: str = "",
+    on_singular: str | None = None,
     consistent: bool = True,
 ) -> ConstrainedIvp: ...
 @overload
@@ -41,6 +43,7 @@ def initial_value_problem(
     y0: Sequence[float] | None = None,
     project: bool = False,
     algebra: str = "",
+    on_singular: str | None = None,
     consistent: bool = True,
 ) -> Ivp: ...
 def initial_value_problem(
@@ -53,6 +56,7 @@ def initial_value_problem(
     y0: Sequence[float] | None = None,
     project: bool = False,
     algebra: str = "",
+    on_singular: str | None = None,
     consistent: bool = True,
 ) -> Ivp:
     """Return a problem of any kind with the parameters and initial values of a case.
@@ -82,6 +86,8 @@ def initial_value_problem(
         Whether the initial values of a constrained problem are first projected onto the manifold.
     algebra : str
         Form of vectors: "values" or "arrays", for a chain of nodes; "" to choose by the problem's size.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     consistent : bool
         Whether initial values off the manifold, or without any freedom there, are an error.
 
@@ -97,7 +103,7 @@ def initial_value_problem(
     InconsistentStart
         If the initial values are off the manifold and ``project`` is false.
     """
-    ivp = _unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra)
+    ivp = _singular_as(_unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra), on_singular)
     if isinstance(ivp, PoissonIvp):
         if project:
             raise BadInput(f"{ivp.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
@@ -152,6 +158,17 @@ def _unchecked(
     if not hasattr(problem, "fingerprint"):
         raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
     return make_ivp(source_of(problem, algebra=algebra), case, parameters, **start)
+
+
+def _singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
+    """Return an initial value problem with what to do where G loses rank; None keeps what it has."""
+    if on_singular is None:
+        return ivp
+    if on_singular not in ON_SINGULAR:
+        raise unknown("on_singular", on_singular, ON_SINGULAR)
+    if isinstance(ivp, PoissonIvp):
+        raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
+    return replace(ivp, on_singular=on_singular)
 
 
 def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] | None, start: Start, algebra: str) -> Ivp:

@@ -13,7 +13,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, method_of
 from daebench.methods.sensitivities import require_differentiable
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
-from daebench.runs.request import CALLBACKS, ON_SINGULAR, PRECISIONS, Progress, Request, resolution_value
+from daebench.runs.request import CALLBACKS, PRECISIONS, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
@@ -213,13 +213,13 @@ def prepare(
         If the initial values are off the manifold and are not to be projected.
     """
     _require_manner(precision, callbacks)
-    ivp = singular_as(initial_value_problem(problem, case, parameters, p0=p0, q0=q0, y0=y0, project=project, algebra=algebra), on_singular)
+    start: dict[str, Any] = {"p0": p0, "q0": q0, "y0": y0}
+    ivp = initial_value_problem(problem, case, parameters, **start, project=project, algebra=algebra, on_singular=on_singular)
     chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
     results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
-    results["solver_steps"] = solver_steps
-    results["sensitivities"] = (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities)
+    results |= {"sensitivities": (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities), "solver_steps": solver_steps}
     manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
     request = Request(value=value, **extent, **results, **manner, callbacks=callbacks, looks=LOOKS)
     require_differentiable(chosen, ivp, request.sensitivities, problem)
@@ -247,23 +247,6 @@ def _extent(*, seconds_limit: float | None, t_end: float | None, **counts: int |
     """Return the extent of a run, in time and in numbers of steps and outputs, each number checked."""
     wholes = {name: _given(whole, name, count) for name, count in counts.items()}
     return {"t_end": _given(real, "t_end", t_end), **wholes, "seconds_limit": _given(positive, "seconds_limit", seconds_limit)}
-
-
-def singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
-    """Return an initial value problem with the action where G loses rank; None keeps the declaration of the case.
-
-    Raises
-    ------
-    BadInput
-        If the name is unknown, or the problem is a Poisson system, which has no G.
-    """
-    if on_singular is None:
-        return ivp
-    if on_singular not in ON_SINGULAR:
-        raise unknown("on_singular", on_singular, ON_SINGULAR)
-    if isinstance(ivp, PoissonIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
-    return replace(ivp, on_singular=on_singular)
 
 
 def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:

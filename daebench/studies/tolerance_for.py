@@ -15,7 +15,6 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.constraint_structure import finest
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
-from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.trajectory import Trajectory
@@ -172,7 +171,7 @@ def tolerance_for(
         If the method has no tolerance, refuses the problem, or the request cannot be met; or if the kinetic energy does not fluctuate.
     """
     require_known(("precision", precision, PRECISIONS))
-    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     with_tolerance = [name for name, (_, member) in registry().items() if "tolerance" in member.options]
     if method not in with_tolerance:
         raise BadInput(f"{method} has no tolerance of its own; take one of {', '.join(with_tolerance)}.")

@@ -64,7 +64,7 @@ class Work:
 
     def study(self) -> tuple[Study, Mapping[str, str]]:
         """Return the standard study, and the reasons why methods of the standard set are not in it."""
-        study, left_out = standard(self.problem, case=self.case, t_end=self.t_end, tol=self.tol, repeat=REPEAT)
+        study, left_out = standard(self.problem, case=self.case, t_end=self.t_end, tol=self.tol, repeat=REPEAT, anyway=self.poisson)
         coarse_tols = {method: tol for method, tol in COARSE.items() if method in study.methods}
         return replace(study, values={**study.values, **coarse_tols}), left_out
 

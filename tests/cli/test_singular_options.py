@@ -1,41 +1,317 @@
-"""Every command that runs methods and can meet a loss of rank takes --on-singular, and its function of Python too."""
+"""Every command that runs methods takes --on-singular and --anyway where it can meet them, and the choice reaches the runs."""
 
-import dataclasses
+import contextlib
+import json
+import math
 
 import definitions
 import pytest
+import typer
 
 import daebench as package
+from daebench.cli.app import app
 from daebench.errors import BadInput
+from daebench.reference.keep.store import checksum
+from daebench.studies.certificate import process
+
+BEAD = '''"""A bead on a circle."""
+
+import sympy as sp
+
+from daebench import Case, ConstrainedHamiltonian, Picture
+
+
+def problem() -> ConstrainedHamiltonian:
+    x, y = q = sp.symbols("x y", real=True)
+    circle = (x**2 + y**2 - 1) / 2
+    return ConstrainedHamiltonian(
+        q=q,
+        p=sp.symbols("p_x p_y", real=True),
+        M=sp.eye(2),
+        U=y,
+        g=[CONSTRAINTS],
+        cases={"swing": Case(q=(0, -1), p=(1, 0))},
+        picture=Picture(rods=[[(0, 0), (x, y)]]),
+    )
+'''
+ONCE, TWICE = "once.py", "twice.py"
+FILES = {ONCE: BEAD.replace("CONSTRAINTS", "circle"), TWICE: BEAD.replace("CONSTRAINTS", "circle, 2 * circle")}
+"""The same motion with a constraint, and with one more that is redundant."""
+
+CROSS = '''"""A bead on two lines that cross, where G loses rank: it comes along one of them, against a force, at rest after 2 s."""
+
+import sympy as sp
+
+from daebench import Case, ConstrainedHamiltonian
+
+
+def problem() -> ConstrainedHamiltonian:
+    x, y = q = sp.symbols("x y", real=True)
+    case = Case(q=(-1, 0), p=(2, 0))
+    return ConstrainedHamiltonian(q=q, p=sp.symbols("p_x p_y", real=True), M=sp.eye(2), U=x, g=[x * y], cases={"along": case})
+'''
+H, T = ("--h", "0.11"), ("--t-end", "2")
+ALONE = ("--repeat", "0", "--workers", "1", "--out", "OUT")
+
+WORDS = {
+    "run": ("PROBLEM", "--method", "METHOD", *H, *T),
+    "compare": ("PROBLEM", "--methods", "METHOD", *H, *T),
+    "animate": ("PROBLEM", "--methods", "METHOD", *H, *T, "--out", "OUT/motion.html"),
+    "ensemble": ("PROBLEM", "--method", "METHOD", *H, *T, "--members", "4"),
+    "chaos": ("PROBLEM", "--method", "METHOD", *H, "--t-end", "4", "--cells", "2"),
+    "order": ("PROBLEM", "--methods", "METHOD", "--halvings", "4"),
+    "check": ("PROBLEM", "--method", "METHOD"),
+    "step-for": ("PROBLEM", "--method", "METHOD", *H, *T, "--statistic", "energy", "--margin", "1", "--members", "64", "--halvings", "1"),
+    "tolerance-for": ("PROBLEM", "--drift", "10", *H, *T),
+    "long": ("PROBLEM", "--methods", "METHOD", *H, "--steps", "64", "--stride", "1", "--workers", "1", "--out", "OUT"),
+    "bench": ("--problem", "PROBLEM", "--methods", "METHOD", "--steps", "10", "--h", "0.11", "--repeat", "1"),
+    "shadow": ("PROBLEM", "--method", "METHOD", *H, *T, "--orders", "2,4"),
+    "precision": ("PROBLEM", "--methods", "METHOD", "--ways", "float64", *H, *T, *ALONE),
+    "baumgarte": ("PROBLEM", "--methods", "rk4,rattle", "--tol", "1e-6", "--h", "0.1", "--t-end", "0.2"),
+    "advise": ("PROBLEM", "--methods", "METHOD", "--accuracy", "0.1", *T, "--ensemble", "2", "--share", "0", "--store", "OUT/runs.db"),
+    "stability": ("PROBLEM", "--methods", "METHOD", "--only", "step-limit", *T, "--workers", "1", "--out", "OUT"),
+    "work-precision": ("PROBLEM", "--methods", "METHOD", "--h", "0.125,0.0625", *T, *ALONE),
+    "modes": ("PROBLEM", "--methods", "METHOD"),
+    "certify": ("METHOD", "--problem", "PROBLEM", "--h", "0.11", "--out", "OUT"),
+}
+"""Each command with what it is asked; OUT is a folder that its calls share, with the runs that are stored there."""
+
+
+def components(series):
+    return {row["component"]: row["order"] for row in series if row["component"] in ("q", "p", "y")}
+
+
+SHOWN = {
+    "run": lambda shown: shown["y"] if "y" in shown else shown["q"] + shown["p"],
+    "compare": lambda shown: [shown["rows"][0][name] for name in ("energy_error", "position_error")],
+    "ensemble": lambda shown: shown["quantiles"]["energy"],
+    "chaos": lambda shown: shown["exponent"]["value"],
+    "order": lambda shown: components(shown["series"]),
+    "check": lambda shown: {row["property"]: row["verdict"] for row in shown["claims"]},
+    "step-for": lambda shown: shown["tried"][0]["differences"]["mean"],
+    "tolerance-for": lambda shown: [row["ratio"] for row in shown["tried"]],
+    "long": lambda shown: [window["rms"] for window in shown["runs"][0]["windows"]],
+    "bench": lambda shown: [math.copysign(1.0, shown["rows"][0]["ns_per_step"]), shown["rows"][0]["note"]],
+    "shadow": lambda shown: [row["range"] for row in shown["runs"][0]["ranges"]],
+    "precision": lambda shown: [shown["smallest_steps"][0]["energy_error"], shown["smallest_steps"][0]["failure"]],
+    "baumgarte": lambda shown: [shown["effects"][0]["usual"]["energy_error"], shown["beside"][0]["energy_error"]],
+    "advise": lambda shown: [shown["h"], shown["error"]],
+    "stability": lambda shown: shown["said"]["step-limit"],
+    "work-precision": lambda shown: [shown["best"], shown["failed"]],
+    "modes": lambda shown: [*shown["frequencies"], shown["steps"]["rattle"]],
+    "certify": lambda shown: shown["problems"][0]["numbers"]["orders"]["components"]["q"]["order"],
+}
+"""What commands print as JSON that a wrong choice changes; animate prints none."""
+
+ONLY_CONSTRAINED = "it is for constrained systems, and refuses others"
+REASONS = {
+    "--anyway": dict.fromkeys(("tolerance-for", "shadow", "baumgarte", "modes", "diagnose"), ONLY_CONSTRAINED),
+    "--on-singular": {"diagnose": "it compares single steps, of which none is watched, and refuses redundant constraints"},
+}
+"""Commands that take methods and not an option, and why."""
+
+
+@pytest.fixture
+def ask(daebench, tmp_path, monkeypatch):
+    """Return a function that calls a command on a problem with a method: it gives exit status, JSON or None, and all that is printed."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in (FILES | {"cross.py": CROSS}).items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr("daebench.studies.start_up.first_step", lambda *_, **__: (1.0, 0.5))
+    monkeypatch.setattr("daebench.studies.start_up.numba_alone", lambda **_: 0.25)
+    monkeypatch.setattr(process, "measured", in_this_process)
+
+    def call(command, problem, method, *more):
+        names = {"PROBLEM": problem, "METHOD": method}
+        folder = tmp_path / "-".join((command, *more)) if command == "long" else tmp_path / command  # long refuses runs of another choice
+        folder.mkdir(exist_ok=True)
+        words = [names.get(word, word.replace("OUT", str(folder))) for word in WORDS[command]]
+        as_json = () if command == "animate" else ("--json",)
+        status, out, err = daebench(command, *words, *more, *as_json)
+        return status, json.loads(out) if out and as_json else None, out + err
+
+    return call
+
+
+def in_this_process(tasks, folder, *_):
+    with contextlib.chdir(folder):
+        return [process.answer(json.loads(json.dumps(task))) for task in tasks]
+
+
+COARSE = {"certify": 0.01}
+"""Commands whose runs have other numbers of steps; numbers of the others agree but for rounding."""
+
+
+def alike(found, expected, rel):
+    """Return whether numbers and words in lists or mappings are the same."""
+    if isinstance(expected, dict):
+        return found.keys() == expected.keys() and alike(list(found.values()), list(expected.values()), rel)
+    if isinstance(expected, list):
+        return len(found) == len(expected) and all(alike(a, b, rel) for a, b in zip(found, expected, strict=True))
+    return found == expected if isinstance(expected, str | None) else found == pytest.approx(expected, rel=rel, abs=1e-12)
+
+
+REDUNDANT = "so the constraints are redundant; remove g2, or add --on-singular least-squares"
+STOPPED = {"ensemble": "G loses rank", "chaos": "singular matrix", "step-for": "G loses rank", "tolerance-for": '"failed"'}
+"""What is said of members that stop, and of a scheme whose runs are tables; other commands name the constraints."""
+
+
+LONG = ("baumgarte", "certify", "chaos", "check", "compare", "long", "shadow", "step-for", "tolerance-for")
+"""Commands that take over five seconds for these problems, most of them without the compiler; chaos needs it."""
+
+
+@pytest.mark.parametrize(
+    "command", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in WORDS if name != "animate"], ids=str
+)
+def test_redundant_constraints_stop_or_are_solved_by_least_squares_and_then_move_as_without_them(ask, request, command):
+    if command != "chaos":
+        request.getfixturevalue("uncompiled_schemes")
+        request.getfixturevalue("plain_functions")
+    method = "rattle"
+    status, once, _ = ask(command, ONCE, method)
+    expected = SHOWN[command](once)
+    for _ in range(2):  # with the runs that are stored, and then with those of the other choice beside them
+        solved, twice, _ = ask(command, TWICE, method, "--on-singular", "least-squares")
+        assert solved == status
+        assert alike(SHOWN[command](twice), expected, COARSE.get(command, 1e-6))
+        _, _, said = ask(command, TWICE, method, "--on-singular", "stop")
+        assert STOPPED.get(command, REDUNDANT) in said
+
+
+@pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
+def test_an_animation_stops_or_goes_on(ask):
+    _, _, said = ask("animate", TWICE, "rattle", "--on-singular", "stop")
+    assert REDUNDANT in said
+    assert ask("animate", TWICE, "rattle", "--on-singular", "least-squares")[0] == 0
+
+
+@pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
+@pytest.mark.parametrize("command", ["run", "compare", "long", "bench", "shadow", "precision", "advise", "stability"])
+def test_where_G_loses_rank_on_the_way_a_run_stops_or_goes_through(ask, command):
+    _, _, said = ask(command, "cross.py", "rattle", "--on-singular", "stop")
+    assert "G loses rank at about t = 0.5" in said  # 2 - sqrt(2), foreseen half a step before
+    status, shown, said = ask(command, "cross.py", "rattle", "--on-singular", "continue")
+    assert status == 0
+    assert "G loses rank" not in said
+    if command == "run":
+        assert SHOWN[command](shown) == pytest.approx([-1 + 2 * 1.98 - 1.98**2 / 2, 0, 2 - 1.98, 0], abs=1e-12)
+    if command == "advise":
+        assert shown["command"].endswith("--on-singular continue")
+        assert shown["python"].endswith("on_singular='continue')")
+
+
+def midpoint(u, v, h, steps):
+    """Return the states of predator and prey by the implicit midpoint rule, by iteration of its equation."""
+    states = [(u, v)]
+    for _ in range(steps):
+        (u, v), (x, y) = states[-1], states[-1]
+        for _ in range(200):
+            a, b = (u + x) / 2, (v + y) / 2
+            x, y = u + h * a * (b - 2), v + h * b * (1 - a)
+        states.append((x, y))
+    return states
+
+
+def energy(u, v):
+    return u - math.log(u) + v - 2 * math.log(v)
+
+
+ANYWAY = [name for name in WORDS if name not in REASONS["--anyway"]]
+
+
+@pytest.mark.parametrize("command", ANYWAY, ids=str)
+def test_a_scheme_is_refused_where_it_is_no_Poisson_integrator_and_run_anyway(ask, command):
+    refusal = "midpoint is a Poisson integrator for constant B only, which lotka_volterra does not have; --anyway runs it all the same."
+    system = "lotka_volterra:4,2" if command == "certify" else "lotka_volterra"
+    for _ in range(2):
+        status, shown, said = ask(command, system, "midpoint")
+        assert refusal in said
+        assert status == 2 or (command == "bench" and "ns_per_step" not in shown["rows"][0])
+        status, shown, said = ask(command, system, "midpoint", "--anyway")
+        assert (status, refusal in said) == (0, False)
+    states = midpoint(4.0, 2.0, 0.11, 18)
+    largest = max(abs(energy(*state) - energy(4.0, 2.0)) for state in states)
+    if command == "run":
+        assert shown["y"] == pytest.approx(states[-1], rel=1e-12)
+    if command in ("compare", "precision"):
+        assert SHOWN[command](shown)[0] == pytest.approx(largest, rel=1e-9)
+    if command == "order":
+        assert SHOWN[command](shown)["y"] == pytest.approx(2, abs=0.1)
+    if command == "advise":
+        assert "--anyway" in shown["command"]
+        assert "anyway=True" in shown["python"]
+
+
+def commands():
+    """Return each command that takes methods, with the names of its options."""
+    top = typer.main.get_command(app)
+    options = {name: {option for one in command.params for option in one.opts} for name, command in top.commands.items()}
+    return {name: known for name, known in options.items() if {"--method", "--methods", "code", "mine"} & known}
+
+
+def test_every_command_that_takes_methods_takes_both_options_or_has_a_reason():
+    assert set(commands()) == {*WORDS, "diagnose"}
+    for option, reasons in REASONS.items():
+        assert {name for name, known in commands().items() if option not in known} == set(reasons)
+
+
+@pytest.mark.parametrize("command", REASONS["--anyway"])
+def test_commands_without_anyway_refuse_Poisson_systems(ask, daebench, command):
+    if command == "diagnose":
+        status, _, said = daebench("diagnose", f"{__file__}:energy", "--problem", "lotka_volterra")
+    else:
+        status, _, said = ask(command, "lotka_volterra", "rattle")
+    assert status == 2, said
+
+
+def test_diagnose_refuses_redundant_constraints(ask, daebench):
+    status, _, said = daebench("diagnose", f"{__file__}:energy", "--problem", TWICE)
+    assert (status, "has redundant constraints" in said) == (2, True)
+
 
 ASKED = {
-    "order": ("order", {"methods": ["rattle"]}, ("--methods", "rattle")),
-    "check": ("check", {"method": "rattle"}, ("--method", "rattle")),
-    "step-for": (
-        "step_for",
-        {"method": "rattle", "h": 0.1, "t_end": 1, "statistic": "H", "margin": 0.1},
-        ("--method", "rattle", "--h", 0.1, "--t-end", 1, "--statistic", "H", "--margin", 0.1),
-    ),
-    "tolerance-for": ("tolerance_for", {"drift": 0.1, "h": 0.1, "t_end": 1}, ("--drift", 0.1, "--h", 0.1, "--t-end", 1)),
-    "run": ("run", {"method": "rattle", "h": 0.1, "t_end": 1}, ("--method", "rattle", "--h", 0.1, "--t-end", 1)),
-    "compare": ("compare", {"methods": ["rattle"], "h": 0.1, "t_end": 1}, ("--methods", "rattle", "--h", 0.1, "--t-end", 1)),
+    "order": {"methods": ["rattle"]},
+    "check": {"method": "rattle"},
+    "step_for": {"method": "rattle", "h": 0.1, "t_end": 1, "statistic": "H", "margin": 0.1},
+    "tolerance_for": {"drift": 0.1, "h": 0.1, "t_end": 1},
+    "run": {"method": "rattle", "h": 0.1, "t_end": 1},
+    "compare": {"methods": ["rattle"], "h": 0.1, "t_end": 1},
+    "advise": {"methods": ["rattle"], "accuracy": 0.1, "t_end": 1},
+    "shadow": {"method": "rattle", "h": 0.1, "t_end": 1},
+    "baumgarte": {},
+    "modes": {},
+    "chaos": {"method": "rattle", "h": 0.1, "t_end": 4},
 }
-"""The function of each command, and what both are asked."""
+"""Functions of Python, and what they are asked."""
 
 
-@pytest.mark.parametrize("command", ASKED)
-def test_a_command_and_its_function_know_the_option(command, daebench):
-    function, asked, words = ASKED[command]
+@pytest.mark.parametrize("function", ASKED)
+def test_functions_know_the_choices(function):
     with pytest.raises(BadInput, match="unknown on_singular 'never'; known: continue, least-squares, stop"):
-        getattr(package, function)("planar_pendulum", **asked, on_singular="never")
-    status, out, err = daebench(command, "planar_pendulum", *words, "--on-singular", "never")
-    assert (status, out) == (2, "")
-    assert "unknown on_singular 'never'" in err
+        getattr(package, function)("planar_pendulum", **ASKED[function], on_singular="never")
+
+
+@pytest.mark.parametrize("command", [name for name in WORDS if name != "animate"])
+def test_commands_know_the_choices(ask, command):
+    status, shown, said = ask(command, "planar_pendulum", "rattle", "--on-singular", "never")
+    assert (status, shown) == (2, None)
+    assert "unknown on_singular 'never'" in said
 
 
 def test_redundant_constraints_are_measured_by_least_squares_where_the_case_does_not_say_so(plain_functions):
-    problem = definitions.parallelogram()
-    cases = {name: dataclasses.replace(case, on_singular="stop") for name, case in problem.cases.items()}
-    stopping = dataclasses.replace(problem, cases=cases)
-    order = package.order(stopping, methods=["rattle"], halvings=4, on_singular="least-squares")
+    order = package.order(definitions.parallelogram(on_singular="stop"), methods=["rattle"], halvings=4, on_singular="least-squares")
     assert order.loc[order["component"] == "q", "order"].iloc[0] == pytest.approx(2, abs=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("uncompiled_schemes", "plain_functions")
+def test_a_certificate_records_the_choice_and_one_without_it_is_read(ask, tmp_path):
+    _, made, _ = ask("certify", TWICE, "rattle", "--on-singular", "least-squares")
+    assert made["on_singular"] == "least-squares"
+    assert "--on-singular least-squares" in (tmp_path / "certify" / "index.html").read_text()
+    assert package.verify_certificate(tmp_path / "certify", trust=True).agrees
+    _, made, _ = ask("certify", ONCE, "rattle")
+    path = tmp_path / "certify" / "certificate.json"
+    old = {key: value for key, value in json.loads(path.read_text()).items() if key not in ("on_singular", "checksum")}
+    path.write_text(json.dumps(old | {"checksum": checksum(old)}))
+    assert package.verify_certificate(tmp_path / "certify", trust=True).agrees

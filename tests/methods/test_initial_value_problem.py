@@ -7,7 +7,6 @@ import pytest
 import daebench as package
 from daebench.errors import BadInput, InconsistentStart
 from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
-from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.studies.grid import run_specification
 from daebench.studies.grid.run_specification import GridRun
@@ -44,7 +43,7 @@ def test_an_initial_value_problem_keeps_what_is_not_replaced():
 
 def test_what_happens_where_G_loses_rank_stays_with_an_initial_value_problem():
     locked = initial_value_problem("slider_crank", "lock_up")
-    chosen = singular_as(locked, "least-squares")
+    chosen = initial_value_problem(locked, on_singular="least-squares")
     assert initial_value_problem(chosen).on_singular == "least-squares"
 
 

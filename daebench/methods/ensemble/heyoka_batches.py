@@ -4,10 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from daebench.diagnostics.freedom import combined
 from daebench.errors import BadInput
 from daebench.methods.names import method_of
 from daebench.methods.solvers.heyoka_ode import FIRST, compact, equations_of
-from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.members import Members
 
 MOST_STEPS = 100_000
@@ -27,9 +28,11 @@ def batch_of(ivp: InitialValueProblem, tol: float) -> Any:
     """Return heyoka's integrator of a batch, ``taylor_adaptive_batch``, of the size that it recommends for this processor.
 
     Its unknowns are q and p, or y; large problems are compiled as loops, as :data:`daebench.methods.solvers.heyoka_ode.COMPACT` says.
+    Constraints that are redundant for good are combined, where they are to be solved by least squares.
     """
     import heyoka as hy
 
+    ivp = combined(ivp) if isinstance(ivp, ConstrainedIvp) and ivp.singular else ivp
     zeros = np.zeros((ivp.size, hy.recommended_simd_size()))
     return hy.taylor_adaptive_batch(equations_of(ivp), zeros, tol=tol, compact_mode=compact(ivp.size))
 
@@ -80,9 +83,10 @@ def _propagated(batch: Any, start: Array, times: Array) -> Array:
     batch.step(np.full(size, FIRST * times[-1]))  # a start at which coefficients vanish is left by a short step
     grid = np.repeat(times[:, None], size, axis=1)
     grid[0] = batch.time
-    with np.errstate(all="ignore"):
-        states = np.asarray(batch.propagate_grid(grid, max_steps=MOST_STEPS)[1])
     rows = np.full((len(times), size, start.shape[1]), np.nan)
-    rows[: len(states)] = states.transpose(0, 2, 1)
+    if np.all(np.isfinite(grid[0])):
+        with np.errstate(all="ignore"):
+            states = np.asarray(batch.propagate_grid(grid, max_steps=MOST_STEPS)[1])
+        rows[: len(states)] = states.transpose(0, 2, 1)
     rows[0] = start
     return rows

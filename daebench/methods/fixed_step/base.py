@@ -244,7 +244,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
         The map is (p, q) -> (p, q), or y -> y, and raises :class:`RunFailed` if the scheme has no solution.
         """
-        linked = self.linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
+        linked = self.linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=ivp.singular), h)
         leave = self._coordinates(ivp)[1]
 
         def phi(*vectors: Sequence[complex]) -> Any:
@@ -261,7 +261,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
         It gives rows (p, q), or y, and why there are fewer than ``steps`` more, or None.
         """
-        linked = self.linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=""), h)
+        linked = self.linked(ivp, self.kernel(ivp, "complex128", (), count=False, singular=ivp.singular), h)
 
         def along(*vectors: Sequence[complex]) -> tuple[NDArray[np.complex128], str | None]:
             _, rows, failure = complex_run(linked, ivp, _complex_state(linked, vectors), h, steps, every=1)

@@ -89,7 +89,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             "projection": self.projection,
             "stage_multipliers": len(self.member.multipliers()) if stage_multipliers else 0,
             "asked": self._asked,
-            "singular": "least-squares" if singular == "least-squares" else "watch" if singular and self._solves else "",
+            "singular": ("least-squares" if singular == "least-squares" else "watch") if singular and self._solves else "",
         }
 
     def _in_loops(self, ivp: ConstrainedIvp, precision: str) -> bool:

@@ -23,11 +23,14 @@ from daebench.schemes.kernels.relax import ROUNDS
 TURNED = 10
 """Status where the equations of a step are singular although G keeps its rank."""
 
+REDUNDANT = "see whether constraints are redundant, or G has lost rank or a chart is singular there"
+"""What to do where an iteration matrix is singular."""
+
 REASONS = {
     1: ("the iteration did not converge in {sweeps} iterations, residual {residual:.2e}", "use a smaller h"),
     2: (
         "the iteration matrix is singular to round-off, residual {residual:.2e}",
-        "see whether constraints are redundant, or G has lost rank or a chart is singular there",
+        REDUNDANT,
     ),
     3: (
         "a value is no longer finite",

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
 from daebench.compiler.linear.health import SINGULAR
+from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.formulations.table import FORMULATIONS, OPTIONS
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
@@ -241,6 +242,8 @@ def require_determined(ivp: ConstrainedIvp, health: float) -> None:
     """Raise if the multiplier at the start is not determined."""
     if not health > SINGULAR:
         where = f"{ivp.problem}, case {ivp.case}, has no multiplier at the start"
+        if why := dependence(ivp):
+            raise DaebenchError(f"{where}: G M^-1 G^T is singular there; {why}.")
         if math.isnan(health):
             raise DaebenchError(f"{where}: a value is not finite there; check parameters and initial values.")
         raise DaebenchError(

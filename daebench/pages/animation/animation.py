@@ -12,7 +12,6 @@ from daebench.draw.scene import Layout, layout_of
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.methods.run import singular_as
 from daebench.pages.animation import gif, mp4, page, smil
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.recorded_run import recorded_run, requested
@@ -158,7 +157,7 @@ def animation(
     """
     path = Path(out)
     form, length = _form(path, title, size, overwrite=overwrite), _seconds(positive("t_end", t_end), seconds, speed)
-    ivp = singular_as(initial_value_problem(problem, case, parameters, project=project, algebra=algebra), on_singular)
+    ivp = initial_value_problem(problem, case, parameters, project=project, algebra=algebra, on_singular=on_singular)
     layout = _layout(ivp)
     if not methods:
         raise BadInput("an animation needs at least one method, for example rattle.")

@@ -25,6 +25,7 @@ def certify(
     claims: Mapping[str, int | bool] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
+    on_singular: str | None = None,
     files: Iterable[str | Path] = (),
     seconds_limit: float = process.SECONDS,
     overwrite: bool = False,
@@ -61,6 +62,8 @@ def certify(
         Free numbers of a method of daebench.
     anyway : bool
         Whether a scheme of daebench may run on a Poisson system for which it is not a Poisson integrator.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     files : iterable of path
         Other files that the code reads or loads.
     seconds_limit : float
@@ -104,6 +107,7 @@ def certify(
         claims=claims,
         options=options,
         anyway=anyway,
+        on_singular=on_singular,
         files=files,
         seconds_limit=seconds_limit,
         progress=progress,

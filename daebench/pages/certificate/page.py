@@ -44,7 +44,10 @@ def command(certificate: Certificate) -> str:
     parts += [f"--claim {name}={str(value).lower()}" for name, value in content["claims"].items()]
     parts += [f"--option {name}={value!r}" for name, value in content["options"].items()]
     steps = content["problems"][0]["h"]
-    return " ".join([*parts, *([f"--h {steps!r}"] if steps else []), *(["--anyway"] if content["anyway"] else []), "--out DIR"])
+    parts += [f"--h {steps!r}"] if steps else []
+    parts += ["--anyway"] if content["anyway"] else []
+    parts += [f"--on-singular {content['on_singular']}"] if content.get("on_singular") else []
+    return " ".join([*parts, "--out DIR"])
 
 
 def _notes(certificate: Certificate) -> list[tuple[str, str, Markup]]:

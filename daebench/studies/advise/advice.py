@@ -145,7 +145,8 @@ class Advice(Shown):
         words = ["daebench", "run", asked.problem, "--case", asked.case]
         words += [word for name, value in asked.parameters.items() for word in ("--param", f"{name}={_number(value)}")]
         words += ["--method", choice.method, f"--{choice.knob}", _number(choice.value), "--t-end", _number(asked.t_end)]
-        words += ["--anyway"] if asked.poisson and not self._poisson_integrator else []
+        words += ["--anyway"] if asked.anyway and not self._poisson_integrator else []
+        words += ["--on-singular", asked.on_singular] if asked.on_singular else []
         return shlex.join(words)
 
     @property
@@ -155,11 +156,12 @@ class Advice(Shown):
             return ""
         asked = self.question
         parameters = f", parameters={dict(asked.parameters)}" if asked.parameters else ""
-        anyway = ", anyway=True" if asked.poisson and not self._poisson_integrator else ""
+        more = ", anyway=True" if asked.anyway and not self._poisson_integrator else ""
+        more += f", on_singular={asked.on_singular!r}" if asked.on_singular else ""
         steered = f"{self.choice.knob}={self.choice.value!r}"
         return (
             f"daebench.run({asked.problem!r}, case={asked.case!r}{parameters}, method={self.choice.method!r}, {steered}, "
-            f"t_end={_number(asked.t_end)}{anyway})"
+            f"t_end={_number(asked.t_end)}{more})"
         )
 
     @property

@@ -54,7 +54,7 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     names = list(dict.fromkeys((*(usual if methods is None else methods), *also)))
     for name in (*(methods or ()), *also):
         question.solver(name)
-    accepted, left_out = feasible(question.ivp, names)
+    accepted, left_out = feasible(question.ivp, names, anyway=question.anyway)
     for name in list(accepted):
         if lacking := set(question.keep) - claimed(question.ivp, question.solver(name)):
             accepted.remove(name)

@@ -64,6 +64,10 @@ class Question:
         Values of the problem's parameters.
     seed : int
         Seeds the starts.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system outside of the class for which it is a Poisson integrator.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
 
     Raises
     ------
@@ -81,6 +85,8 @@ class Question:
     share: float = SHARE
     parameters: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
+    anyway: bool = False
+    on_singular: str | None = None
 
     def __post_init__(self) -> None:
         positive("accuracy", self.accuracy)
@@ -103,7 +109,7 @@ class Question:
     @cached_property
     def ivp(self) -> Ivp:
         """The initial value problem."""
-        return initial_value_problem(self.problem, self.case, dict(self.parameters))
+        return initial_value_problem(self.problem, self.case, dict(self.parameters), on_singular=self.on_singular)
 
     @property
     def poisson(self) -> bool:
@@ -140,7 +146,7 @@ class Question:
 
     def solver(self, method: str) -> Any:
         """Return a method."""
-        return methods_of(self.ivp, [method], anyway=self.poisson)[0]
+        return methods_of(self.ivp, [method], anyway=self.anyway)[0]
 
     def run(self, method: str, value: float, *, repeat: int = TIMED, times: float = 1.0, metrics: Sequence[str] = ()) -> GridRun:
         """Return one run: of a method, with a step size or tolerance, to a multiple of the horizon; timed ``repeat`` times."""
@@ -186,7 +192,8 @@ class Question:
 
     def _fields(self, method: str, value: float, times: float) -> dict[str, Any]:
         named = {"problem": self.problem, "case": self.case, "method": method, "value": value, "t_end": times * self.t_end}
-        return named | {"parameters": tuple(self.parameters.items()), "anyway": self.poisson, "calls": int(CALLS * times)}
+        named |= {"parameters": tuple(self.parameters.items()), "anyway": self.anyway, "on_singular": self.on_singular or ""}
+        return named | {"calls": int(CALLS * times)}
 
 
 def _whole(steps: float) -> int:

@@ -34,6 +34,8 @@ def advise(
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
     seed: int = 0,
+    anyway: bool = False,
+    on_singular: str | None = None,
     store: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Advice:
@@ -80,6 +82,10 @@ def advise(
         Values of the problem's parameters.
     seed : int
         Seeds the starts.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system outside of the class for which it is a Poisson integrator.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     store : path, optional
         File of the stored runs; by default one beside the compiled kernels.
     progress : callable, optional
@@ -95,9 +101,10 @@ def advise(
     BadInput
         If the question cannot be answered: a number is invalid, no method applies to the problem, or the reference is not accurate enough.
     """
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     numbers: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "starts": starts, "share": share, "seed": seed}
     numbers |= {"parameters": dict(parameters or {}), "budget": math.inf if budget is None else budget, "keep": tuple(keep)}
+    numbers |= {"anyway": anyway, "on_singular": on_singular}
     if not isinstance(problem, str):
         raise BadInput("advise stores runs by their names; give the name of a problem, or the path of its file.")
     question = Question(problem=problem, case=ivp.case, **numbers)

@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import ASYMPTOTIC, MOST_STEPS, TOLERANCES, Resolutions, StepSizes, Tolerances
+from daebench.studies.grid.rows import lost_rank
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.measurable import claimed_order
 
@@ -99,6 +100,8 @@ def _next(
     low = max((k for k in rows if reached is None or k < reached), default=0)
     if reached is not None:
         return _coarser(resolutions, rows, low, reached), ""
+    if len(rows) > 1 and all(map(lost_rank, (rows[k] for k in sorted(rows)[-2:]))):
+        return None, str(rows[low]["failure"]).rstrip(".")
     errors = [error_of(rows[k], question.part) for k in sorted(rows)]
     if _stuck(errors, question.size):
         return None, f"its error stays at {min(errors):.1e} for any step size or tolerance"

@@ -258,7 +258,8 @@ def _nearest(question: Question, found: Sequence[Found]) -> str:
     rows = [(error_of(row, question.part), row) for some in found for row in some.rows]
     error, best = min(rows, key=itemgetter(0), default=(math.inf, {}))
     if error == math.inf:
-        return "none reaches its end"
+        stopped = next((f": {str(row['failure']).rstrip('.')}" for some in found for row in reversed(some.rows) if row["failure"]), "")
+        return f"none reaches its end{stopped}"
     price = float(best["seconds"])
     excluded = f", {EXCLUDED}" if price > question.budget else ""
     return f"the best is {best['method']} with {float(best['value']):.3g}: error {error:.2g}, {price:.2g} s{excluded}"

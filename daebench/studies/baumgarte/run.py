@@ -8,6 +8,7 @@ import numpy as np
 
 from daebench.diagnostics.energy import Drift
 from daebench.diagnostics.energy_verdict import energy_verdict
+from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, positive
 from daebench.methods.fixed_step.parts import takes_form
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -208,6 +209,7 @@ def baumgarte(
     tolerances: Sequence[float] = TOLERANCES,
     values: Sequence[float] = VALUES,
     rates: Sequence[float] = RATES,
+    on_singular: str | None = None,
     progress: Progress | None = None,
 ) -> BaumgarteMap:
     """Return maps of energy error, g, G v and cost of stabilised and soft constraints over their parameters, and limits of stability.
@@ -240,6 +242,8 @@ def baumgarte(
         alpha h and beta h of the maps.
     rates : sequence of float
         alpha and beta of IDA's maps, 1/s.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     progress : callable, optional
         Called with the fraction of the work done.
 
@@ -251,9 +255,9 @@ def baumgarte(
     ------
     BadInput
         If no method is a scheme that can be stabilised, a number is invalid, or the problem is a Poisson system, has arrays as vectors, or
-        has redundant constraints.
+        has constraints that depend on others at the start, unless ``on_singular`` is "least-squares".
     """
-    ivp = _problem(problem, case, parameters)
+    ivp = _problem(problem, case, parameters, on_singular)
     for name, numbers in (("tolerances", tolerances), ("values", values), ("rates", rates)):
         for x in numbers:
             positive(name, x)
@@ -283,14 +287,15 @@ def baumgarte(
     )
 
 
-def _problem(problem: Any, case: str | None, parameters: Mapping[str, float] | None) -> ConstrainedIvp:
+def _problem(problem: Any, case: str | None, parameters: Mapping[str, float] | None, on_singular: str | None) -> ConstrainedIvp:
     """Return the problem; refuse one whose constraints cannot be stabilised."""
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     if not isinstance(ivp, ConstrainedIvp):
         raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints to stabilise.")
-    if ivp.arrays or ivp.on_singular == "least-squares":
-        why = "is held as arrays" if ivp.arrays else "has redundant constraints, whose multipliers are found by least squares"
-        raise BadInput(f"{ivp.problem}, case {ivp.case}, {why}; choose another problem or case.")
+    if ivp.arrays:
+        raise BadInput(f"{ivp.problem}, case {ivp.case}, is held as arrays; choose another problem or case.")
+    if not ivp.singular and (why := dependence(ivp)):
+        raise BadInput(f"{ivp.problem}, case {ivp.case}, cannot be stabilised: G M^-1 G^T is singular at the start, where {why}.")
     return ivp
 
 

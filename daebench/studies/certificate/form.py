@@ -6,6 +6,7 @@ from typing import Any
 
 from daebench.methods.outside.method import Stated
 from daebench.runs.provenance import ORIGIN
+from daebench.runs.request import ON_SINGULAR
 from daebench.runs.schema import (
     DIGEST,
     POSITIVE,
@@ -141,7 +142,8 @@ CERTIFICATE = Fields(
         **dict.fromkeys(("holds", "falls_short", "undetermined"), Items(NAME)),
         "problems": Items(Problem(), 1, MOST_PROBLEMS),
         "about": Fields({**ORIGIN, "daebench": DIGEST, "seconds_per_step": Items(maybe(SECONDS, "a time"), most=MOST_PROBLEMS)}),
-    }
+    },
+    {"on_singular": maybe(Text(words=tuple(ON_SINGULAR)), f"one of {', '.join(ON_SINGULAR)}")},  # earlier versions have none
 )
 
 

@@ -75,6 +75,7 @@ def make(
     claims: Mapping[str, Any] | None = None,
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
+    on_singular: str | None = None,
     files: Iterable[str | Path] = (),
     seconds_limit: float = process.SECONDS,
     progress: process.Progress = process.silent,
@@ -83,9 +84,9 @@ def make(
     if h is not None:
         positive("h", h)
     code, changed = code_of(method, files), dict(parameters or {})
-    about = {"options": dict(options or {}), "anyway": anyway, "claims": _claims(claims or {})}
+    about = {"options": dict(options or {}), "anyway": anyway, "on_singular": on_singular, "claims": _claims(claims or {})}
     attempts = []
-    for asked in [[_asked(name, k, changed) for k, name in enumerate(problems, 1)]] if problems else _usual(code, changed):
+    for asked in [[_asked(name, k, changed, on_singular) for k, name in enumerate(problems, 1)]] if problems else _usual(code, changed):
         guessed = not problems and not (code.of_daebench or code.method.startswith(PROGRAM))
         settings = {"parameters": changed, "setting": None, "h": h, "guessed": guessed}
         tasks = [{**about, **settings, "problem": one.problem, "case": one.case} for one in asked]
@@ -140,10 +141,10 @@ def _claims(claims: Mapping[str, Any]) -> dict[str, Any]:
     return dict(claims)
 
 
-def _asked(name: str, number: int, changed: Mapping[str, float]) -> Asked:
+def _asked(name: str, number: int, changed: Mapping[str, float], on_singular: str | None) -> Asked:
     """Return the problem PROBLEM[:CASE], found and with its numbers tried; one of a file of one's own is executed."""
     problem, _, case = (name, "", "") if name.endswith(".py") else name.rpartition(":") if ":" in name else (name, "", "")
-    initial_value_problem(problem, case or None, changed)
+    initial_value_problem(problem, case or None, changed, on_singular=on_singular)
     if not is_path(problem):
         return Asked(problem, case or None)
     definition = find_problem(problem)

@@ -30,9 +30,9 @@ class Certificate:
     folder : Path
         Where it is, with its code in ``code/`` and problem files in ``definitions/``.
     content : mapping
-        What the file has: ``method``, ``code`` with its hash and files, ``options``, ``anyway`` and ``claims``, ``problems`` with numbers
-        or with why they were refused, ``holds``, ``falls_short`` and ``undetermined`` with names of claims, and ``about``: date, machine,
-        versions and seconds of a step, none of which is verified.
+        What the file has: ``method``, ``code`` with its hash and files, ``options``, ``anyway``, ``on_singular`` and ``claims``,
+        ``problems`` with numbers or with why they were refused, ``holds``, ``falls_short`` and ``undetermined`` with names of claims, and
+        ``about``: date, machine, versions and seconds of a step, none of which is verified.
     """
 
     folder: Path

@@ -62,15 +62,15 @@ def posed(task: Mapping[str, Any]) -> tuple[Ivp, Any]:
     Parameters
     ----------
     task : mapping
-        ``problem``, ``case``, ``parameters``, ``method``, ``options``, ``anyway``, and ``claims`` that are stated of the method beside
-        those that it states itself.
+        ``problem``, ``case``, ``parameters``, ``method``, ``options``, ``anyway``, ``on_singular``, and ``claims`` that are stated of the
+        method beside those that it states itself.
 
     Raises
     ------
     BadInput
         If a name or number cannot be used, or claims are stated of a method of daebench.
     """
-    ivp = initial_value_problem(task["problem"], task["case"], task["parameters"])
+    ivp = initial_value_problem(task["problem"], task["case"], task["parameters"], on_singular=task.get("on_singular"))
     method = measured(method_of(ivp, task["method"], task["options"], anyway=task["anyway"]), ivp, NO_CLAIMS)
     if not task["claims"]:
         return ivp, method

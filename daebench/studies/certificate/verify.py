@@ -156,6 +156,7 @@ def _task(certificate: Certificate, problem: Mapping[str, Any]) -> dict[str, Any
     content = certificate.content
     return {
         **{name: content[name] for name in ("options", "anyway", "claims")},
+        "on_singular": content.get("on_singular"),  # certificates of earlier versions have none
         **{name: problem[name] for name in ("problem", "case", "guessed")},
         "parameters": problem["changed"],
         "setting": problem.get("setting"),

@@ -10,7 +10,6 @@ from daebench.errors import BadInput, positive, whole
 from daebench.methods.ensemble.tangents import tangent_growth, tangent_vectors
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
-from daebench.methods.run import singular_as
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -113,7 +112,7 @@ def chaos(
     BadInput
         If the request cannot be met, the method has no fixed steps, there are too few steps, or no start is on the plane.
     """
-    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     grid = solver.grid(ivp, Request(value=positive("h", h), t_end=t_end, steps=steps, every=0, sensitivities=()))
     if grid.steps < FEWEST:

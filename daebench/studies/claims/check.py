@@ -16,7 +16,6 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
-from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED, Finding
@@ -101,7 +100,7 @@ def check(
     """
     import pandas as pd
 
-    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     chosen = method_of(ivp, method, options, anyway=anyway)
     findings = [*check_claims(ivp, chosen, h=h, steps=steps), *on_second(ivp, chosen)]
     return pd.DataFrame([asdict(finding) for finding in findings])

@@ -10,7 +10,6 @@ from daebench.diagnostics.energy import Drift
 from daebench.diagnostics.energy_verdict import energy_scales, size
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
-from daebench.methods.run import singular_as
 from daebench.methods.solvers.optional import not_installed
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request, resolution_value
@@ -93,7 +92,7 @@ def compare(
     >>> table[["method", "energy_error"]].round(6).values.tolist()
     [['seproj', 5.7e-05], ['rattle', 1e-06]]
     """
-    ivp = singular_as(initial_value_problem(problem, case, parameters, project=project), on_singular)
+    ivp = initial_value_problem(problem, case, parameters, project=project, on_singular=on_singular)
     chosen = methods_of(ivp, methods, options, anyway=anyway)
     return table_of(ivp, chosen, trajectories(ivp, chosen, h=h, tol=tol, t_end=t_end), t_end)
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from daebench.errors import BadInput
 from daebench.methods.names import methods_of
 from daebench.methods.solvers.optional import not_installed
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 
 
 def installed(names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
@@ -16,13 +16,14 @@ def installed(names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     return [name for name in names if name not in missing], missing
 
 
-def feasible(ivp: Ivp, names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Return those of these methods that can be run, and why the others cannot, as sentences."""
+def feasible(ivp: Ivp, names: Sequence[str], *, anyway: bool = False) -> tuple[list[str], dict[str, str]]:
+    """Return those of these methods that can be run, and why the others cannot, as sentences; refuse ``anyway`` where it has no use."""
+    methods_of(ivp, (), anyway=anyway)
     accepted_names: list[str] = []
     refused: dict[str, str] = {}
     for name in names:
         try:
-            (solver,) = methods_of(ivp, [name], anyway=isinstance(ivp, PoissonIvp))
+            (solver,) = methods_of(ivp, [name], anyway=anyway)
             why = solver.refusal(ivp)
         except BadInput as error:
             why = str(error)

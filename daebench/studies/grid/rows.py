@@ -1,6 +1,9 @@
 """A table of a study read row by row."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
+
+from daebench.diagnostics.rank import GO_ON
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -14,6 +17,18 @@ def rows_of(table: "pd.DataFrame") -> list[dict[str, Any]]:
 def by_method(table: "pd.DataFrame") -> list[tuple[str, "pd.DataFrame"]]:
     """Return the methods of a table in their order, each with its rows."""
     return [(str(name), rows) for name, rows in table.groupby("method", sort=False)]
+
+
+def lost_rank(row: Mapping[str, Any]) -> bool:
+    """Return whether a run stopped where G loses rank; the motion comes there with another step size or tolerance as well."""
+    return GO_ON in str(row["failure"])
+
+
+def endless(table: "pd.DataFrame") -> str:
+    """Return that no run of a table reached its end, and why the first did not, as a clause; "" where one did."""
+    if (table["failure"] == "").any():
+        return ""
+    return f"none of the {len(table)} runs reached its end; the first says: {str(table['failure'].iloc[0]).rstrip('.')}"
 
 
 def error_of(table: "pd.DataFrame") -> str:

@@ -15,7 +15,6 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.outside.read import content_of, is_outside
-from daebench.methods.run import singular_as
 from daebench.runs.ivp import Ivp
 from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
@@ -226,7 +225,7 @@ def ivp_of(
     problem: str, case: str, parameters: tuple[tuple[str, float], ...], on_singular: str, start: int = 0, spread: float = 0.0
 ) -> Ivp:
     """Return a problem with its numbers from plain values; the last ones that were asked for are at hand."""
-    ivp = singular_as(initial_value_problem(problem, case, dict(parameters)), on_singular or None)
+    ivp = initial_value_problem(problem, case, dict(parameters), on_singular=on_singular or None)
     return neighbour(ivp, spread, start) if start else ivp
 
 

@@ -104,6 +104,7 @@ def modes(
     beta: float | None = None,
     stiff: float | None = None,
     methods: Sequence[str] | None = None,
+    on_singular: str | None = None,
 ) -> Modes:
     """Return natural frequencies at an equilibrium, the spectrum of each formulation there, and the step limits of schemes.
 
@@ -130,6 +131,8 @@ def modes(
         Stiffness k of the penalty k |g|^2 / 2; by default one that makes oscillations a hundred times as fast as the fastest natural one.
     methods : sequence of str, optional
         Fixed-step methods whose step limit is computed; by default some that are for the problem.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
 
     Returns
     -------
@@ -141,7 +144,7 @@ def modes(
         If there is no equilibrium, or the problem depends on time, has forces, is a Poisson system, or has arrays as vectors, or a method
         chooses its steps itself or is not for the problem.
     """
-    ivp = initial_value_problem(problem, case, parameters, consistent=False)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, consistent=False)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED:
         what = "a Poisson system" if not isinstance(ivp, ConstrainedIvp) else "held as arrays" if ivp.arrays else "in time or under forces"
         raise BadInput(f"modes need a constrained problem with constant energy and few positions, and {ivp.problem} is {what}.")

@@ -12,9 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, DaebenchError
+from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import method_of
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.request import Request
 
 METHODS = ("symplectic_euler", "rattle", "lobatto3", "rk4", "local:gauss2", "implicit_euler")
 """Schemes that are looked at where none are given, and the problem has what they need."""
@@ -132,6 +135,10 @@ class Oscillations:
 
     def obstacle(self, name: str) -> str | None:
         """Return why a method has no step at rest that can be differentiated, as a sentence, or None."""
+        method = method_of(self.ivp, name)
+        eliminates = isinstance(method, FixedStep) and method.on_singular(self.ivp, Request(value=1.0)) and not self.ivp.singular
+        if eliminates and (dependent := dependence(self.ivp.at(self.ivp.p0, self.q))):
+            return f"G M^-1 G^T is singular at rest, where {dependent}."
         try:
             narrow, wide = (self.step(name, LEAST / self.fastest, width) for width in (1.0, 2.0))
         except BadInput as error:

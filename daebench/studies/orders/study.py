@@ -20,7 +20,6 @@ import pandas as pd
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, methods_of, several
-from daebench.methods.run import singular_as
 from daebench.reference.solution import reach, reference_solution
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Method
@@ -97,7 +96,7 @@ def order(
     >>> table[["component", "claimed", "order"]].round(1).head(3).values.tolist()
     [['q', 2, 2.0], ['p', 2, 2.0], ['lam', 2, 2.0]]
     """
-    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     return study(ivp, methods_of(ivp, methods, options, anyway=anyway), t_end=t_end, h=h, halvings=halvings).table()
 
 

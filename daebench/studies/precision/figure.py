@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
-from daebench.studies.grid.rows import by_method, error_of
+from daebench.errors import DaebenchError
+from daebench.studies.grid.rows import by_method, endless, error_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,7 +23,15 @@ SMALLEST = 1e-18
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
-    """Write the figure, a row of panels for each method, as SVG, PNG and CSV; return the path of the SVG."""
+    """Write the figure, a row of panels for each method, as SVG, PNG and CSV; return the path of the SVG.
+
+    Raises
+    ------
+    DaebenchError
+        If no run reached its end.
+    """
+    if why := endless(table):
+        raise DaebenchError(f"there is nothing to draw: {why}.")
     cost, unit = ("seconds", "CPU time [s]") if table["seconds"].notna().any() else ("value", "step size h [s]")
     columns = [name for name in dict.fromkeys((error_of(table), "energy_error", "defect")) if table[name].notna().any()]
     methods = by_method(table[table["failure"] == ""])

@@ -77,7 +77,7 @@ def _methods(asked: Asked) -> list[str]:
         raise BadInput(
             f"{name} is from outside, and computes in its own arithmetic; precision compares kinds of arithmetic for methods of daebench."
         )
-    methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED)[0]
+    methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED, anyway=asked.anyway)[0]
     if not methods:
         raise BadInput("precision is compared for fixed-step methods, and none is given; give some, for example rattle.")
     return methods

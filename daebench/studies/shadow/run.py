@@ -80,6 +80,7 @@ def shadow(
     parameters: Mapping[str, float] | None = None,
     orders: Sequence[int] = ORDERS,
     compare: bool = False,
+    on_singular: str | None = None,
 ) -> Shadow:
     """Return the shadow Hamiltonian along the orbit of a scheme: the Hamiltonian of the system that the orbit solves exactly.
 
@@ -107,6 +108,8 @@ def shadow(
         Even orders from 2 to 24.
     compare : bool
         Whether se, seproj and midpoint on the index-reduced equation are allowed for comparison, although they have no shadow Hamiltonian.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
 
     Returns
     -------
@@ -120,7 +123,7 @@ def shadow(
         If the scheme does not reach the end.
     """
     actions = actions_of(method, compare=compare)
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED or ivp.facts.FORCED or not ivp.facts.QUADRATIC:
         raise BadInput(
             f"a shadow Hamiltonian needs a constrained system of at most 24 positions with constant energy that is quadratic in p, "

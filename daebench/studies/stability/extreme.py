@@ -51,6 +51,10 @@ class Asked:
         Values of the parameter that is varied; chosen by each extreme by default.
     near : float
         Value that the parameter approaches; pictures show the distance from it.
+    anyway : bool
+        Whether a scheme may be run on a Poisson system outside of the class for which it is a Poisson integrator.
+    on_singular : str, optional
+        What to do where G loses rank: "stop", "continue" or "least-squares"; by default what the case declares.
     """
 
     problem: str
@@ -60,13 +64,15 @@ class Asked:
     h: Sequence[float] = ()
     parameters: Mapping[str, Sequence[float]] = field(default_factory=dict)
     near: float = 0.0
+    anyway: bool = False
+    on_singular: str | None = None
 
     scene = OldAttribute("ivp")
 
     @cached_property
     def ivp(self) -> Ivp:
         """The problem with the numbers of its case."""
-        return initial_value_problem(self.problem, self.case)
+        return initial_value_problem(self.problem, self.case, on_singular=self.on_singular)
 
     @property
     def poisson(self) -> bool:
@@ -91,10 +97,11 @@ class Asked:
         if self.methods:
             names, _ = installed(self.methods)
             for name in names:
-                if why := method_of(self.ivp, name, anyway=self.poisson).refusal(self.ivp):
+                if why := method_of(self.ivp, name, anyway=self.anyway).refusal(self.ivp):
                     raise BadInput(why)
             return names
-        return feasible(self.ivp, (*POISSON, "ida:ode") if self.poisson else (*CONSTRAINED, *TOLERANT))[0]
+        names = [*POISSON, "ida:ode"] if self.poisson else [*CONSTRAINED, *TOLERANT]
+        return feasible(self.ivp, names, anyway=self.anyway)[0]
 
     @property
     def left_out(self) -> dict[str, str]:
@@ -103,7 +110,7 @@ class Asked:
 
     def knob(self, method: str) -> str:
         """Return "h" or "tol"."""
-        return str(method_of(self.ivp, method, anyway=self.poisson).knob)
+        return str(method_of(self.ivp, method, anyway=self.anyway).knob)
 
     @cached_property
     def fixed(self) -> list[str]:
@@ -121,7 +128,8 @@ class Asked:
 
     def specification(self, method: str, value: float, metrics: Sequence[str], **more: Any) -> GridRun:
         """Return one run."""
-        settings: dict[str, Any] = {"problem": self.problem, "case": self.ivp.case, "t_end": self.end, "anyway": self.poisson}
+        settings: dict[str, Any] = {"problem": self.problem, "case": self.ivp.case, "t_end": self.end}
+        settings |= {"anyway": self.anyway, "on_singular": self.on_singular or ""}
         return GridRun(method=method, value=value, metrics=tuple(metrics), **settings | more)
 
 

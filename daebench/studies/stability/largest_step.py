@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from daebench.errors import BadInput
 from daebench.studies.grid.measure import Row, row_of
+from daebench.studies.grid.rows import lost_rank
 from daebench.studies.grid.run_specification import GridRun
 
 FINEST = 40
@@ -85,9 +86,13 @@ class _Trials:
         good, bad = largest, math.inf
         while self.verdict(good):
             good, bad = good / 2, good
-            if good < largest * 2.0**-FINEST:
+            if good < largest * 2.0**-FINEST or self._lost_with_both(bad):
                 return 0.0, bad
         return good, bad
+
+    def _lost_with_both(self, h: float) -> bool:
+        """Return whether runs with a step and with its double stop where G loses rank."""
+        return all(lost_rank({"failure": self.known.get(step, "")}) for step in (h, 2 * h))
 
 
 def completes(row: Row) -> str:

@@ -84,7 +84,7 @@ def refusal(asked: Asked) -> str:
 
 def together(asked: Asked, method: str) -> bool:
     """Return whether the runs of a method are made together, as members of ensembles, so that there may be many."""
-    return made_together(method_of(asked.ivp, method, anyway=asked.poisson), asked.ivp)
+    return made_together(method_of(asked.ivp, method, anyway=asked.anyway), asked.ivp)
 
 
 def _spaced(first: float, last: float, n: int) -> list[float]:

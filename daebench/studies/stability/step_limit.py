@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.draw.methods import name_of
 from daebench.methods.fixed_step.stepping import ITS_OWN
-from daebench.methods.outside.read import is_outside
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked
@@ -77,9 +76,7 @@ def says(table: "pd.DataFrame") -> list[str]:
             sentences.append(f"{names} {verb} with the largest steps, up to {least}h = {best['h'].iloc[0]:.2g} s{several}.")
         if none:
             sentences.append(f"With no step that was tried {verdict}: {', '.join(none)}.")
-            sentences += [
-                str(row.why) for row in rows.itertuples() if verdict == "completes" and row.h == 0 and is_outside(str(row.method))
-            ]
+            sentences += [str(row.why) for row in rows.itertuples() if verdict == "completes" and row.h == 0]
     limited_rows = table["why"].astype(str).str.contains(ITS_OWN, regex=False) & (table["verdict"] == "completes")
     if simplified := list(dict.fromkeys(table["method"][limited_rows])):
         sentences.append(f"Of {', '.join(simplified)} {ITS_OWN}.")
@@ -102,6 +99,6 @@ def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
         axis.set_yticks(range(len(methods)), [name_of(name) for name in methods])
         axis.invert_yaxis()
         axis.grid(visible=False, axis="y")
-        axis.set(xscale="log", xlabel="largest usable step h [s]")
+        axis.set(xscale="log" if (table["h"] > 0).any() else "linear", xlabel="largest usable step h [s]")
         figure.legend(loc="outside lower center", ncols=2)
         return save(figure, out, stem, table)

@@ -11,7 +11,6 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
-from daebench.methods.run import singular_as
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.ivp import Array
 from daebench.runs.members import Members
@@ -131,7 +130,7 @@ def step_for(
     BadInput
         If the request cannot be met, the method has no fixed steps, the quantity is unknown, or states do not fit into memory.
     """
-    ivp = singular_as(initial_value_problem(problem, case, parameters), on_singular)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     solver = fixed_step_method_of(ivp, method, options, anyway=anyway)
     of = quantity(ivp, statistic)
     positive("margin", margin)

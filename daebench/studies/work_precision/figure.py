@@ -13,7 +13,7 @@ from daebench.errors import DaebenchError
 from daebench.methods.outside.read import is_outside
 from daebench.studies.grid.against import OWN
 from daebench.studies.grid.claimed import claims_of
-from daebench.studies.grid.rows import by_method
+from daebench.studies.grid.rows import by_method, endless
 from daebench.studies.work_precision.study import bound_of, front
 
 if TYPE_CHECKING:
@@ -54,10 +54,9 @@ def families(table: "pd.DataFrame") -> Mapping[str, list[str]]:
 
 def nothing_of(table: "pd.DataFrame", error: str) -> str:
     """Return why there is nothing of an error to draw, as a clause; "" where there is something."""
-    done = table[table["failure"] == ""]
-    if done.empty:
-        return f"none of the {len(table)} runs reached its end; the first says: {str(table['failure'].iloc[0]).rstrip('.')}"
-    if done[error].isna().all():
+    if why := endless(table):
+        return why
+    if table[error][table["failure"] == ""].isna().all():
         return f"no run on {table['problem'].iloc[0]} has a number for it"
     drawn = _known(table, error)
     if drawn.empty:

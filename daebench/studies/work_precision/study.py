@@ -86,31 +86,39 @@ def standard(
     repeat: int = REPEAT,
     beside: bool = False,
     also: Sequence[str] = (),
+    anyway: bool = False,
+    on_singular: str | None = None,
 ) -> tuple[Study, dict[str, str]]:
     """Return the study of a problem, and why methods are not in it: they do not apply, or are not installed; what is not given is chosen.
 
-    ``also`` are metrics besides those that are chosen, ``parameters`` values of the problem's.
+    ``also`` are metrics besides those that are chosen, ``parameters`` values of the problem's; ``anyway`` and ``on_singular`` are as for
+    :func:`daebench.run`.
 
     Errors are taken against the certified reference where it is of these parameters and reaches the end, else against a finer run. Step
     sizes are the distance of its times, halved and halved again, so that errors are taken at stored times; those of a finer run are
     the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`. BadInput is raised for values that are of no use.
     """
-    ivp = initial_value_problem(problem, case, parameters)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     poisson = isinstance(ivp, PoissonIvp)
-    methods, left_out = installed(methods) if methods is not None else feasible(ivp, POISSON if poisson else CONSTRAINED)
+    if methods is None:
+        methods, left_out = feasible(ivp, POISSON if poisson else CONSTRAINED, anyway=anyway)
+    else:
+        methods, left_out = installed(methods)
     end = usual_end(certified_for(ivp, 0.0)) if t_end is None else t_end
     reference = certified_for(ivp, end)
     spacing = float(reference.t[1]) if reference else end / OUTPUTS
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
     usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
-    solvers = methods_of(ivp, methods, anyway=poisson)
+    solvers = methods_of(ivp, methods, anyway=anyway)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
     resolutions = sorted({solver.knob for solver in solvers})
     for resolution, given in (("h", h), ("tol", tol)):
         if given and resolution not in resolutions:
             raise BadInput(f"values of {resolution} are not used by {', '.join(methods)}; leave them out.")
-    runs: dict[str, Any] = {"problem": problem, "cases": [ivp.case], "methods": list(methods), "t_end": end, "anyway": poisson}
+    runs: dict[str, Any] = {"problem": problem, "cases": [ivp.case], "methods": list(methods), "t_end": end}
     runs |= {
+        "anyway": anyway,
+        "on_singular": on_singular or "",
         "values": {resolution: values[resolution] for resolution in resolutions},
         "parameters": {name: [x] for name, x in (parameters or {}).items()},
     }
