@@ -47,6 +47,16 @@ PROGRAM = "import sys; sys.path.append(sys.argv[1]); from daebench.methods.outsi
 ended: dict[str, str] = {}
 """How processes have ended that were asked something, by the name of the code."""
 
+ENDED = "the process of the code "
+"""Begins the clause that says how."""
+
+
+def remember(code: str, failure: str) -> None:
+    """Note that a run of a code failed because its process ended, if it did: in another process, or in a run that was stored."""
+    _, clause, how = failure.partition(ENDED)
+    if clause:
+        ended.setdefault(code, clause + how.partition(" after ")[0].rstrip("."))
+
 
 class Exited(Stopped):
     """The process of the code has ended; the text says how."""
@@ -155,7 +165,7 @@ class Process:
         except queue.Empty:
             raise Stopped(limit.over) from None
         if frame is None:
-            ended[self.place.name] = how = f"the process of the code {self._how_it_ended()}"
+            ended[self.place.name] = how = f"{ENDED}{self._how_it_ended()}"
             raise Exited(how)
         return frame
 

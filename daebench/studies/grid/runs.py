@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from daebench.methods.outside.read import is_outside
 from daebench.studies.grid.batches import Batch, rows_in_batches
 from daebench.studies.grid.measure import Row, stored_row
 from daebench.studies.grid.row_fields import require_row
@@ -58,7 +59,17 @@ def computed(
             rows_by_key[entry.key] = dict(entry.row)
             if tell:
                 tell(len(rows_by_key), len(wanted), wanted[entry.key])
+    for key, specification in wanted.items():
+        _remember_end(specification.method, str(rows_by_key[key]["failure"] or ""))
     return {key: rows_by_key[key] for key in wanted}
+
+
+def _remember_end(method: str, failure: str) -> None:
+    """Note code from outside that ended its process, so that a command says so whether it ran now or is stored."""
+    if failure and is_outside(method):
+        from daebench.methods.outside.process import remember
+
+        remember(method, failure)
 
 
 def _named(row: Row, specification: GridRun) -> Row:
