@@ -434,7 +434,7 @@ def test_that_no_run_reaches_its_end_is_said_where_it_is_so(budget):
     def stops(run, _):
         return law(run, 0.0) | {"failure": "it stopped", "error_q": math.nan}
 
-    assert answered(budget, 0.0, make=stops)[1].endswith("; none reaches its end")
+    assert answered(budget, 0.0, make=stops)[1].endswith("; none reaches its end: it stopped")
 
 
 def test_a_change_after_which_a_ring_does_not_close_has_an_unknown_effect_and_says_why():

@@ -225,36 +225,36 @@ class Tracer:
     def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any, *numbers: Scalar) -> Any:
         """Emit an iteration of a file with this update; return the unknowns after it and its report."""
         outer, starts = self.programs[-1], _flat(x)
-        if outer.top is not outer or not all(isinstance(part, Field) for part in starts):
-            raise InvalidProblem("a scheme iterates within an iteration, or on numbers; long chains support neither.")
-        places = [(outer.reserve(part.width), outer.reserve(part.width)) for part in starts]
+        if outer.top is not outer:
+            raise InvalidProblem("a scheme iterates within an iteration, which long chains do not support.")
+        places = [(outer.reserve(part.width), outer.reserve(part.width)) if isinstance(part, Field) else None for part in starts]
         updating = self._update(outer, update, x, data, places)
         name = outer.name("after")
         iterating = self.linker.function(module, iteration, {"update": updating})
-        first = pack(str(place) for place, _ in places)
+        first = pack(say(part) if place is None else str(place[0]) for part, place in zip(starts, places, strict=True))
         handed = ", ".join([first, pack(self._shared(outer)), *map(say, numbers), *self.linker.given(iterating)])
         call = f"{name}, report_{name} = {iterating}({handed})"
-        starting = [_kept(part, f"slab[k, {place} + {{i}}]") for part, (place, _) in zip(starts, places, strict=True)]
+        starting = [_kept(part, f"slab[k, {place[0]} + {{i}}]") for part, place in zip(starts, places, strict=True) if place]
         outer.events.append(Iteration(starting, [call]))
         outer.arguments = [*outer.arguments, name]
-        after = [
-            stored(part.kind, part.width, f"slab[{{k}}, {name}[{i}] + {{i}}]", outer.stage, part.ghost) for i, part in enumerate(starts)
-        ]
+        after = [_recalled(part, f"{name}[{i}]", outer.stage) for i, part in enumerate(starts)]
         return _shaped(x, after), Scalar(f"report_{name}", late=True)
 
-    def _update(self, outer: Program, update: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int]]) -> str:
-        """Emit one update. It reads the unknowns from one half of their columns of the slab and writes new values into the other half."""
+    def _update(self, outer: Program, update: Callable[..., Any], x: Any, data: Any, places: Sequence[tuple[int, int] | None]) -> str:
+        """Emit one update. It reads fields from one half of their columns of the slab and writes new ones into the other half."""
         inner = Program(outer.nodes, outer)
         self.programs.append(inner)
-        now = [stored(part.kind, part.width, f"slab[{{k}}, now_{i} + {{i}}]", 0, part.ghost) for i, part in enumerate(_flat(x))]
+        now = [_recalled(part, f"now_{i}", 0) for i, part in enumerate(_flat(x))]
         then, *judged = update(_shaped(x, now), data)
-        inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(_flat(then))]
+        following = _flat(then)
+        inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(following) if places[i]]
         body = inner.lines()
         self.programs.pop()
         name = f"update{next(self.updates)}"
         self.linker.work[name] = inner.work or [0] * len(self.linker.kinds)
-        turns = [line for i, (one, other) in enumerate(places) for line in (f"now_{i} = x[{i}]", f"then_{i} = {one + other} - now_{i}")]
-        back = pack(f"then_{i}" for i in range(len(places)))
+        turns = [f"now_{i} = x[{i}]" for i in range(len(places))]
+        turns += [f"then_{i} = {sum(place)} - now_{i}" for i, place in enumerate(places) if place]
+        back = pack(f"then_{i}" if place else say(following[i]) for i, place in enumerate(places))
         lines = [f"{', '.join(self._shared(outer))}, = data", *turns, *body, f"return {', '.join([back, *map(say, judged)])}"]
         self._emit(name, ("x", "data"), lines)
         return name
@@ -286,12 +286,19 @@ def _kept(part: Field, entry: str) -> Demand:
     return Demand(needs=[(part, 0)], write=lambda at: [f"{entry.format(i=i)} = {at(part, 0)}[{i}]" for i in range(part.width)])
 
 
-def _flat(x: Any) -> list[Field]:
-    """Return the fields of a nested tuple."""
+def _recalled(part: Field | Scalar, name: str, stage: int) -> Field | Scalar:
+    """Return an unknown of an iteration: a number by its name, a field in the columns of the slab that begin there."""
+    if isinstance(part, Scalar):
+        return Scalar(name, late=stage > 0)
+    return stored(part.kind, part.width, f"slab[{{k}}, {name} + {{i}}]", stage, part.ghost)
+
+
+def _flat(x: Any) -> list[Any]:
+    """Return the fields and numbers of a nested tuple."""
     return [field for part in x for field in _flat(part)] if isinstance(x, tuple) else [x]
 
 
-def _shaped(x: Any, parts: Sequence[Field]) -> Any:
+def _shaped(x: Any, parts: Sequence[Any]) -> Any:
     """Return fields in the nested tuple form of x."""
     left = iter(parts)
 

@@ -70,8 +70,9 @@ def off_tangent(p0: Vector, q0: Vector, G0: Jacobian, dq: Vector) -> tuple[Vecto
     return dq - V.T @ d, d
 
 
-def goes_on(guess: Points, moved: Points, part: Number, scale: Number) -> Number:
+def goes_on(guess: Points, moved: Points, dq: Vector, tangent: Vector, scale: Number) -> Number:
     """Return a number that is negative where the end of a step is many parts away from where it was expected."""
+    part = PART * (norm(dq) + norm(tangent))
     return 1 - norm(moved[STAGES - 2] - guess[STAGES - 2]) / (ENDS * part + START * scale)
 
 
@@ -139,14 +140,14 @@ def ahead(dQ: Points, before: Points, w: Number) -> Points:
     return tuple(dQ[i] + w * (dQ[i] - before[i]) for i in range(STAGES - 1))
 
 
-def update_part(x: tuple[Number, Points, tuple[Points, Any]], data: tuple[Start, Number]) -> Update:
+def update_part(x: tuple[Number, Points, tuple[Points, Any]], data: tuple[Start, Vector, Vector]) -> Update:
     """One update of the stages of a step that grows by a part; the pivot is negative where its branch has an end."""
     share, before, (dQ, rest) = x
-    (p0, q0, G0, h), part = data
+    (p0, q0, G0, h), dq, tangent = data
     grown = min(1.0, share + PART)
     guess = ahead(dQ, before, (grown - share) / PART)
     (moved, rest), size, scale, residual, pivot = update((guess, rest), (p0, q0, G0, grown * h))
-    return (grown, dQ, (moved, rest)), size, scale, residual, min(pivot, goes_on(guess, moved, part, scale))
+    return (grown, dQ, (moved, rest)), size, scale, residual, min(pivot, goes_on(guess, moved, dq, tangent, scale))
 
 
 def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
@@ -157,6 +158,6 @@ def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multiplie
     tangent, d = off_tangent(p0, q0, data[2], dq)
     unsure = doubt(q0, data[2], tangent, dq, d, near)
     still = begin(p0, q0, 0 * h)
-    (_, _, (end, _)), walk = walked(update_part, (0 * h, still[0], still), (data, PART * (norm(dq) + norm(tangent))), unsure)
+    (_, _, (end, _)), walk = walked(update_part, (0 * h, still[0], still), (data, dq, tangent), unsure)
     P, Lam = momenta(p0, rest)
     return P, dQ, Lam, settled_on(tangent, dq, end[STAGES - 2], unsure, walk, report, near)
