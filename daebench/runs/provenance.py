@@ -24,7 +24,7 @@ PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite"
 """Packages on which numbers depend; those that are not installed are left out."""
 
 EXTRAS = ("heyoka", "solve_dae")
-"""Packages that need not be installed."""
+"""Packages of solvers that need not be installed; the name of a method begins with that of its package."""
 
 ORIGIN: Mapping[str, Kind] = {
     "made": Text(form=r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", told="a date and a time, such as 2026-01-31 12:00 UTC"),

@@ -17,7 +17,7 @@ from daebench.systems.definition_parts import (
     check_real,
     mathematics,
     several,
-    to_the_last_digit,
+    told,
 )
 from daebench.systems.picture import Exact, Picture
 
@@ -194,9 +194,9 @@ class ConstrainedChain:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        starts = {name: (to_the_last_digit(case.q), to_the_last_digit(case.p)) for name, case in self.cases.items()}
-        cases = [(name, *starts[name], dict(case.parameters), case.about, case.on_singular) for name, case in self.cases.items()]
-        return repr([sp.srepr(sp.sympify(part)) for part in [*self._all_parts, list(self.parameters)]]) + repr((self.speeds, cases))
+        return repr([sp.srepr(sp.sympify(part)) for part in [*self._all_parts, list(self.parameters)]]) + repr(
+            (self.speeds, told(self.cases))
+        )
 
     @cached_property
     def mathematics(self) -> str:

@@ -37,6 +37,12 @@ def mathematics(parts: Sequence[Any], names: Any, cases: Mapping[str, Sequence[A
     return repr(([*map(_exact, parts)], names, [(name, [*map(_exact, case)]) for name, case in cases.items()], numbers))
 
 
+def told(cases: Mapping[str, Any]) -> list[tuple[Any, ...]]:
+    """Return what a fingerprint has of the cases of a constrained definition."""
+    starts = {name: (to_the_last_digit(case.q), to_the_last_digit(case.p)) for name, case in cases.items()}
+    return [(name, *starts[name], dict(case.parameters), case.about, case.on_singular) for name, case in cases.items()]
+
+
 def to_the_last_digit(values: Sequence[Any]) -> Sequence[Any]:
     """Return the values of a case, with the exact text of those whose numbers SymPy would print with 15 digits."""
     rounded = [isinstance(value, sp.Basic) and value.has(sp.Float) for value in values]

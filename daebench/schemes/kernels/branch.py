@@ -99,6 +99,11 @@ def settled_on(tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: R
     return landed(report, walk, unsure, norm(end - dq), norm(dq - tangent) / 8 + near)
 
 
+def goes_on(off: Number, part: Number, scale: Number) -> Number:
+    """Return a number that is negative where a walk is so far off from where its last part was to lead that its branch has ended before."""
+    return 1 - off / (ENDS * part + START * scale)
+
+
 def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     """Walk on by a part of the tangent: one Newton update for g = 0 at its end, linearised at q0 + dq.
 
@@ -112,7 +117,7 @@ def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     back = V.T @ change
     dq = dq + part - back
     scale = max(LENGTH, norm(q))
-    return dq, norm(dq), scale, norm(value), min(pivot, 1 - norm(back) / (ENDS * norm(part) + START * scale))
+    return dq, norm(dq), scale, norm(value), min(pivot, goes_on(norm(back), norm(part), scale))
 
 
 def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report, near: Number) -> Report:

@@ -8,8 +8,9 @@ is what :func:`daebench.schemes.lobatto.numbers` returns: A, A^, the matrix N wi
 
 from typing import Any
 
-from daebench.schemes.kernels.branch import ENDS, START, doubt, floor, settled_on, walked
-from daebench.schemes.kernels.language import SEPARABLE, STAGES, G, H_p, H_pp, H_q, g, norm, rows, solve, solve_stages_but_one, zero
+from daebench.schemes.kernels.branch import doubt, floor, goes_on, settled_on, walked
+from daebench.schemes.kernels.constrain import tangential
+from daebench.schemes.kernels.language import SEPARABLE, STAGES, G, H_p, H_pp, H_q, g, norm, rows, solve_stages_but_one, zero
 from daebench.schemes.kernels.newton import newton
 from daebench.schemes.kernels.spaces import DATA, LENGTH, Jacobian, Multiplier, Number, Report, Rows, Update, Vector
 from daebench.schemes.kernels.stages import places, weighted, weighted_but_last
@@ -63,17 +64,9 @@ def first_guess(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]
     return tuple(h * DATA[4][i] * v0 for i in range(1, STAGES)), tuple(zero(q0) for k in range(STAGES - 1))
 
 
-def off_tangent(p0: Vector, q0: Vector, G0: Jacobian, dq: Vector) -> tuple[Vector, Multiplier]:
-    """Return the tangent part of a step, and the multiplier of its other part."""
-    V = rows(G0, p0, q0)
-    d, _ = solve(G0 @ V.T, G0 @ dq)
-    return dq - V.T @ d, d
-
-
-def goes_on(guess: Points, moved: Points, dq: Vector, tangent: Vector, scale: Number) -> Number:
-    """Return a number that is negative where the end of a step is many parts away from where it was expected."""
-    part = PART * (norm(dq) + norm(tangent))
-    return 1 - norm(moved[STAGES - 2] - guess[STAGES - 2]) / (ENDS * part + START * scale)
+def off(guess: Points, moved: Points) -> Number:
+    """Return how far the end of a step is from where it was expected."""
+    return norm(moved[STAGES - 2] - guess[STAGES - 2])
 
 
 if SEPARABLE:
@@ -147,7 +140,13 @@ def update_part(x: tuple[Number, Points, tuple[Points, Any]], data: tuple[Start,
     grown = min(1.0, share + PART)
     guess = ahead(dQ, before, (grown - share) / PART)
     (moved, rest), size, scale, residual, pivot = update((guess, rest), (p0, q0, G0, grown * h))
-    return (grown, dQ, (moved, rest)), size, scale, residual, min(pivot, goes_on(guess, moved, dq, tangent, scale))
+    return (
+        (grown, dQ, (moved, rest)),
+        size,
+        scale,
+        residual,
+        min(pivot, goes_on(off(guess, moved), PART * (norm(dq) + norm(tangent)), scale)),
+    )
 
 
 def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multipliers, Report]:
@@ -155,7 +154,7 @@ def stages(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Points, Multiplie
     x, data = begin(p0, q0, h), (p0, q0, G(q0), h)
     (dQ, rest), report = newton(update, x, data)
     dq, near = dQ[STAGES - 2], floor(q0)
-    tangent, d = off_tangent(p0, q0, data[2], dq)
+    tangent, d, _ = tangential(dq, data[2], rows(data[2], p0, q0))
     unsure = doubt(q0, data[2], tangent, dq, d, near)
     still = begin(p0, q0, 0 * h)
     (_, _, (end, _)), walk = walked(update_part, (0 * h, still[0], still), (data, dq, tangent), unsure)

@@ -27,7 +27,7 @@ SINGULAR = 2
 NOT_FINITE = 3
 UNSETTLED = 8
 ITERATIONS = 100
-ALL = 100.0  # of them, as a number of the type of a run
+ITERATIONS_TAKEN = 100.0  # the same as a number of the type of a run
 STEADY = 50
 LONGEST = 1000
 
@@ -130,7 +130,7 @@ def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]
         if not size < INF or size <= (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale:
             return x, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
         last = size
-    return x, (NOT_CONVERGED, residual, -ALL, tally(update, ITERATIONS))
+    return x, (NOT_CONVERGED, residual, -ITERATIONS_TAKEN, tally(update, ITERATIONS))
 
 
 def differentiated(
