@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.energy import DRIFTS, Drift, energy_drift
+from daebench.diagnostics.drift import DRIFTS, Drift
+from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.oscillations import oscillations
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem

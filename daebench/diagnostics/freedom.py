@@ -1,21 +1,16 @@
 """Degrees of freedom: the rank of G at the start, and which constraints are redundant there, for the moment or for good."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from daebench.diagnostics.consistency import project
-from daebench.diagnostics.inverse_mass import inverse_mass, root_of
+from daebench.diagnostics.inverse_mass import inverse_mass
 from daebench.diagnostics.second_order import dependence_at
+from daebench.diagnostics.unit_rows import DEPENDENT, beyond_comparison, dependent_rows, moving, rank_of, root, unit_rows
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
-
-DEPENDENT = 1e-9
-"""Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""
-
-LARGEST = 200
-"""Constraints up to which they are compared with each other: it takes m^2 d operations."""
 
 NEARBY = 1e-3
 """Distance of the points nearby, as a part of the largest coordinate: redundant constraints depend on each other there too."""
@@ -121,7 +116,8 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     Returns
     -------
     Freedom or None
-        None if a value is not finite, which another check reports, or if there are more than :data:`LARGEST` constraints.
+        None if a value is not finite, which another check reports, or if there are more constraints than
+        :data:`daebench.diagnostics.unit_rows.LARGEST`.
     """
     if beyond_comparison(ivp):
         return None
@@ -139,75 +135,19 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     return Freedom(moving(ivp), ivp.m, rank, nearby, {k: tuple(of) for k, of in others.items()}, ivp, forbidden)
 
 
-def moving(ivp: ConstrainedIvp) -> int:
-    """Return the number of positions, without the time of a system in time."""
-    return ivp.d - bool(ivp.facts.EXTENDED)
-
-
-def _root(ivp: ConstrainedIvp, q: Array) -> Array:
-    """Return a root of M^-1 at q, one column for each position; the time, which has no mass, has a row of zeros."""
-    n = moving(ivp)
-    root = np.zeros((ivp.d, n))
-    root[:n] = root_of(ivp, ivp.p0, q)
-    return root
-
-
-def unit_rows(ivp: ConstrainedIvp, q: Array) -> Array:
-    """Return the rows of G at q in the metric M^-1, shape(m, d), each of length one but for those that are zero; without the time."""
-    rows = np.array(ivp.value("G", q) @ _root(ivp, q), dtype=float)
-    length = np.linalg.norm(rows, axis=1)
-    return np.asarray(rows / np.where(length > 0, length, 1.0)[:, None])
-
-
-def condition(ivp: ConstrainedIvp, q: Array) -> float:
-    """Return the condition number of G M^-1 G^T at q, scaled to have ones on its diagonal, without what redundant constraints add to it.
-
-    Rounding of multipliers grows by it at most.
-    """
-    rows = unit_rows(ivp, q)
-    sizes = np.linalg.svd(rows, compute_uv=False)
-    return float(sizes[0] / sizes[rank_of(rows) - 1]) ** 2
-
-
-def dependent_rows(rows: Array) -> dict[int, list[int]]:
-    """Return the rows that depend on those before them, each with the independent ones that it is a combination of."""
-    basis: list[int] = []
-    others: dict[int, list[int]] = {}
-    for k, row in enumerate(rows):
-        shares = np.linalg.lstsq(rows[basis].T, row, rcond=None)[0] if basis else np.empty(0)
-        if np.linalg.norm(row - shares @ rows[basis]) > DEPENDENT:
-            basis.append(k)
-        else:
-            others[k] = [j for j, share in zip(basis, shares, strict=True) if abs(share) > DEPENDENT]
-    return others
-
-
-def rank_of(rows: Array) -> int:
-    """Return the number of independent rows, by column-pivoted QR of the transposed matrix."""
-    from scipy.linalg import qr  # takes long to import, and most problems do without
-
-    size = np.abs(np.diagonal(qr(rows.T, mode="r", pivoting=True)[0]))
-    return int(np.sum(size > DEPENDENT * size[0]))
-
-
 def _nearby(ivp: ConstrainedIvp, rows: Array, rank: int) -> Iterator[Array]:
     """Yield positions around the start, moved along directions that G leaves free and projected onto g = 0."""
     free = np.linalg.svd(rows)[2][rank:]
     if not len(free):
         return
-    root = _root(ivp, ivp.q0)  # q = root x has unit mass in x
+    by_mass = root(ivp, ivp.q0)  # q = by_mass x has unit mass in x
     for k in range(POINTS):
-        direction = root @ (np.cos(1.0 + k + np.arange(len(free))) @ free)
+        direction = by_mass @ (np.cos(1.0 + k + np.arange(len(free))) @ free)
         size = NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) / float(np.max(np.abs(direction)))
         try:
             yield project(ivp, 0.0 * ivp.p0, ivp.q0 + (-1) ** k * size * direction)[1]
         except BadInput:
             continue
-
-
-def beyond_comparison(ivp: ConstrainedIvp) -> bool:
-    """Return whether an initial value problem has too many constraints for full matrices."""
-    return ivp.arrays or ivp.m > LARGEST
 
 
 def dependence(ivp: ConstrainedIvp) -> str | None:
@@ -256,41 +196,6 @@ def redundant(ivp: ConstrainedIvp) -> bool:
     """Return whether constraints are redundant for good."""
     found = freedom(ivp)
     return found is not None and found.permanent
-
-
-def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
-    """Return a problem with independent combinations of its constraints, where some are redundant for good; else as it is.
-
-    ::
-
-        n^T G(q) = 0,  n of shape(m, m - rank G), rows of G of length one       g_i - sum_j c_ij g_j,   c ~ n_i (n_j)^-1
-
-    As many constraints as are redundant, those of which n has the largest pivots, are added to the others in the ratio that n has at the
-    start, to an eighth. To leave them out would do there too, but their share of n may vanish on the way, and G of the others then loses
-    rank; combinations keep theirs until n has turned by 90 degrees. Manifold and motion are those of all constraints together.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers, on the manifold.
-    """
-    found = freedom(ivp)
-    if found is None or not found.permanent:
-        return ivp
-    from scipy.linalg import qr
-    from sympy import Rational
-
-    rows = np.array(ivp.value("G", ivp.q0) @ _root(ivp, ivp.q0), dtype=float)
-    length = np.linalg.norm(rows, axis=1)
-    n = np.linalg.svd(unit_rows(ivp, ivp.q0))[0][:, found.rank :]
-    added = sorted(map(int, qr(n.T, mode="r", pivoting=True)[1][: ivp.m - found.rank]))
-    c = -n @ np.linalg.inv(n[added]) * length[:, None] / length[added]
-    shares = {
-        i: {j: Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}
-        for i in range(ivp.m)
-        if i not in added
-    }
-    return replace(ivp, source=ivp.source.combined(shares), on_singular="stop")
 
 
 def require_freedom(ivp: ConstrainedIvp) -> None:

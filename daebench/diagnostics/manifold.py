@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.drift import Drift
+from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.metric import least_displacement
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.trajectory import Trajectory

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from daebench.diagnostics.freedom import beyond_comparison
+from daebench.diagnostics.unit_rows import beyond_comparison
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.trajectory import Passage
 

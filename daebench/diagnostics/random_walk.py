@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from daebench.diagnostics.energy import NAN, SHORTEST, energy_drift, law_of, read_law
+from daebench.diagnostics.drift import NAN
+from daebench.diagnostics.energy import SHORTEST, energy_drift, law_of, read_law
 from daebench.diagnostics.ensemble_trend import ensemble_trend
 from daebench.diagnostics.growth import Law
 from daebench.diagnostics.spread import Spread, spread_exponent
@@ -49,7 +50,7 @@ class Walk:
     reason : str
         Why it is undetermined; else "".
     law : str
-        Of what drifts: that of the mean, see :class:`daebench.diagnostics.energy.Drift`, or "apart" where every member drifts its own
+        Of what drifts: that of the mean, see :class:`daebench.diagnostics.drift.Drift`, or "apart" where every member drifts its own
         way; else "".
     change, change_bound : float
         Change of the mean over the time by the shape that fits best, and the upper bound on its modulus.

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.freedom import beyond_comparison, rank_of
 from daebench.diagnostics.metric import least_displacement
+from daebench.diagnostics.unit_rows import beyond_comparison, rank_of
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.members import Members
 

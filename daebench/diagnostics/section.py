@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.drift import Drift
+from daebench.diagnostics.energy import energy_drift
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory

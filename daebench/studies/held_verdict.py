@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.energy import DRIFTS, UNDETERMINED, Drift
+from daebench.diagnostics.drift import DRIFTS, UNDETERMINED, Drift
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.errors import DaebenchError
 from daebench.methods.ensemble.result import EnsembleRun

@@ -6,7 +6,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS, KEPT, ROUNDED, Drift
+from daebench.diagnostics.drift import BOUNDED, DRIFTS, KEPT, Drift
+from daebench.diagnostics.energy import ROUNDED
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict
 from daebench.diagnostics.freedom import freedom
 from daebench.diagnostics.integrals import energy_error
@@ -137,7 +138,7 @@ def tolerance_for(
 ) -> ToleranceFor:
     """Return the loosest tolerance of a constraint solver such that with it and all tighter ones the energy drift is small enough.
 
-    The drift is an upper bound on the change of the mean of H over the run, see :class:`daebench.diagnostics.energy.Drift`, in standard
+    The drift is an upper bound on the change of the mean of H over the run, see :class:`daebench.diagnostics.drift.Drift`, in standard
     deviations of the kinetic energy along the run, so that it has no unit. A tolerance whose drift is small while that of a tighter one is
     not is reported separately, and not chosen::
 

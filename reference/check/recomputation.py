@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daebench.diagnostics.freedom import condition
+from daebench.diagnostics.unit_rows import condition
 from daebench.reference.check.verification import Check, Digits, at_most
 from daebench.reference.keep.record import EPS, Reference
 from daebench.runs.ivp import Array, ConstrainedIvp

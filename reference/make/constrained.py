@@ -9,7 +9,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from daebench.diagnostics.freedom import combined
+from daebench.diagnostics.combined import combined
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.methods.solvers.taylor_equations import own_coordinates
 from daebench.reference.keep.definition import Definition

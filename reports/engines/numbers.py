@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import FAILED
+from daebench.diagnostics.drift import FAILED
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import fit_order
 from daebench.methods.names import method_of

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.diagnostics.energy import FAILED
+from daebench.diagnostics.drift import FAILED
 from daebench.draw.figures import save_table
 from daebench.pages.report import MINUS, NONE, count, number, power_of_ten, table
 from daebench.pages.report.tables import Formats, Tabulate, column, text, tiny

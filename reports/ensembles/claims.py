@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS, FAILED, KEPT
+from daebench.diagnostics.drift import BOUNDED, DRIFTS, FAILED, KEPT
 from daebench.pages.report.claims import require
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, STRUCTURED
 from daebench.reports.ensembles.numbers import Numbers

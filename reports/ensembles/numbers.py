@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import FAILED
+from daebench.diagnostics.drift import FAILED
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of

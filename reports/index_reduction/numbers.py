@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.drift import Drift
+from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.manifold import distance
 from daebench.diagnostics.order import fit_order

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS
-from daebench.diagnostics.energy import KEPT as ROUNDING
+from daebench.diagnostics.drift import BOUNDED, DRIFTS
+from daebench.diagnostics.drift import KEPT as ROUNDING
 from daebench.pages.report.claims import require
 from daebench.reports.methods.families import left_out, method
 from daebench.reports.methods.guide import ROUND_OFF, guide

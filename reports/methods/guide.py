@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import LAWS
+from daebench.diagnostics.drift import LAWS
 from daebench.pages.report.claims import require
 from daebench.reports.methods.matrix import HIDDEN, keeping
 from daebench.reports.methods.numbers import Numbers

@@ -5,8 +5,8 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS, UNDETERMINED
-from daebench.diagnostics.energy import KEPT as ROUND_OFF
+from daebench.diagnostics.drift import BOUNDED, DRIFTS, UNDETERMINED
+from daebench.diagnostics.drift import KEPT as ROUND_OFF
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.parts import PROJECTIONS
 from daebench.pages.report.claims import require

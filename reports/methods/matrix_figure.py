@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS, UNDETERMINED
+from daebench.diagnostics.drift import BOUNDED, DRIFTS, UNDETERMINED
 from daebench.draw.figures import BLACK, BLUE, QUIET, VERMILION, grid_of_axes, save
 from daebench.draw.methods import name_of
 from daebench.reports.methods.families import TITLES, by_family

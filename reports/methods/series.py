@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import FAILED
+from daebench.diagnostics.drift import FAILED
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.manifold import distance, manifold_drift

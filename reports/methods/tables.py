@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS, UNDETERMINED
+from daebench.diagnostics.drift import BOUNDED, DRIFTS, UNDETERMINED
 from daebench.draw.figures import save_table
 from daebench.pages.report import NONE, count, number, table, with_error
 from daebench.pages.report.tables import Formats, Tabulate, code, column, text, tiny

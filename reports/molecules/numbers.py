@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import KEPT, UNDETERMINED
+from daebench.diagnostics.drift import KEPT, UNDETERMINED
 from daebench.diagnostics.freedom import freedom
 from daebench.diagnostics.random_walk import random_walk
 from daebench.methods.fixed_step.constraint_structure import spectral_radius

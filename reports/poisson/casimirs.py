@@ -5,7 +5,7 @@ from types import MappingProxyType
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import LAWS
+from daebench.diagnostics.drift import LAWS
 from daebench.reports.poisson.runs import defect, errors, ivp_of, kind, method, solve
 
 METHODS = ("strang", "strang/suzuki4", "darboux:verlet", "midpoint", "rk4")

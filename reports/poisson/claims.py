@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.diagnostics.energy import LAWS
+from daebench.diagnostics.drift import LAWS
 from daebench.pages.report.claims import require
 from daebench.reports.poisson.casimirs import BLOW_UP
 from daebench.reports.poisson.defects import slopes

@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.diagnostics.energy import LAWS
+from daebench.diagnostics.drift import LAWS
 from daebench.pages.report.claims import require
 from daebench.reports.problems.numbers import Numbers
 from daebench.reports.problems.runs import METHODS, ROUND_OFF

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import LAWS
+from daebench.diagnostics.drift import LAWS
 from daebench.draw.figures import BLACK, QUIET, grid_of_axes, save
 from daebench.draw.methods import name_of
 from daebench.pages.report import NONE, TIMES

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.energy import KEPT
+from daebench.diagnostics.drift import KEPT
 from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.constrained import FixedStep

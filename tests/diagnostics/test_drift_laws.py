@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from daebench.diagnostics.energy import between, energy_drift
+from daebench.diagnostics.drift import between
+from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.trend import ONE_WAY
 
 LEVEL = 0.95

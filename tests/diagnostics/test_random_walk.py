@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from daebench.diagnostics.energy import LAWS
+from daebench.diagnostics.drift import LAWS
 from daebench.diagnostics.random_walk import random_walk
 from daebench.errors import BadInput
 

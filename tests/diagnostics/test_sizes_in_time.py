@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from daebench.diagnostics.combined import combined
 from daebench.diagnostics.energy_verdict import energy_scales
-from daebench.diagnostics.freedom import combined, dependence, freedom
+from daebench.diagnostics.freedom import dependence, freedom
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem

@@ -7,7 +7,8 @@ from runs import method
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from daebench.diagnostics.freedom import freedom, unit_rows
+from daebench.diagnostics.freedom import freedom
+from daebench.diagnostics.unit_rows import unit_rows
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.problems import bricard, cyclohexane_ring

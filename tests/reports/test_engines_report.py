@@ -10,7 +10,7 @@ from pages import standalone
 from reported import require_refused
 from said import ROOT
 
-from daebench.diagnostics.energy import FAILED
+from daebench.diagnostics.drift import FAILED
 from daebench.draw.figures import grid_of_axes
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted

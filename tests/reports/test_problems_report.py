@@ -14,7 +14,7 @@ from reported import require_figures, require_refused
 from said import ROOT
 from tampered import changed
 
-from daebench.diagnostics.energy import LAWS
+from daebench.diagnostics.drift import LAWS
 from daebench.methods.catalogue import problems as catalogue
 from daebench.pages.report import NONE, TIMES, build
 from daebench.pages.report.claims import ClaimRefuted

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_rgb
 
-from daebench.diagnostics.energy import VERDICTS
+from daebench.diagnostics.drift import VERDICTS
 from daebench.errors import BadInput, Interrupted
 from daebench.methods.fixed_step.stepping import ITS_OWN
 from daebench.methods.names import parse

@@ -9,7 +9,7 @@ import pytest
 from planted import plant
 
 import daebench
-from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep

@@ -16,7 +16,7 @@ import pytest
 from cache_damage import FAMILY
 from ivps import ivp
 
-from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.random_walk import Walk
 from daebench.errors import BadInput

@@ -8,7 +8,7 @@ import sympy as sp
 import daebench
 import daebench.studies.tolerance_for as study
 from daebench.compiler.definition import source_of
-from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.drift import Drift
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.runs.make_ivp import make_ivp

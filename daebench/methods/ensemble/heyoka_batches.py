@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.freedom import combined
+from daebench.diagnostics.combined import combined
 from daebench.errors import BadInput
 from daebench.methods.names import method_of
 from daebench.methods.solvers.heyoka_ode import FIRST, compact, equations_of

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.freedom import beyond_comparison, dependence, rank_of, unit_rows
+from daebench.diagnostics.freedom import dependence
 from daebench.diagnostics.passage import MOST_STATES, Crossing
 from daebench.diagnostics.rank import (
     AFTER_FAILURE,
@@ -19,6 +19,7 @@ from daebench.diagnostics.rank import (
     upcoming_loss,
     zero_of,
 )
+from daebench.diagnostics.unit_rows import beyond_comparison, rank_of, unit_rows
 from daebench.methods.fixed_step.stepping import TURNED, Run
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.trajectory import Array

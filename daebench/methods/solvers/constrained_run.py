@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.sharing import uncollected
-from daebench.diagnostics.freedom import combined, dependence, redundant
+from daebench.diagnostics.combined import combined
+from daebench.diagnostics.freedom import dependence, redundant
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.formulations.chain import BandedDae

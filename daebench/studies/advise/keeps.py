@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.energy import BOUNDED, KEPT
+from daebench.diagnostics.drift import BOUNDED, KEPT
 from daebench.errors import RunFailed
 from daebench.runs.ivp import Ivp
 from daebench.studies.advise.question import LONGER, Question

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, positive

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.diagnostics.energy import BOUNDED, DRIFTS, KEPT
+from daebench.diagnostics.drift import BOUNDED, DRIFTS, KEPT
 from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import SLACK
 from daebench.errors import BadInput, CannotShow, positive, require_known

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy_verdict import energy_scales, size
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
@@ -74,7 +74,7 @@ def compare(
     DataFrame
         Columns method, h or tol, steps, t_reached (s), energy_error (largest modulus over all steps), energy_size (the same
         over the mean kinetic energy; above 1 the motion is lost), energy_verdict, energy_law, energy_reason and energy_change_bound (see
-        :class:`daebench.diagnostics.energy.Drift`), slope (per s); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
+        :class:`daebench.diagnostics.drift.Drift`), slope (per s); g and Gv, the largest distances from g = 0 and G H_p = 0, or the Casimir
         functions by name; seconds (CPU time of stepping), us_per_step (microseconds), counts of work n_H_p, n_H_q, ...; t_end, as
         requested; position_error, the largest error of a coordinate of q, or of y, at about 64 outputs; position_bound, the error bound of
         its reference; position_reference, its description: the certified reference if it fits, otherwise a closed form or a finer run;

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import jump_and_way
-from daebench.diagnostics.energy import DRIFTS, UNDETERMINED, energy_verdicts
+from daebench.diagnostics.drift import DRIFTS, UNDETERMINED
+from daebench.diagnostics.energy import energy_verdicts
 from daebench.diagnostics.energy_verdict import may_be_a_part, scales_along, size
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import Array, PoissonIvp

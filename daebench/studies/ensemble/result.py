@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.energy import FAILED
+from daebench.diagnostics.drift import FAILED
 from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.diagnostics.energy import Drift
+from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.random_walk import Walk
 from daebench.studies.grid.checkpoint import Checkpoint
 from daebench.studies.long.ensemble import Ensemble

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from daebench.compiler.number_types import number_type
-from daebench.diagnostics.energy import Drift, energy_drift
+from daebench.diagnostics.drift import Drift
+from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_rounding
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
 from daebench.runs.trajectory import Array

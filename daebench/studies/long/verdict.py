@@ -2,7 +2,7 @@
 
 import math
 
-from daebench.diagnostics.energy import Drift, between
+from daebench.diagnostics.drift import Drift, between
 from daebench.diagnostics.random_walk import CONFIDENCE, MEMBERS, Walk
 from daebench.studies.long.table import Share
 

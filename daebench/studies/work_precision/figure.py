@@ -5,7 +5,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from daebench.diagnostics.energy import DRIFTS
+from daebench.diagnostics.drift import DRIFTS
 from daebench.draw.end_labels import label_ends
 from daebench.draw.figures import BLACK, QUIET, WIDTH, drawing, save
 from daebench.draw.methods import short_name_of, strokes_of

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from daebench.diagnostics.energy import BOUNDED, KEPT, UNDETERMINED
+from daebench.diagnostics.drift import BOUNDED, KEPT, UNDETERMINED
 from daebench.studies.work_precision.study import cheapest
 
 if TYPE_CHECKING:

@@ -1,0 +1,44 @@
+"""Independent combinations of redundant constraints, for solvers that need a matrix G of full rank."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from daebench.diagnostics.freedom import freedom
+from daebench.diagnostics.unit_rows import root, unit_rows
+from daebench.runs.ivp import ConstrainedIvp
+
+
+def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
+    """Return a problem with independent combinations of its constraints, where some are redundant for good; else as it is.
+
+    ::
+
+        n^T G(q) = 0,  n of shape(m, m - rank G), rows of G of length one       g_i - sum_j c_ij g_j,   c ~ n_i (n_j)^-1
+
+    As many constraints as are redundant, those of which n has the largest pivots, are added to the others in the ratio that n has at the
+    start, to an eighth. To leave them out would do there too, but their share of n may vanish on the way, and G of the others then loses
+    rank; combinations keep theirs until n has turned by 90 degrees. Manifold and motion are those of all constraints together.
+
+    Parameters
+    ----------
+    ivp : ConstrainedIvp
+        The problem with its numbers, on the manifold.
+    """
+    found = freedom(ivp)
+    if found is None or not found.permanent:
+        return ivp
+    from scipy.linalg import qr
+    from sympy import Rational
+
+    rows = np.array(ivp.value("G", ivp.q0) @ root(ivp, ivp.q0), dtype=float)
+    length = np.linalg.norm(rows, axis=1)
+    n = np.linalg.svd(unit_rows(ivp, ivp.q0))[0][:, found.rank :]
+    added = sorted(map(int, qr(n.T, mode="r", pivoting=True)[1][: ivp.m - found.rank]))
+    c = -n @ np.linalg.inv(n[added]) * length[:, None] / length[added]
+    shares = {
+        i: {j: Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}
+        for i in range(ivp.m)
+        if i not in added
+    }
+    return replace(ivp, source=ivp.source.combined(shares), on_singular="stop")

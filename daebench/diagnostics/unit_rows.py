@@ -1,0 +1,68 @@
+"""The rows of G in the metric M^-1, of length one, and which of them depend on others: neither masses nor units matter."""
+
+import numpy as np
+
+from daebench.diagnostics.inverse_mass import root_of
+from daebench.runs.ivp import Array, ConstrainedIvp
+
+DEPENDENT = 1e-9
+"""Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""
+
+LARGEST = 200
+"""Constraints up to which they are compared with each other: it takes m^2 d operations."""
+
+
+def moving(ivp: ConstrainedIvp) -> int:
+    """Return the number of positions, without the time of a system in time."""
+    return ivp.d - bool(ivp.facts.EXTENDED)
+
+
+def root(ivp: ConstrainedIvp, q: Array) -> Array:
+    """Return a root of M^-1 at q, one column for each position; the time, which has no mass, has a row of zeros."""
+    n = moving(ivp)
+    padded = np.zeros((ivp.d, n))
+    padded[:n] = root_of(ivp, ivp.p0, q)
+    return padded
+
+
+def unit_rows(ivp: ConstrainedIvp, q: Array) -> Array:
+    """Return the rows of G at q in the metric M^-1, shape(m, d), each of length one but for those that are zero; without the time."""
+    rows = np.array(ivp.value("G", q) @ root(ivp, q), dtype=float)
+    length = np.linalg.norm(rows, axis=1)
+    return np.asarray(rows / np.where(length > 0, length, 1.0)[:, None])
+
+
+def condition(ivp: ConstrainedIvp, q: Array) -> float:
+    """Return the condition number of G M^-1 G^T at q, scaled to have ones on its diagonal, without what redundant constraints add to it.
+
+    Rounding of multipliers grows by it at most.
+    """
+    rows = unit_rows(ivp, q)
+    sizes = np.linalg.svd(rows, compute_uv=False)
+    return float(sizes[0] / sizes[rank_of(rows) - 1]) ** 2
+
+
+def dependent_rows(rows: Array) -> dict[int, list[int]]:
+    """Return the rows that depend on those before them, each with the independent ones that it is a combination of."""
+    basis: list[int] = []
+    others: dict[int, list[int]] = {}
+    for k, row in enumerate(rows):
+        shares = np.linalg.lstsq(rows[basis].T, row, rcond=None)[0] if basis else np.empty(0)
+        if np.linalg.norm(row - shares @ rows[basis]) > DEPENDENT:
+            basis.append(k)
+        else:
+            others[k] = [j for j, share in zip(basis, shares, strict=True) if abs(share) > DEPENDENT]
+    return others
+
+
+def rank_of(rows: Array) -> int:
+    """Return the number of independent rows, by column-pivoted QR of the transposed matrix."""
+    from scipy.linalg import qr  # takes long to import, and most problems do without
+
+    size = np.abs(np.diagonal(qr(rows.T, mode="r", pivoting=True)[0]))
+    return int(np.sum(size > DEPENDENT * size[0]))
+
+
+def beyond_comparison(ivp: ConstrainedIvp) -> bool:
+    """Return whether an initial value problem has too many constraints for full matrices."""
+    return ivp.arrays or ivp.m > LARGEST
