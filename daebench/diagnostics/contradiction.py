@@ -13,6 +13,9 @@ MET = 1e-9
 STARTS = (0.0, 0.01, 0.1, 0.3, 0.3, 1.0, 1.0, 1.0)
 """Distances of the starts from the given positions, in parts of these."""
 
+TIED = 1e-6
+"""Parts by which the largest residuals may differ and the first of them be named, whatever their rounding."""
+
 EVALUATIONS = 300
 """Evaluations of the constraints from each start, at most."""
 
@@ -38,7 +41,7 @@ def contradiction(ivp: ConstrainedIvp) -> str:
         if np.max(residual) <= MET:
             return ""
         least = min(least, residual, key=np.linalg.norm)
-    k = int(np.argmax(least))
+    k = int(np.argmax(least > (1 - TIED) * np.max(least)))
     value, words = f"{least[k] * scale[k]:.3g}", ivp.words(k)
     one = f"{value}, of {words}" if words else f"|{ivp.named(k) if ivp.m > 1 else 'g'}| = {value}"
     return (

@@ -54,13 +54,15 @@ def test_a_wrong_mass_inertia_or_force_is_named_and_a_right_code_is_not_accused(
 
 
 def test_the_number_of_a_wrong_mass_and_of_a_wrong_force_are_told():
+    """Hold the sentence to 9.81 times the masses 1 and 2.5; the last digit of 24.525 may be rounded either way."""
     step, _ = equations_codes.code("spring_pendulum", "rattle", "mass_and_force")
     shown = diagnose(step, POSED["spring_pendulum"][0], case="moving", measure=False)
     assert (shown.verdict, shown.faults) == (FAULT, ("other_equations",))
-    assert shown.evidence[0] == (
+    assert shown.evidence[0] in {
         "as h goes to zero the step solves other equations: q' is that of another mass matrix, M[3,3] = 5 in place of 2.5 and M[4,4] = 5 "
-        "in place of 2.5; p' is that of a force with -9.81 more in component 2 and -24.52 more in component 4"
-    )
+        f"in place of 2.5; p' is that of a force with -9.81 more in component 2 and {told} more in component 4"
+        for told in ("-24.52", "-24.53")
+    }
     assert shown.remedies == (FAULTS["other_equations"].remedy,)
 
 

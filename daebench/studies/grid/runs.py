@@ -60,16 +60,17 @@ def computed(
             if tell:
                 tell(len(rows_by_key), len(wanted), wanted[entry.key])
     for key, specification in wanted.items():
-        _remember_end(specification.method, str(rows_by_key[key]["failure"] or ""))
+        if is_outside(specification.method):
+            _remember_end(specification.method, rows_by_key[key])
     return {key: rows_by_key[key] for key in wanted}
 
 
-def _remember_end(method: str, failure: str) -> None:
+def _remember_end(method: str, row: Row) -> None:
     """Note code from outside that ended its process, so that a command says so whether it ran now or is stored."""
-    if failure and is_outside(method):
-        from daebench.methods.outside.process import remember
+    from daebench.methods.outside.process import remember
 
-        remember(method, failure)
+    if row["failure"]:
+        remember(method, str(row["failure"]))
 
 
 def _named(row: Row, specification: GridRun) -> Row:
