@@ -15,6 +15,7 @@ from daebench.systems.definition_parts import (
     check_coordinates,
     check_parameters,
     check_real,
+    exact,
     mathematics,
     several,
     told,
@@ -194,9 +195,7 @@ class ConstrainedChain:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        return repr([sp.srepr(sp.sympify(part)) for part in [*self._all_parts, list(self.parameters)]]) + repr(
-            (self.speeds, told(self.cases))
-        )
+        return repr([exact(part) for part in [*self._all_parts, list(self.parameters)]]) + repr((self.speeds, told(self.cases)))
 
     @cached_property
     def mathematics(self) -> str:

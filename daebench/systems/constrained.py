@@ -10,7 +10,7 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained_checks import check_parts, check_second_derivatives, nonholonomic, strange
-from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, mathematics, several, told
+from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, exact, mathematics, several, told
 from daebench.systems.parts import Parts
 from daebench.systems.picture import Exact
 from daebench.systems.picture import Picture as Picture
@@ -185,7 +185,7 @@ class ConstrainedHamiltonian:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        return repr([sp.srepr(sp.sympify(part)) for part in self._all_parts]) + repr((list(self.integrals), told(self.cases)))
+        return repr([exact(part) for part in self._all_parts]) + repr((list(self.integrals), told(self.cases)))
 
     @cached_property
     def mathematics(self) -> str:

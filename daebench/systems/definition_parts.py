@@ -1,9 +1,11 @@
 """Checks of the parts that definitions of every kind have: symbols, parameters and their values, named cases, and real expressions."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
+from sympy.printing.repr import ReprPrinter
 
 from daebench.errors import BadInput, InvalidProblem, real
 
@@ -33,7 +35,7 @@ def mathematics(parts: Sequence[Any], names: Any, cases: Mapping[str, Sequence[A
     parameters : mapping of Symbol to number
         Parameters with their defaults.
     """
-    numbers = [(sp.srepr(symbol), float(value)) for symbol, value in parameters.items()]
+    numbers = [(exact(symbol), float(value)) for symbol, value in parameters.items()]
     return repr(([*map(_exact, parts)], names, [(name, [*map(_exact, case)]) for name, case in cases.items()], numbers))
 
 
@@ -46,7 +48,7 @@ def told(cases: Mapping[str, Any]) -> list[tuple[Any, ...]]:
 def to_the_last_digit(values: Sequence[Any]) -> Sequence[Any]:
     """Return the values of a case, with the exact text of those whose numbers SymPy would print with 15 digits."""
     rounded = [isinstance(value, sp.Basic) and value.has(sp.Float) for value in values]
-    return [sp.srepr(value) if some else value for value, some in zip(values, rounded, strict=True)] if any(rounded) else values
+    return [exact(value) if some else value for value, some in zip(values, rounded, strict=True)] if any(rounded) else values
 
 
 def _exact(part: Any) -> Any:
@@ -55,7 +57,33 @@ def _exact(part: Any) -> Any:
         return part
     if isinstance(part, Mapping):
         return sorted((str(name), float(value)) for name, value in part.items())
-    return [*map(_exact, part)] if isinstance(part, Sequence | sp.Tuple) else sp.srepr(sp.sympify(part))
+    return [*map(_exact, part)] if isinstance(part, Sequence | sp.Tuple) else exact(part)
+
+
+DECLARED: Sequence[Mapping[str, bool]] = ({}, {"real": True}, {"positive": True}, {"nonnegative": True}, {"integer": True})
+"""Assumptions of symbols as files declare them."""
+
+
+@lru_cache(1000)
+def _assumptions(known: frozenset[tuple[str, bool]]) -> str:
+    """Return assumptions in one way of all in which they may be declared: real=True and real=True, finite=True are the same."""
+    declared = next((given for given in DECLARED if frozenset(sp.Symbol("x", **given).assumptions0.items()) == known), dict(sorted(known)))
+    return "".join(f", {name}={value}" for name, value in declared.items())
+
+
+class _Printer(ReprPrinter):  # type: ignore[misc]
+    """Prints symbols that are equal in the same way: SymPy prints how the first of them was declared in this process."""
+
+    def _print_Symbol(self, symbol: sp.Symbol) -> str:
+        dummy = f", dummy_index={symbol.dummy_index}" if symbol.is_Dummy else ""
+        return f"{type(symbol).__name__}({symbol.name!r}{_assumptions(frozenset(symbol.assumptions0.items()))}{dummy})"
+
+    _print_Dummy = _print_Symbol
+
+
+def exact(part: Any) -> str:
+    """Return the exact text of an expression, which is the same for equal expressions."""
+    return str(_Printer().doprint(sp.sympify(part)))
 
 
 def check_coordinates(name: str, symbols: Any) -> None:

@@ -16,6 +16,7 @@ from daebench.systems.definition_parts import (
     check_functions,
     check_parameters,
     check_real,
+    exact,
     mathematics,
     several,
     to_the_last_digit,
@@ -191,7 +192,7 @@ class PoissonSystem:
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
         cases = [(name, to_the_last_digit(case.y), dict(case.parameters), case.about) for name, case in self.cases.items()]
-        return repr([sp.srepr(sp.sympify(part)) for part in self._all_parts]) + repr((self._part_names, cases))
+        return repr([exact(part) for part in self._all_parts]) + repr((self._part_names, cases))
 
     @cached_property
     def mathematics(self) -> str:
