@@ -119,13 +119,21 @@ def _write(path: Path, source: str) -> str:
     return ""
 
 
+RECORDED = "\n# recorded, not executed:\n"
+"""Line after which a module that lists names in ``NATIVE`` has the functions of which machine code is made."""
+
+
 def _execute(name: str, source: str, file: str) -> types.ModuleType:
     """Return the module of a source. Its byte code is not stored, because nothing would check it."""
     module = types.ModuleType(name)
     vars(module).update(__file__=file, __digest__=hashlib.sha256(source.encode()).hexdigest())
     sys.modules[name] = module
     try:
-        exec(compile(source, file, "exec"), module.__dict__)
+        exec(compile(source.partition(RECORDED)[0], file, "exec"), module.__dict__)
+        if "NATIVE" in vars(module):
+            from daebench.compiler.native import Native
+
+            vars(module).update({root: Native(module, source, root, cached=file != name) for root in vars(module)["NATIVE"]})
     except BaseException:
         del sys.modules[name]
         raise

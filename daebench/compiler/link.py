@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 
 from daebench.compiler import codegen
+from daebench.compiler.cache import RECORDED
 from daebench.compiler.constrained import loops
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
@@ -191,6 +192,9 @@ class Linker:
         lines.append(f"ELEMENTWISE = {elementwise}")
         if self.options.loops:
             lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
+        if self._native:
+            lines = [lines[0].partition("\n\nimport")[0], "\nimport numpy\n", *lines[1:], f"NATIVE = {tuple(names)}"]
+            return "\n".join([*lines, f"{RECORDED.lstrip()}\n", body, ""])
         if self.options.compiled:
             constants = dict(line.split(" = ", 1) for line in lines[1:])
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
@@ -202,6 +206,11 @@ class Linker:
                 body += "".join(self._called_from_python(name, cached) for name in names)
         lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", body, ""])
+
+    @property
+    def _native(self) -> bool:
+        """Whether the functions of the module are recorded, and printed for LLVM."""
+        return self.options.compiled and bool(self.scheme) and self.number.kind in ("float64", "float32", "mixed")
 
     @property
     def _of_few_in_time(self) -> bool:

@@ -1,0 +1,97 @@
+"""Machine code of this computer, made of text of LLVM, and object files of it loaded into this process."""
+
+import ctypes
+import ctypes.util
+import sys
+from functools import cache
+from threading import Lock
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+
+SPEED = 2
+"""Level of optimisation: the third takes longer to compile, and is not faster here."""
+
+_LOCK = Lock()
+"""LLVM's own data are for one thread at a time."""
+
+
+@cache
+def machine() -> str:
+    """Return all on which machine code depends: the processor with what it can do, the platform, LLVM."""
+    features = ",".join(f"{name}{'+' if there else '-'}" for name, there in sorted(llvm.get_host_cpu_features().items()))
+    version = ".".join(map(str, llvm.llvm_version_info))
+    return f"{llvm.get_process_triple()} {llvm.get_host_cpu_name()} {features} {sys.byteorder} LLVM {version} llvmlite {llvmlite.__version__}"
+
+
+def _target() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    features = llvm.get_host_cpu_features().flatten()
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=SPEED, reloc="pic", codemodel="small")
+
+
+def object_file(text: str, *, loops: bool) -> bytes:
+    """Return the object file of a module of LLVM.
+
+    Parameters
+    ----------
+    text : str
+        The module.
+    loops : bool
+        Whether loops are unrolled and vectorised, which is only of use to arrays.
+    """
+    with _LOCK:
+        module, target = llvm.parse_assembly(text), _target()
+        module.triple, module.data_layout = llvm.get_process_triple(), str(target.target_data)
+        options = llvm.create_pipeline_tuning_options(SPEED)
+        options.slp_vectorization = False
+        options.loop_vectorization = options.loop_unrolling = loops
+        builder = llvm.create_pass_builder(target, options)
+        builder.getModulePassManager().run(module, builder)
+        return bytes(target.emit_object(module))
+
+
+@cache
+def _session() -> Any:
+    return llvm.create_lljit_compiler(_target())
+
+
+_loaded: list[Any] = []
+"""What keeps loaded code in memory."""
+
+
+def loaded(name: str, content: bytes, symbol: str) -> int:
+    """Return the address of a function of an object file.
+
+    Parameters
+    ----------
+    name : str
+        A name that no other loaded file has.
+    content : bytes
+        The object file.
+    symbol : str
+        Name of the function.
+    """
+    with _LOCK:
+        library = llvm.JITLibraryBuilder().add_object_img(content).export_symbol(symbol)
+        for function, address in _platform().items():
+            library = library.import_symbol(function, address)
+        tracker = library.link(_session(), name)
+        _loaded.append(tracker)
+        return int(tracker[symbol])
+
+
+FUNCTIONS = "sin cos tan exp log pow sinh cosh tanh asin acos atan atan2 asinh acosh atanh log1p expm1 log10 cbrt hypot fmod sincos".split()
+"""Functions of C on doubles that machine code may call; those on floats have an f behind their names."""
+
+
+@cache
+def _platform() -> dict[str, int]:
+    """Return the addresses of functions of the platform."""
+    mathematics = ctypes.CDLL(ctypes.util.find_library("m")) if sys.platform != "win32" else ctypes.cdll.msvcrt
+    names = [*FUNCTIONS, *(f"{name}f" for name in FUNCTIONS), "memmove", "memcpy", "memset"]
+    found = {name: getattr(mathematics, name, None) for name in names}
+    return {name: int(ctypes.cast(function, ctypes.c_void_p).value or 0) for name, function in found.items() if function is not None}

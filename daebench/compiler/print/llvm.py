@@ -1,0 +1,454 @@
+"""A recorded program as text of LLVM: one label a block, one phi a result."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from struct import pack, unpack
+from typing import Any
+
+from daebench.compiler.trace.follow import unchanged
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
+
+TYPES = {FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINTER: "ptr"}
+BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1}
+SUFFIXES = {FLOAT64: "f64", FLOAT32: "f32"}
+
+EFFECTS = frozenset(("store", "move", "release"))
+"""Operations that are needed though nothing reads their result."""
+
+MEMORY = frozenset(("alloc", "mark", "release"))
+"""Operations on the memory of new arrays."""
+
+INTRINSIC = frozenset(("sqrt", "sin", "cos", "exp", "log", "pow"))
+"""Functions of numbers that LLVM knows: only so does it make one call of the sine and the cosine of one number."""
+
+SHORT, LONGEST = 40, 2000
+"""Lines of the longest function that is inlined in any case, and of the longest that may be."""
+
+
+def _formats() -> dict[tuple[str, str], str]:
+    """Return the text of an operation, by its name and the kind of its first argument."""
+    made = {
+        ("and", TRUTH): "and i1 {0}, {1}",
+        ("or", TRUTH): "or i1 {0}, {1}",
+        ("not", TRUTH): "xor i1 {0}, true",
+        ("neg", INTEGER): "sub i64 0, {0}",
+        ("floordiv", INTEGER): "sdiv i64 {0}, {1}",
+        ("mod", INTEGER): "srem i64 {0}, {1}",
+        ("itod", INTEGER): "sitofp i64 {0} to double",
+        ("itos", INTEGER): "sitofp i64 {0} to float",
+        ("btoi", TRUTH): "zext i1 {0} to i64",
+        ("btod", TRUTH): "uitofp i1 {0} to double",
+        ("btos", TRUTH): "uitofp i1 {0} to float",
+        ("dtoi", FLOAT64): "fptosi double {0} to i64",
+        ("stoi", FLOAT32): "fptosi float {0} to i64",
+        ("dtos", FLOAT64): "fptrunc double {0} to float",
+        ("stod", FLOAT32): "fpext float {0} to double",
+    }
+    for kind, name in ((FLOAT64, "double"), (FLOAT32, "float")):
+        made |= {(op, kind): f"f{op} {name} {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")}
+        made |= {("neg", kind): f"fneg {name} {{0}}", ("mod", kind): f"frem {name} {{0}}, {{1}}"}
+        orders = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
+        made |= {(op, kind): f"fcmp {order} {name} {{0}}, {{1}}" for op, order in orders.items()}
+    made |= {(op, INTEGER): f"{op} i64 {{0}}, {{1}}" for op in ("add", "sub", "mul")}
+    orders = {"lt": "slt", "le": "sle", "gt": "sgt", "ge": "sge", "eq": "eq", "ne": "ne"}
+    return made | {(op, INTEGER): f"icmp {order} i64 {{0}}, {{1}}" for op, order in orders.items()}
+
+
+FORMATS: Mapping[tuple[str, str], str] = _formats()
+
+
+class _Needed:
+    """What of a function has to be computed, and which of its functions change memory.
+
+    Parameters
+    ----------
+    function : Function
+        The function.
+    effective : set of Function
+        Functions, all that it calls among them, that write to memory.
+    """
+
+    def __init__(self, function: Function, effective: set[Function]) -> None:
+        self.effective = effective
+        self.sources: dict[Value, Sequence[Any]] = {}
+        self.same: dict[Value, Value] = {}
+        self.needed: set[Any] = set()
+        self.steering: set[Any] = set()
+        roots: list[Any] = [*function.results]
+        self.changes = self._gathered(function.block, roots)
+        self._mark(roots)
+
+    def _gathered(self, block: Sequence[Any], roots: list[Any]) -> bool:
+        """Note where results come from, and collect what is needed in any case; return whether a block writes to memory or leaves."""
+        acts = False
+        for node in block:
+            if type(node) is Value:
+                if node.op in EFFECTS:
+                    roots.append(node)
+                    acts = True
+            elif type(node) is If:
+                acts |= self._branch(node, roots)
+            elif type(node) is Region:
+                acts |= self._gathered(node.block, roots)
+                for k, result in enumerate(node.results):
+                    self.sources[result] = [leave.values[k] for leave in node.leaves]
+            elif type(node) is Loop:
+                acts |= self._gathered(node.block, roots)
+                self.same |= unchanged(node)
+                for k, parameter in enumerate(node.parameters):
+                    self.sources[parameter] = [node.initial[k], *([] if node.nexts is None else [node.nexts[k]])]
+            elif type(node) is Leave:
+                acts = True
+            elif node.function in self.effective:
+                roots.append(node)
+                acts = True
+        return acts
+
+    def _branch(self, node: If, roots: list[Any]) -> bool:
+        sides = [self._gathered(block, roots) for block in node.blocks]
+        acts = any(sides) or not all(node.falls)
+        if acts:
+            roots.append(node.test)
+            self.steering.add(node)
+        for result, *values in zip(node.results, *node.yields, strict=True):
+            self.sources[result] = [*values, *[node.test] * (not acts)]
+        return acts
+
+    def _mark(self, roots: list[Any]) -> None:
+        waiting = roots
+        while waiting:
+            node = waiting.pop()
+            if node in self.needed:
+                continue
+            self.needed.add(node)
+            if type(node) is Call:
+                waiting += node.args
+            elif node in self.same:
+                waiting.append(self.same[node])
+            elif node.op in ("result", "parameter"):
+                waiting += self.sources.get(node, ())
+            elif node.op == "get":
+                waiting.append(node.args[0])
+            elif node.op not in ("const", "table"):
+                waiting += [arg for arg in node.args if isinstance(arg, Value)]
+
+
+class Text:
+    """The text of functions and of what they need.
+
+    Attributes
+    ----------
+    declared : set of str
+        Functions of the platform that are called, by their names.
+    """
+
+    def __init__(self) -> None:
+        self.declarations: set[str] = set()
+        self.platform: set[str] = set()
+        self.tables: dict[Value, tuple[str, str]] = {}
+        self.effective: set[Function] = set()
+        self.allocating: set[Function] = set()
+        self.functions: list[str] = []
+
+    def add(self, function: Function, linkage: str = "internal") -> None:
+        """Add a function; those that it calls were added before."""
+        if any(node.op in MEMORY if type(node) is Value else node.function in self.allocating for node in _leaves(function.block)):
+            self.allocating.add(function)
+        need = _Needed(function, self.effective)
+        if need.changes or function in self.allocating:
+            self.effective.add(function)
+        printer = _Printer(self, function, need)
+        lines = printer.printed()
+        length = len(lines)
+        attribute = "alwaysinline " if length < SHORT else "noinline " if length > LONGEST else ""
+        parameters = [f"{TYPES[p.kind]} %a{k}" for k, p in enumerate(function.parameters)]
+        parameters += ["ptr %arena"] * (function in self.allocating)
+        head = f"define {linkage} {result_type(function)} @{function.name}({', '.join(parameters)}) nounwind"
+        self.functions.append("\n".join([f"{head} {attribute if linkage == 'internal' else ''}{{", "entry:", *lines, "}"]))
+
+    def entry(self, function: Function, name: str) -> None:
+        """Add a function without result: it takes arguments from an array of words, and puts results into another.
+
+        Its third argument is the memory of new arrays: where the next goes, where the memory ends, where it begins, and whether it was
+        too small.
+        """
+        self.add(function)
+        lines, args = [], []
+        for k, parameter in enumerate(function.parameters):
+            kind = TYPES[parameter.kind]
+            lines.append(f"%p{k} = getelementptr i64, ptr %in, i64 {k}")
+            if parameter.kind == TRUTH:
+                lines += [f"%w{k} = load i64, ptr %p{k}", f"%x{k} = trunc i64 %w{k} to i1"]
+            else:
+                lines.append(f"%x{k} = load {kind}, ptr %p{k}")
+            args.append(f"{kind} %x{k}")
+        args += ["ptr %arena"] * (function in self.allocating)
+        lines.append(f"%r = call {result_type(function)} @{function.name}({', '.join(args)})")
+        for k, result in enumerate(function.results):
+            lines.append(f"%e{k} = extractvalue {result_type(function)} %r, {k}")
+            kind, value = TYPES[result.kind], f"%e{k}"
+            if result.kind == TRUTH:
+                lines.append(f"%z{k} = zext i1 {value} to i64")
+                kind, value = "i64", f"%z{k}"
+            lines += [f"%o{k} = getelementptr i64, ptr %out, i64 {k}", f"store {kind} {value}, ptr %o{k}"]
+        head = f"define void @{name}(ptr noalias %in, ptr noalias %out, ptr noalias %arena) nounwind {{"
+        self.functions.append("\n".join([head, *lines, "ret void", "}"]))
+
+    def whole(self) -> str:
+        """Return the text of all."""
+        return "\n".join([*sorted(self.declarations), *(table for _, table in self.tables.values()), *self.functions])
+
+    def table(self, value: Value) -> str:
+        """Return the name of a table of constants."""
+        if value not in self.tables:
+            entries, kind = value.args
+            name, kind_name = f"@table{len(self.tables)}", TYPES[kind]
+            content = ", ".join(f"{kind_name} {_number(entry, kind)}" for entry in entries)
+            self.tables[value] = name, f"{name} = private constant [{len(entries)} x {kind_name}] [{content}]"
+        return self.tables[value][0]
+
+
+def result_type(function: Function) -> str:
+    """Return the type of all results of a function."""
+    return "{" + ", ".join(TYPES[result.kind] for result in function.results) + "}"
+
+
+def _leaves(block: Sequence[Any]) -> Iterable[Any]:
+    """Return the values and calls of a block."""
+    for node in block:
+        if type(node) is If:
+            yield from _leaves(node.blocks[0])
+            yield from _leaves(node.blocks[1])
+        elif isinstance(node, Region | Loop):
+            yield from _leaves(node.block)
+        elif type(node) is not Leave:
+            yield node
+
+
+def _number(x: float, kind: str) -> str:
+    if kind == FLOAT32:
+        (x,) = unpack("<f", pack("<f", x))
+    if kind in SUFFIXES:
+        return f"0x{unpack('<Q', pack('<d', x))[0]:016X}"
+    return str(int(x)) if kind == INTEGER else "null" if kind == POINTER else "true" if x else "false"
+
+
+class _Printer:
+    """Prints one function."""
+
+    def __init__(self, text: Text, function: Function, need: _Needed) -> None:
+        self.text, self.function, self.need = text, function, need
+        self.lines: list[str] = []
+        self.names: dict[Value, str] = {p: f"%a{k}" for k, p in enumerate(function.parameters)}
+        self.count, self.label = 0, "entry"
+        self.arrivals: dict[Region, tuple[str, list[tuple[str, list[str]]]]] = {}
+
+    def printed(self) -> list[str]:
+        """Return the lines."""
+        self._block(self.function.block)
+        kind, whole = result_type(self.function), "undef"
+        for k, result in enumerate(self.function.results):
+            name = self._fresh()
+            self.lines.append(f"{name} = insertvalue {kind} {whole}, {TYPES[result.kind]} {self._at(result)}, {k}")
+            whole = name
+        self.lines.append(f"ret {kind} {whole}" if self.function.results else "ret {} zeroinitializer")
+        return self.lines
+
+    def _fresh(self) -> str:
+        self.count += 1
+        return f"%v{self.count}"
+
+    def _labels(self, count: int) -> list[str]:
+        self.count += 1
+        return [f"b{self.count}_{k}" for k in range(count)]
+
+    def _begin(self, label: str) -> None:
+        self.lines.append(f"{label}:")
+        self.label = label
+
+    def _at(self, value: Value) -> str:
+        """Return the operand that stands for a value."""
+        name = self.names.get(value)
+        if name is None:
+            if value.op == "const":
+                name = _number(value.args[0], value.kind)
+            elif value.op == "table":
+                name = self.text.table(value)
+            else:
+                name = self._at(self.need.same[value])
+            self.names[value] = name
+        return name
+
+    def _block(self, block: Sequence[Any]) -> None:
+        needed = self.need.needed
+        for node in block:
+            kind = type(node)
+            if kind is Value:
+                if node in needed:
+                    self._value(node)
+            elif kind is If:
+                self._if(node)
+            elif kind is Region:
+                self._region(node)
+            elif kind is Loop:
+                self._loop(node)
+            elif kind is Leave:
+                label, came = self.arrivals[node.region]
+                came.append((self.label, [self._at(v) for v, r in zip(node.values, node.region.results, strict=True) if r in needed]))
+                self.lines.append(f"br label %{label}")
+            elif node in needed:
+                self._call(node)
+
+    def _value(self, value: Value) -> None:
+        form = FORMATS.get((value.op, value.args[0].kind)) if value.args and isinstance(value.args[0], Value) else None
+        if form is not None:
+            name = self.names[value] = self._fresh()
+            self.lines.append(f"{name} = {form.format(*map(self._at, value.args))}")
+        elif value.op in _SPECIAL:
+            _SPECIAL[value.op](self, value)
+        else:
+            self._function(value)
+
+    def _select(self, value: Value) -> None:
+        test, *sides = map(self._at, value.args)
+        kind = TYPES[value.kind]
+        self._named(value, f"select i1 {test}, {kind} {sides[0]}, {kind} {sides[1]}")
+
+    def _named(self, value: Value, text: str) -> None:
+        name = self.names[value] = self._fresh()
+        self.lines.append(f"{name} = {text}")
+
+    def _address(self, pointer: Value, index: Value, kind: str) -> str:
+        """Return the address of an entry."""
+        if index.op == "const" and index.args[0] == 0:
+            return self._at(pointer)
+        name = self._fresh()
+        self.lines.append(f"{name} = getelementptr {TYPES[kind]}, ptr {self._at(pointer)}, i64 {self._at(index)}")
+        return name
+
+    def _load(self, value: Value) -> None:
+        self._named(value, f"load {TYPES[value.kind]}, ptr {self._address(*value.args, value.kind)}")
+
+    def _store(self, value: Value) -> None:
+        pointer, index, what = value.args
+        self.lines.append(f"store {TYPES[what.kind]} {self._at(what)}, ptr {self._address(pointer, index, what.kind)}")
+
+    def _offset(self, value: Value) -> None:
+        pointer, index, kind = value.args
+        self._named(value, f"getelementptr {TYPES[kind]}, ptr {self._at(pointer)}, i64 {self._at(index)}")
+
+    def _alloc(self, value: Value) -> None:
+        """Print that an array is taken from the memory of new arrays, from its beginning where it is full, which is noted."""
+        top, new, end, full, base, other, late, flag, noted = (self._fresh() for _ in range(9))
+        places = [self._fresh() for _ in range(3)]
+        size = self._at(value.args[0])
+        self.lines += [
+            f"{top} = load ptr, ptr %arena",
+            f"{new} = getelementptr i64, ptr {top}, i64 {size}",
+            *(f"{place} = getelementptr i64, ptr %arena, i64 {k}" for k, place in enumerate(places, 1)),
+            f"{end} = load ptr, ptr {places[0]}",
+            f"{base} = load ptr, ptr {places[1]}",
+            f"{full} = icmp ugt ptr {new}, {end}",
+            f"{other} = getelementptr i64, ptr {base}, i64 {size}",
+            f"{late} = select i1 {full}, ptr {other}, ptr {new}",
+            f"store ptr {late}, ptr %arena",
+            f"{flag} = load i64, ptr {places[2]}",
+            f"{noted} = select i1 {full}, i64 1, i64 {flag}",
+            f"store i64 {noted}, ptr {places[2]}",
+        ]
+        self._named(value, f"select i1 {full}, ptr {base}, ptr {top}")
+
+    def _mark(self, value: Value) -> None:
+        self._named(value, "load ptr, ptr %arena")
+
+    def _release(self, value: Value) -> None:
+        self.lines.append(f"store ptr {self._at(value.args[0])}, ptr %arena")
+
+    def _move(self, value: Value) -> None:
+        to, of, size, kind = value.args
+        self.text.declarations.add("declare void @llvm.memmove.p0.p0.i64(ptr, ptr, i64, i1)")
+        count = self._fresh()
+        self.lines.append(f"{count} = mul i64 {self._at(size)}, {BYTES[kind]}")
+        self.lines.append(f"call void @llvm.memmove.p0.p0.i64(ptr {self._at(to)}, ptr {self._at(of)}, i64 {count}, i1 false)")
+
+    def _function(self, value: Value) -> None:
+        """Print the call of a function of numbers."""
+        kind, suffix = TYPES[value.kind], SUFFIXES[value.kind]
+        op = "fabs" if value.op == "abs" else value.op
+        if op in INTRINSIC or op == "fabs":
+            name = f"llvm.{op}.{suffix}"
+        else:
+            name = op + "f" * (value.kind == FLOAT32)
+        if op != "fabs" and op != "sqrt":
+            self.text.platform.add(op + "f" * (value.kind == FLOAT32))
+        types = ", ".join([kind] * len(value.args))
+        self.text.declarations.add(f"declare {kind} @{name}({types}) memory(none) nounwind willreturn")
+        self._named(value, f"call {kind} @{name}({', '.join(f'{kind} {self._at(x)}' for x in value.args)})")
+
+    def _phis(self, results: Sequence[Value], came: Sequence[tuple[str, Sequence[str]]]) -> None:
+        for k, result in enumerate(results):
+            self._named(result, f"phi {TYPES[result.kind]} " + ", ".join(f"[{values[k]}, %{label}]" for label, values in came))
+
+    def _if(self, node: If) -> None:
+        wanted = [k for k, result in enumerate(node.results) if result in self.need.needed]
+        if not wanted and node not in self.need.steering:
+            return
+        yes, no, end = self._labels(3)
+        self.lines.append(f"br i1 {self._at(node.test)}, label %{yes}, label %{no}")
+        came = []
+        for k, label in enumerate((yes, no)):
+            self._begin(label)
+            self._block(node.blocks[k])
+            if node.falls[k]:
+                came.append((self.label, [self._at(node.yields[k][j]) for j in wanted] if node.yields[k] else []))
+                self.lines.append(f"br label %{end}")
+        if came:
+            self._begin(end)
+            self._phis([node.results[j] for j in wanted], came)
+
+    def _region(self, node: Region) -> None:
+        (label,) = self._labels(1)
+        self.arrivals[node] = label, []
+        self._block(node.block)
+        if came := self.arrivals[node][1]:
+            self._begin(label)
+            self._phis([result for result in node.results if result in self.need.needed], came)
+
+    def _loop(self, node: Loop) -> None:
+        (head,) = self._labels(1)
+        carried = [k for k, p in enumerate(node.parameters) if p in self.need.needed and p not in self.need.same]
+        came, first = self.label, [self._at(node.initial[k]) for k in carried]
+        self.lines.append(f"br label %{head}")
+        self._begin(head)
+        start = len(self.lines)
+        for k in carried:
+            self.names[node.parameters[k]] = self._fresh()
+            self.lines.append("")
+        self._block(node.block)
+        for at, (k, begun) in enumerate(zip(carried, first, strict=True), start):
+            parameter = node.parameters[k]
+            arrivals = f"[{begun}, %{came}]"
+            if node.nexts is not None:
+                arrivals += f", [{self._at(node.nexts[k])}, %{self.label}]"
+            self.lines[at] = f"{self.names[parameter]} = phi {TYPES[parameter.kind]} {arrivals}"
+        if node.nexts is not None:
+            self.lines.append(f"br label %{head}")
+
+    def _call(self, node: Call) -> None:
+        name, kind = self._fresh(), result_type(node.function)
+        args = [f"{TYPES[x.kind]} {self._at(x)}" for x in node.args] + ["ptr %arena"] * (node.function in self.text.allocating)
+        self.lines.append(f"{name} = call {kind} @{node.function.name}({', '.join(args)})")
+        for k, result in enumerate(node.results):
+            if result in self.need.needed:
+                self._named(result, f"extractvalue {kind} {name}, {k}")
+
+
+_SPECIAL = {
+    "select": _Printer._select,
+    "load": _Printer._load,
+    "store": _Printer._store,
+    "offset": _Printer._offset,
+    "alloc": _Printer._alloc,
+    "mark": _Printer._mark,
+    "release": _Printer._release,
+    "move": _Printer._move,
+}

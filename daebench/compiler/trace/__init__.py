@@ -1,0 +1,1 @@
+"""Programs on numbers: functions are run on values that record what is done with them."""

@@ -1,0 +1,231 @@
+"""Arrays in a program: views of memory, whose entries are read and written one by one."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Code, If, Leave, Loop, Region, Value
+
+FEW = 4
+"""Entries along an axis that are written out one after the other."""
+
+
+class Array:
+    """A view of memory.
+
+    Parameters
+    ----------
+    pointer : Value
+        Where its first entry is.
+    kind : str
+        Kind of its entries.
+    shape, strides : sequence of int or Value
+        Lengths of its axes, and distances between neighbours on them, in entries.
+    known : sequence of float or int, optional
+        The entries of a table, which never change.
+    """
+
+    __slots__ = ("kind", "known", "pointer", "shape", "strides")
+
+    def __init__(self, pointer: Value, kind: str, shape: Sequence[Any], strides: Sequence[Any], known: Sequence[Any] | None = None) -> None:
+        self.pointer, self.kind, self.known = pointer, kind, known
+        self.shape, self.strides = tuple(shape), tuple(strides)
+
+    @property
+    def code(self) -> Code:
+        """The program."""
+        return self.pointer.code
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> Any:
+        """Number of entries."""
+        found: Any = 1
+        for length in self.shape:
+            found = found * length
+        return found
+
+    @property
+    def dtype(self) -> str:
+        """Kind of its entries."""
+        return self.kind
+
+    @property
+    def real(self) -> "Array":
+        """The array itself: none is complex."""
+        return self
+
+    @property
+    def T(self) -> "Array":
+        """The transpose."""
+        return Array(self.pointer, self.kind, self.shape[::-1], self.strides[::-1])
+
+    def __len__(self) -> int:
+        if isinstance(self.shape[0], int):
+            return self.shape[0]
+        raise TypeError("the length of an array is only known at run time")
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[k] for k in range(len(self)))
+
+    def __getitem__(self, index: Any) -> Any:
+        if self.known is not None and isinstance(index, int):
+            return self.known[index]
+        offset, shape, strides = self._place(index)
+        if shape:
+            still = isinstance(offset, int) and offset == 0
+            pointer = self.pointer if still else self.code.emit("offset", POINTER, (self.pointer, self._integer(offset), self.kind))
+            return Array(pointer, self.kind, shape, strides)
+        record = self.code.emit if self.known is not None else self.code.effect
+        return record("load", self.kind, (self.pointer, self._integer(offset)))
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        offset, shape, _ = self._place(index)
+        if not shape:
+            self.code.effect("store", "", (self.pointer, self._integer(offset), self.code.as_kind(value, self.kind)))
+            return
+        view = self[index]
+        each(self.code, view.shape, lambda place: view.__setitem__(place, entry_of(value, place)))
+
+    def _integer(self, x: Any) -> Value:
+        return self.code.as_kind(x, INTEGER)
+
+    def _place(self, index: Any) -> tuple[Any, list[Any], list[Any]]:
+        """Return where an entry or a part begins, and shape and strides of the part."""
+        indices = index if isinstance(index, tuple) else (index,)
+        offset: Any = 0
+        shape, strides = [], []
+        for axis, (length, stride) in enumerate(zip(self.shape, self.strides, strict=True)):
+            at = indices[axis] if axis < len(indices) else slice(None)
+            if isinstance(at, slice):
+                first, last = _bounds(at, length)
+                offset = offset + first * stride
+                shape.append(last - first)
+                strides.append(stride)
+            else:
+                offset = offset + (length + at if isinstance(at, int) and at < 0 else at) * stride
+        return offset, shape, strides
+
+    def copy(self) -> "Array":
+        """Return a new array with the same entries."""
+        return self._each(lambda x: x)
+
+    def _each(self, function: Callable[..., Any], other: Any = None) -> "Array":
+        """Return a new array of a function of the entries, and of those of another array or of a number."""
+        out = empty(self.code, self.shape, self.kind)
+        given = (lambda place: (self[place],)) if other is None else (lambda place: (self[place], entry_of(other, place)))
+        each(self.code, self.shape, lambda place: out.__setitem__(place, function(*given(place))))
+        return out
+
+    def merged(self, other: "Array", merge: Callable[[Any, Any], Any]) -> "Array":
+        """Return an array whose pointer, lengths and distances are made of those of two."""
+        pairs = [[merge(a, b) for a, b in zip(*both, strict=True)] for both in ((self.shape, other.shape), (self.strides, other.strides))]
+        return Array(merge(self.pointer, other.pointer), self.kind, *pairs)
+
+    def __add__(self, other: Any) -> "Array":
+        return self._each(lambda x, y: x + y, other)
+
+    def __radd__(self, other: Any) -> "Array":
+        return self._each(lambda x, y: y + x, other)
+
+    def __sub__(self, other: Any) -> "Array":
+        return self._each(lambda x, y: x - y, other)
+
+    def __rsub__(self, other: Any) -> "Array":
+        return self._each(lambda x, y: y - x, other)
+
+    def __mul__(self, other: Any) -> "Array":
+        return self._each(lambda x, y: x * y, other)
+
+    def __rmul__(self, other: Any) -> "Array":
+        return self._each(lambda x, y: y * x, other)
+
+    def __truediv__(self, other: Any) -> "Array":
+        return self._each(lambda x, y: x / y, other)
+
+    def __neg__(self) -> "Array":
+        return self._each(lambda x: -x)
+
+    def __abs__(self) -> "Array":
+        return self._each(abs)
+
+
+def _bounds(part: slice, length: Any) -> tuple[Any, Any]:
+    """Return the first index of a slice, and the one behind its last."""
+
+    def index(at: Any, default: Any) -> Any:
+        return default if at is None else length + at if isinstance(at, int) and at < 0 else at
+
+    first, last = index(part.start, 0), index(part.stop, length)
+    return first, min(last, length) if isinstance(last, int) and isinstance(length, int) else last
+
+
+def entry_of(x: Any, place: Any) -> Any:
+    """Return the entry of an array at a place, or a number itself."""
+    return x[place] if isinstance(x, Array) else x
+
+
+def contiguous(shape: Sequence[Any]) -> list[Any]:
+    """Return the strides of an array whose rows lie one behind the other."""
+    strides: list[Any] = []
+    step: Any = 1
+    for length in reversed(shape):
+        strides.insert(0, step)
+        step = step * length
+    return strides
+
+
+def empty(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
+    """Return a new array, whose entries are not set."""
+    shape = shape if isinstance(shape, tuple) else (shape,)
+    code.allocated += 1
+    size: Any = 1
+    for length in shape:
+        size = size * length
+    return Array(code.effect("alloc", POINTER, (code.as_kind(size, INTEGER),)), kind, shape, contiguous(shape))
+
+
+def zeros(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
+    """Return a new array of zeros."""
+    out = empty(code, shape, kind)
+    flat = Array(out.pointer, kind, (out.size,), (1,))
+    each(code, flat.shape, lambda place: flat.__setitem__(place, 0))
+    return out
+
+
+def arange(code: Code, length: Any) -> Array:
+    """Return a new array of 0, 1, 2, ..."""
+    out = empty(code, length, INTEGER)
+    each(code, out.shape, lambda place: out.__setitem__(place, place[0]))
+    return out
+
+
+def each(code: Code, shape: Sequence[Any], function: Callable[[tuple[Any, ...]], None], place: tuple[Any, ...] = ()) -> None:
+    """Record something for each place of an array, in loops where these are many."""
+    if not shape:
+        function(place)
+    elif isinstance(shape[0], int) and shape[0] <= FEW:
+        for k in range(shape[0]):
+            each(code, shape[1:], function, (*place, k))
+    else:
+        counted(code, shape[0], lambda k: each(code, shape[1:], function, (*place, k)))
+
+
+def counted(code: Code, stop: Any, function: Callable[[Value], None]) -> None:
+    """Record a loop that carries nothing but its index."""
+    region, loop, k = Region(code), Loop(), Value(code, "parameter", INTEGER)
+    loop.parameters, loop.initial = [k], [code.as_kind(0, INTEGER)]
+    region.block.append(loop)
+    with code.inside(loop.block):
+        test = If(k < stop)
+        test.falls[1] = False
+        leave = Leave(region, (), test.blocks[1])
+        region.leaves.append(leave)
+        test.blocks[1].append(leave)
+        loop.block.append(test)
+        function(k)
+        loop.nexts = [code.as_kind(k + 1, INTEGER)]
+    code.block.append(region)

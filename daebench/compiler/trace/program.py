@@ -1,0 +1,199 @@
+"""The functions of a generated module, recorded: those without branches are executed by Python itself, others are followed."""
+
+import re
+import types
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from daebench.compiler.trace.arrays import Array, arange, empty, zeros
+from daebench.compiler.trace.follow import Steered
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value
+from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
+from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
+
+INLINED = 300
+"""Operations of the longest function of which each call is recorded anew; longer ones are recorded once, and called."""
+
+LONG = 1500
+"""Letters of the shortest function without branches that may be called in place of being recorded anew."""
+
+MATHEMATICS = {name: name for name in "sqrt sin cos tan exp log sinh cosh tanh log1p expm1 asinh acosh atanh".split()}
+MATHEMATICS |= {"arctan2": "atan2", "atan2": "atan2", "hypot": "hypot", "log10": "log10", "cbrt": "cbrt", "arcsinh": "asinh"}
+MATHEMATICS |= {f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan")} | {name: name for name in ("asin", "acos", "atan")}
+MATHEMATICS |= {"arccosh": "acosh", "arctanh": "atanh"}
+"""Functions of numbers by their names in modules, with the names of the platform."""
+
+_FUNCTION = re.compile(r"^def (\w+)\(([^\n]*)\):(?:\n(?:[ \t][^\n]*)?)*", re.M)
+_DOCSTRING = re.compile(r'"""(?:[^"]|"(?!""))*"""', re.S)
+_STEERS = re.compile(r"\b(?:if|and|or|not|for|while)\b|[<>]|[=!]=")
+_CALLED = re.compile(r"\b(\w+)\(")
+
+
+class Kind:
+    """A type of numbers as NumPy names it: converts numbers, and says what an array holds."""
+
+    def __init__(self, code: Code, kind: str) -> None:
+        self.code, self.kind = code, kind
+
+    def __call__(self, x: Any) -> Value:
+        return self.code.as_kind(x, self.kind)
+
+
+class Sized:
+    """A function without branches that may be long and called often."""
+
+    def __init__(self, program: "Program", name: str, function: Callable[..., Any]) -> None:
+        self.program, self.name, self.function = program, name, function
+
+    def __call__(self, *args: Any) -> Any:
+        return self.program.called(self, args)
+
+    def inlined(self, args: Sequence[Any]) -> Any:
+        """Record the function where it is called; return its result."""
+        return self.function(*args)
+
+
+class Program:
+    """The functions of a module, to be recorded.
+
+    Parameters
+    ----------
+    text : str
+        Source of the module: constants, and functions of numbers, tuples and arrays.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.code = Code()
+        self.space: dict[str, Any] = names(self.code)
+        self.sites: dict[str, int] = {}
+        self.sizes: dict[str, int] = {}
+        self.instances: dict[Any, tuple[Function, Any]] = {}
+        self.functions: list[Function] = []
+        straight: list[tuple[str, str, int]] = []
+        rest, at = [], 0
+        for found in _FUNCTION.finditer(text):
+            rest.append(text[at : found.start()])
+            at = found.end()
+            name, source = found[1], found[0]
+            bare = _DOCSTRING.sub("", source.partition("\n")[2])
+            for called in _CALLED.findall(bare):
+                self.sites[called] = self.sites.get(called, 0) + 1
+            if _STEERS.search(bare):
+                self.space[name] = Steered(self, name, source)
+            else:
+                straight.append((name, source, len(bare)))
+        lines = "".join([*rest, text[at:]]).split("\n")
+        exec("\n".join(line for line in lines if not line.startswith(("from ", "import ", "#", '"'))), self.space)
+        exec("\n".join(source for _, source, _ in straight), self.space)
+        for name, _, length in straight:
+            if self.sites.get(name, 0) > 1 and length > LONG:
+                self.space[name] = Sized(self, name, self.space[name])
+
+    def called(self, function: Steered | Sized, args: Sequence[Any]) -> Any:
+        """Return the value of a call: the first is recorded where it is, and if that was long, others are calls of one function."""
+        name = function.name
+        if self.sites.get(name, 0) <= 1:
+            return function.inlined(args)
+        if name not in self.sizes:
+            block, start = self.code.block, len(self.code.block)
+            result = function.inlined(args)
+            self.sizes[name] = _operations(block[start:])
+            return result
+        if self.sizes[name] <= INLINED:
+            return function.inlined(args)
+        parts = parts_of(args)
+        key = name, tuple(x.kind if isinstance(x, Value) else repr(x) for x in parts), pattern_of(args)
+        if key not in self.instances:
+            self.instances[key] = self.instance(f"f{len(self.instances)}_{name}", function, args)
+        made, structure = self.instances[key]
+        call = Call(self.code, made, tuple(x for x in parts if isinstance(x, Value)))
+        self.code.block.append(call)
+        results = iter(call.results)
+        return rebuilt(structure, (next(results) if isinstance(x, Value) else x for x in parts_of(structure)))
+
+    def instance(self, name: str, function: Steered | Sized, args: Sequence[Any]) -> tuple[Function, Any]:
+        """Record a function of its own; return it with the structure of its result."""
+        made, new = Function(name), []
+        with self.code.apart(made):
+            for x in parts_of(args):
+                if isinstance(x, Value):
+                    made.parameters.append(Value(self.code, "parameter", x.kind))
+                    new.append(made.parameters[-1])
+                else:
+                    new.append(x)
+            result = function.inlined(rebuilt(args, iter(new)))
+        made.results = [x for x in parts_of(result) if isinstance(x, Value)]
+        self.functions.append(made)
+        return made, result
+
+    def entry(self, name: str, args: Sequence[Any]) -> tuple[Function, Any]:
+        """Return the function of this name for arguments of these forms, and the structure of its result.
+
+        Forms are letters of :mod:`daebench.compiler.trace.ir` for numbers, nested tuples of forms, and (letter, axes) in a list for arrays.
+        """
+
+        def given(form: Any) -> Any:
+            if isinstance(form, tuple):
+                return tuple(map(given, form))
+            if isinstance(form, list):
+                lengths = [[Value(self.code, "parameter", INTEGER) for _ in range(form[1])] for _ in range(2)]
+                return Array(Value(self.code, "parameter", POINTER), form[0], *lengths)
+            return Value(self.code, "parameter", form)
+
+        function = self.space[name]
+        function = function if isinstance(function, Steered | Sized) else Sized(self, name, function)
+        return self.instance(f"entry_{name}", function, tuple(map(given, args)))
+
+
+def _operations(block: Sequence[Any]) -> int:
+    """Return the number of operations in a block."""
+    found = len(block)
+    for node in block:
+        if isinstance(node, If):
+            found += _operations(node.blocks[0]) + _operations(node.blocks[1])
+        elif isinstance(node, Region | Loop):
+            found += _operations(node.block)
+    return found
+
+
+def _table(code: Code, rows: Any) -> Array:
+    """Return an array of constants."""
+    import numpy as np
+
+    array = np.array(rows)
+    kind = INTEGER if array.dtype.kind in "iu" else FLOAT64
+    entries = tuple(array.ravel().tolist())
+    pointer = Value(code, "table", POINTER, (entries, kind))
+    strides = [stride // array.itemsize for stride in array.strides]
+    return Array(pointer, kind, array.shape, strides, entries if array.ndim == 1 else None)
+
+
+def _moduli(x: Any) -> Any:
+    return abs(x)
+
+
+def names(code: Code) -> dict[str, Any]:
+    """Return the names that generated modules take from Python and NumPy, as functions of values."""
+    kinds = {"float64": Kind(code, FLOAT64), "float32": Kind(code, FLOAT32), "int64": Kind(code, INTEGER), "bool_": Kind(code, TRUTH)}
+
+    def holding(make: Callable[..., Array]) -> Callable[..., Array]:
+        return lambda shape, dtype=FLOAT64: make(code, shape, getattr(dtype, "kind", dtype))
+
+    arrays = {"empty": holding(empty), "zeros": holding(zeros), "arange": lambda length: arange(code, length)}
+    numpy = {**kinds, **arrays, "array": lambda rows, dtype=None: _table(code, rows), "inf": float("inf"), "nan": float("nan"), "absolute": _moduli}
+    numpy |= {name: code.function_of(function) for name, function in MATHEMATICS.items()}
+    numpy["isfinite"] = lambda x: (x - x) == 0.0
+    return numpy | {
+        "numpy": types.SimpleNamespace(**numpy, complex128=None),
+        "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
+        "abs": _moduli,
+        "max": lambda *args: code.extreme("gt", args),
+        "min": lambda *args: code.extreme("lt", args),
+        "bool": lambda x: code.as_kind(x, TRUTH) if isinstance(x, Value) else bool(x),
+        "float": lambda x: code.as_kind(x, FLOAT64) if isinstance(x, Value) else float(x),
+        "int": lambda x: code.as_kind(x, INTEGER) if isinstance(x, Value) else int(x),
+        CHOSEN: code.select,
+        BOTH: code.both,
+        EITHER: code.either,
+        NEGATED: code.negated,
+    }

@@ -1,0 +1,285 @@
+"""The statements of a function that steers: runs of simple statements as code of Python, and tests, loops and returns as objects."""
+
+import ast
+from collections.abc import Iterable, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field
+from types import CodeType
+from typing import Any
+
+CHEAP = frozenset(("abs", "max", "min", "sqrt", "bool", "float", "int", "REAL", "DTYPE", "float64", "float32", "len", "CHOSEN", "BOTH", "EITHER", "NEGATED"))
+"""Functions whose values may be computed where they are not needed."""
+
+CHOSEN, BOTH, EITHER, NEGATED = "CHOSEN", "BOTH", "EITHER", "NEGATED"
+"""Names of what stands for ``if else``, ``and``, ``or``, ``not`` in an expression."""
+
+
+@dataclass(kw_only=True)
+class Statement:
+    """One statement, or a run of simple ones.
+
+    Parameters
+    ----------
+    kind : str
+        "run", "if", "for", "each", "while", "return", "break" or "continue".
+    code : tuple of code
+        Code of the run, of the test, of the bounds of a range, of what is iterated over, or of what is returned.
+    reads, binds : set of str
+        Names that it reads before it binds them, and names that it may bind.
+    target : str
+        Name that a loop binds.
+    body, otherwise : sequence of Statement
+        Statements inside.
+    after, head : set of str
+        Names that are read after it, and of a loop those that are read after a turn.
+    """
+
+    kind: str
+    line: int
+    code: tuple[CodeType, ...] = ()
+    reads: AbstractSet[str] = frozenset()
+    binds: AbstractSet[str] = frozenset()
+    target: str = ""
+    body: Sequence["Statement"] = ()
+    otherwise: Sequence["Statement"] = ()
+    after: AbstractSet[str] = field(default=frozenset())
+    head: AbstractSet[str] = field(default=frozenset())
+
+
+def statements(function: ast.FunctionDef, file: str) -> list[Statement]:
+    """Return the statements of a function, with the names that are read after each."""
+    made = _Reader(file).body(function.body)
+    _note_live(made, frozenset(), frozenset(), frozenset())
+    return made
+
+
+def returns_early(body: Sequence[Statement]) -> bool:
+    """Return whether a function returns elsewhere than at its end."""
+    return _has(body[:-1], "return") or bool(body and body[-1].kind != "return" and _has(body[-1:], "return"))
+
+
+def _has(body: Iterable[Statement], kind: str) -> bool:
+    return any(each.kind == kind or _has(each.body, kind) or _has(each.otherwise, kind) for each in body)
+
+
+def leaves_loop(body: Iterable[Statement]) -> bool:
+    """Return whether statements of a loop contain ``break`` or ``continue`` of this loop."""
+    inner = ("for", "while", "each")
+    return any(
+        each.kind in ("break", "continue") or (each.kind not in inner and (leaves_loop(each.body) or leaves_loop(each.otherwise)))
+        for each in body
+    )
+
+
+def _names(node: ast.AST, context: type) -> set[str]:
+    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, context)}
+
+
+def _call(name: str, *args: ast.expr) -> ast.Call:
+    return ast.Call(ast.Name(name, ast.Load()), list(args), [])
+
+
+def _costly(node: ast.expr) -> bool:
+    """Return whether an expression may not be computed where it is not needed: it calls a function, or reads an entry by a variable index."""
+    for part in ast.walk(node):
+        if isinstance(part, ast.Call) and not (isinstance(part.func, ast.Name) and part.func.id in CHEAP):
+            return True
+        if isinstance(part, ast.Subscript) and not isinstance(part.slice, ast.Constant | ast.Slice):
+            return True
+    return False
+
+
+class _Lowered(ast.NodeTransformer):
+    """Replaces what steers inside an expression; where a part may only be computed if it is needed, it becomes a statement before."""
+
+    def __init__(self) -> None:
+        self.before: list[ast.stmt] = []
+        self.made = 0
+
+    def taken(self) -> list[ast.stmt]:
+        """Return the statements that come before, and forget them."""
+        taken, self.before = self.before, []
+        return taken
+
+    def _branch(self, test: ast.expr, then: ast.expr | None, otherwise: ast.expr | None, given: str = "") -> ast.Name:
+        """Return a name that a branch binds; one side None leaves it as it was."""
+        self.made += 1
+        name = given or f"_chosen{self.made}"
+        sides: list[list[ast.stmt]] = []
+        outer = self.before
+        for value in (then, otherwise):
+            self.before = []
+            if value is None:
+                sides.append([])
+                continue
+            lowered = self.visit(value)
+            sides.append([*self.before, ast.Assign([ast.Name(name, ast.Store())], lowered)])
+        self.before = [*outer, ast.If(test, *sides)]
+        return ast.Name(name, ast.Load())
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        test = self.visit(node.test)
+        if _costly(node.body) or _costly(node.orelse):
+            return self._branch(test, node.body, node.orelse)
+        return _call(CHOSEN, test, self.visit(node.body), self.visit(node.orelse))
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        name = BOTH if isinstance(node.op, ast.And) else EITHER
+        found = self.visit(node.values[0])
+        for value in node.values[1:]:
+            if _costly(value):
+                self.made += 1
+                target = f"_chosen{self.made}"
+                self.before.append(ast.Assign([ast.Name(target, ast.Store())], _call("bool", found)))
+                sides = (value, None) if name == BOTH else (None, value)
+                found = self._branch(ast.Name(target, ast.Load()), *sides, given=target)
+            else:
+                found = _call(name, found, self.visit(value))
+        return found
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
+        operand = self.visit(node.operand)
+        return _call(NEGATED, operand) if isinstance(node.op, ast.Not) else ast.UnaryOp(node.op, operand)
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        self.generic_visit(node)
+        if len(node.ops) == 1:
+            return node
+        found: ast.expr | None = None
+        left = node.left
+        for op, right in zip(node.ops, node.comparators, strict=True):
+            one = ast.Compare(left, [op], [right])
+            found, left = one if found is None else _call(BOTH, found, one), right
+        assert found is not None
+        return found
+
+
+SIMPLE = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr)
+
+
+class _Reader:
+    """Turns syntax into statements."""
+
+    def __init__(self, file: str) -> None:
+        self.file, self.lowered = file, _Lowered()
+
+    def body(self, nodes: Sequence[ast.stmt], *, raw: bool = True) -> list[Statement]:
+        """Return the statements of a body; ``raw`` ones have expressions that steer."""
+        made: list[Statement] = []
+        run: list[ast.stmt] = []
+        for node in nodes:
+            if isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+                continue
+            if isinstance(node, SIMPLE):
+                lowered = self.lowered.visit(node) if raw else node
+                self._flush_before(run, made)
+                run.append(lowered)
+                continue
+            self._flush(run, made)
+            made += self._steering(node, raw=raw)
+        self._flush(run, made)
+        return made
+
+    def _flush_before(self, run: list[ast.stmt], made: list[Statement]) -> None:
+        """Insert the statements that have to come before the next."""
+        if before := self.lowered.taken():
+            self._flush(run, made)
+            made += self.body(before, raw=False)
+
+    def _flush(self, run: list[ast.stmt], made: list[Statement]) -> None:
+        if not run:
+            return
+        reads: set[str] = set()
+        binds: set[str] = set()
+        for node in run:
+            reads |= _names(node, ast.Load) - binds
+            if isinstance(node, ast.AugAssign):
+                reads |= _names(node.target, ast.Store) - binds
+            binds |= _names(node, ast.Store)
+        made.append(Statement(kind="run", line=_line(run[0]), code=(self._compiled(ast.Module(list(run), []), "exec"),), reads=reads, binds=binds))
+        run.clear()
+
+    def _compiled(self, node: Any, mode: str) -> CodeType:
+        ast.fix_missing_locations(node)
+        code = compile(node, self.file, mode)
+        assert isinstance(code, CodeType)
+        return code
+
+    def _value(self, node: ast.expr, *, raw: bool) -> tuple[CodeType, set[str], list[Statement]]:
+        """Return the code of an expression, the names that it reads, and what comes before."""
+        lowered = self.lowered.visit(node) if raw else node
+        before = self.body(self.lowered.taken(), raw=False)
+        return self._compiled(ast.Expression(lowered), "eval"), _names(lowered, ast.Load), before
+
+    def _steering(self, node: ast.stmt, *, raw: bool) -> list[Statement]:
+        """Return a statement that steers, after those that have to come before."""
+        line = _line(node)
+        if isinstance(node, ast.If):
+            code, reads, before = self._value(node.test, raw=raw)
+            body, otherwise = self.body(node.body, raw=raw), self.body(node.orelse, raw=raw)
+            binds = _bound(body) | _bound(otherwise)
+            return [*before, Statement(kind="if", line=line, code=(code,), reads=reads, binds=binds, body=body, otherwise=otherwise)]
+        if isinstance(node, ast.Return):
+            code, reads, before = self._value(node.value or ast.Tuple([], ast.Load()), raw=raw)
+            return [*before, Statement(kind="return", line=line, code=(code,), reads=reads)]
+        if isinstance(node, ast.While) and not node.orelse:
+            test = ast.If(ast.UnaryOp(ast.Not(), node.test), [ast.Break()], [])
+            body = self.body([test, *node.body])
+            return [Statement(kind="while", line=line, binds=_bound(body), body=body)]
+        if isinstance(node, ast.For) and not node.orelse and isinstance(node.target, ast.Name):
+            return self._for(node, node.target.id, line)
+        if isinstance(node, ast.Break | ast.Continue):
+            return [Statement(kind="break" if isinstance(node, ast.Break) else "continue", line=line)]
+        raise TypeError(f"{type(node).__name__.lower()} in line {line}")
+
+    def _for(self, node: ast.For, target: str, line: int) -> list[Statement]:
+        over = node.iter
+        ranged = isinstance(over, ast.Call) and isinstance(over.func, ast.Name) and over.func.id == "range"
+        values = [self._value(each, raw=True) for each in (over.args if ranged else [over])]  # type: ignore[attr-defined]
+        body = self.body(node.body)
+        before = [each for value in values for each in value[2]]
+        reads = set().union(*(value[1] for value in values))
+        code, binds = tuple(value[0] for value in values), _bound(body) | {target}
+        kind = "for" if ranged else "each"
+        return [*before, Statement(kind=kind, line=line, code=code, reads=reads, binds=binds, target=target, body=body)]
+
+
+def _line(node: ast.stmt) -> int:
+    return getattr(node, "lineno", 0)
+
+
+def _bound(body: Iterable[Statement]) -> set[str]:
+    return set().union(*(each.binds for each in body))
+
+
+def _note_live(
+    body: Sequence[Statement], live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]
+) -> AbstractSet[str]:
+    """Note the names that are read after each statement; return those that are read before the first."""
+    for each in reversed(body):
+        each.after = live
+        if each.kind == "run":
+            live = (live - each.binds) | each.reads
+        elif each.kind == "return":
+            live = each.reads
+        elif each.kind == "break":
+            live = broken
+        elif each.kind == "continue":
+            live = continued
+        elif each.kind == "if":
+            sides = (_note_live(side, live, broken, continued) for side in (each.body, each.otherwise))
+            live = each.reads.union(*sides)
+        else:
+            live = _note_loop(each, live)
+    return live
+
+
+def _note_loop(loop: Statement, live: AbstractSet[str]) -> AbstractSet[str]:
+    head = live if loop.kind != "while" else frozenset[str]()
+    while True:
+        more = head | (_note_live(loop.body, head, live, head) - {loop.target})
+        if more == head:
+            break
+        head = more
+    loop.head = head
+    return head | loop.reads

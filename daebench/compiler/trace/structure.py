@@ -1,0 +1,114 @@
+"""Values as functions hand them around: nested tuples of numbers and arrays, taken apart into numbers and pointers and put together again."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from daebench.compiler.trace.arrays import Array
+from daebench.compiler.trace.ir import INTEGER, POINTER, Code, Value, common, kind_of
+
+
+def parts_of(x: Any) -> list[Any]:
+    """Return the numbers and pointers of a structure, side by side; lengths of arrays that are known belong to its pattern."""
+    if isinstance(x, tuple):
+        return [part for entry in x for part in parts_of(entry)]
+    if isinstance(x, Array):
+        return [x.pointer, *(length for length in (*x.shape, *x.strides) if isinstance(length, Value))]
+    return [] if x is None else [x]
+
+
+def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
+    """Return a structure like x of other numbers and pointers."""
+    if isinstance(x, tuple):
+        return tuple([rebuilt(entry, parts) for entry in x])
+    if isinstance(x, Array):
+        pointer = next(parts)
+        lengths = [[next(parts) if isinstance(length, Value) else length for length in row] for row in (x.shape, x.strides)]
+        return Array(pointer, x.kind, *lengths, x.known)
+    return None if x is None else next(parts)
+
+
+def pattern_of(x: Any) -> Any:
+    """Return what two structures have in common if their parts can stand for each other."""
+    if isinstance(x, tuple):
+        return tuple([pattern_of(entry) for entry in x])
+    if isinstance(x, Array):
+        return x.kind, *(tuple(None if isinstance(length, Value) else length for length in row) for row in (x.shape, x.strides))
+    return x if x is None or isinstance(x, str) else "number"
+
+
+def sized(code: Code, x: Any) -> Any:
+    """Return a structure whose arrays have lengths that may differ from those of others."""
+    if isinstance(x, tuple):
+        return tuple([sized(code, entry) for entry in x])
+    if isinstance(x, Array):
+        return Array(x.pointer, x.kind, *([code.as_kind(length, INTEGER) for length in row] for row in (x.shape, x.strides)))
+    return x
+
+
+def arrays_of(x: Any) -> list[Array]:
+    """Return the arrays of a structure."""
+    if isinstance(x, tuple):
+        return [array for entry in x for array in arrays_of(entry)]
+    return [x] if isinstance(x, Array) else []
+
+
+def unset(code: Code, x: Any) -> Any:
+    """Return a structure like x whose parts are zero, for a name that has no value yet."""
+    return rebuilt(x, (code.constant(0, kind_of(part)) for part in parts_of(x)))
+
+
+def same(x: Any, y: Any) -> bool:
+    """Return whether two parts are one value, or one known number."""
+    if x is y:
+        return True
+    if isinstance(x, Value) or isinstance(y, Value) or type(x) is not type(y):
+        return False
+    return repr(x) == repr(y)
+
+
+class Mismatch(TypeError):
+    """Structures that meet are of different patterns."""
+
+
+def united(code: Code, structures: Sequence[Any], ends: Sequence[tuple[list[Any], bool]], results: list[Value], given: Sequence[list[Any]]) -> Any:
+    """Return the structure of a value that comes from several blocks.
+
+    Parameters
+    ----------
+    code : Code
+        The program.
+    structures : sequence
+        The value at the end of each block.
+    ends : sequence of (list, bool)
+        The blocks, and whether their last entry leaves them.
+    results : list of Value
+        Results of the node behind these blocks, to which those of this value are appended.
+    given : sequence of list
+        Values of the results at the end of each block, to which those of this value are appended.
+    """
+    if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):
+        structures = [sized(code, x) for x in structures]
+        if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):
+            raise Mismatch("a value is of one form where one branch was taken, and of another where another was")
+    parts = []
+    for column in zip(*map(parts_of, structures), strict=True):
+        if all(same(column[0], x) for x in column[1:]):
+            parts.append(column[0])
+            continue
+        kind = common(*map(kind_of, column))
+        result = Value(code, "result", kind)
+        results.append(result)
+        parts.append(result)
+        for x, end, values in zip(column, ends, given, strict=True):
+            values.append(converted(code, x, kind, end))
+    return rebuilt(structures[0], iter(parts))
+
+
+def converted(code: Code, x: Any, kind: str, end: tuple[list[Any], bool]) -> Value:
+    """Return a part as a number of a kind; if it has to be converted, that is done at the end of a block."""
+    if isinstance(x, Value) and x.kind != kind and x.op != "const" and kind != POINTER:
+        block, left = end
+        made = Value(code, f"{x.kind}to{kind}", kind, (x,))
+        block.insert(len(block) - left, made)
+        return made
+    return code.as_kind(x, kind)
