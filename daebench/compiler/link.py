@@ -196,16 +196,19 @@ class Linker:
             lines = [lines[0].partition("\n\nimport")[0], "\nimport numpy\n", *lines[1:], f"NATIVE = {tuple(names)}"]
             return "\n".join([*lines, f"{RECORDED.lstrip()}\n", body, ""])
         if self.options.compiled:
-            constants = dict(line.split(" = ", 1) for line in lines[1:])
+            body = self._decorated(body, names, lines, cached, within=within)
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
-            shared = within or bool(self.tracer and not self.scheme)
-            public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time or self._inlined
-            tuples = isinstance(self.algebra, Values)
-            body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded, tuples=tuples)
-            if shared and not within:
-                body += "".join(self._called_from_python(name, cached) for name in names)
         lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", body, ""])
+
+    def _decorated(self, body: str, names: Sequence[str], lines: Sequence[str], cached: bool, *, within: bool) -> str:
+        """Return functions decorated for numba; ``lines`` are those of the constants that they read."""
+        constants = dict(line.split(" = ", 1) for line in lines[1:])
+        shared = within or bool(self.tracer and not self.scheme)
+        public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time or self._inlined
+        tuples = isinstance(self.algebra, Values)
+        body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded, tuples=tuples)
+        return body + "".join(self._called_from_python(name, cached) for name in names if shared and not within)
 
     @property
     def _native(self) -> bool:

@@ -22,7 +22,9 @@ def machine() -> str:
     """Return all on which machine code depends: the processor with what it can do, the platform, LLVM."""
     features = ",".join(f"{name}{'+' if there else '-'}" for name, there in sorted(llvm.get_host_cpu_features().items()))
     version = ".".join(map(str, llvm.llvm_version_info))
-    return f"{llvm.get_process_triple()} {llvm.get_host_cpu_name()} {features} {sys.byteorder} LLVM {version} llvmlite {llvmlite.__version__}"
+    return (
+        f"{llvm.get_process_triple()} {llvm.get_host_cpu_name()} {features} {sys.byteorder} LLVM {version} llvmlite {llvmlite.__version__}"
+    )
 
 
 def _target() -> Any:
@@ -84,7 +86,23 @@ def loaded(name: str, content: bytes, symbol: str) -> int:
         return int(tracker[symbol])
 
 
-FUNCTIONS = "sin cos tan exp log pow sinh cosh tanh asin acos atan atan2 asinh acosh atanh log1p expm1 log10 cbrt hypot fmod sincos".split()
+FUNCTIONS: tuple[str, ...] = (
+    "sin",
+    "cos",
+    "sincos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sinh",
+    "cosh",
+    "tanh",
+    "asinh",
+    "acosh",
+    "atanh",
+)
+FUNCTIONS += ("exp", "expm1", "log", "log1p", "log10", "pow", "cbrt", "hypot", "fmod")
 """Functions of C on doubles that machine code may call; those on floats have an f behind their names."""
 
 

@@ -7,6 +7,7 @@ import mmap
 import struct
 import threading
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from types import ModuleType
@@ -16,6 +17,7 @@ import numpy as np
 
 from daebench.compiler import sealed
 from daebench.compiler.under_way import compiling
+from daebench.errors import InvalidProblem, RunFailed
 
 SUFFIX = ".o"
 """Ending of object files."""
@@ -51,6 +53,7 @@ class Native:
         self._made: dict[Any, _Entry] = {}
 
     def __call__(self, *args: Any) -> Any:
+        """Return the result of the function."""
         form = form_of(args)
         entry = self._made.get(form)
         if entry is None:
@@ -77,7 +80,7 @@ class Native:
         from daebench.compiler.trace.program import Program
 
         title = str(self._module.__doc__ or "functions").partition("\n")[0].rstrip(".")
-        with compiling(title):
+        with compiling(title), self._refusing(title):
             program = Program(self._source)
             function, structure = program.entry(self._name, _given(form))
             text = Text()
@@ -87,6 +90,14 @@ class Native:
             allocates = function in text.allocating
             head = {"results": _described(structure), "kinds": "".join(result.kind for result in function.results), "allocates": allocates}
             return json.dumps(head).encode() + b"\n" + object_file(text.whole(), loops=allocates)
+
+    @contextmanager
+    def _refusing(self, title: str) -> Iterator[None]:
+        """Turn what cannot be recorded into one sentence."""
+        try:
+            yield
+        except (TypeError, NameError, IndexError, ZeroDivisionError) as error:
+            raise InvalidProblem(f"{title} has no machine code of {self._name}: {error}.") from error
 
     def _store(self, path: Path, purpose: str, content: bytes) -> None:
         if not self._cached:
@@ -98,7 +109,7 @@ class Native:
 
 
 def form_of(x: Any) -> Any:
-    """Return the form of an argument: a letter for the kind of a number, a tuple of forms, or a letter and the number of axes of an array."""
+    """Return the form of an argument: a letter for a number, a tuple of forms, or the type of an array with the number of its axes."""
     if isinstance(x, tuple):
         return tuple(map(form_of, x))
     if isinstance(x, np.ndarray):
@@ -148,6 +159,7 @@ class _Entry:
         self._kinds, self._results, self._allocates = head["kinds"], head["results"], head["allocates"]
 
     def __call__(self, args: tuple[Any, ...]) -> Any:
+        """Return the result for these arguments."""
         words: list[Any] = []
         _unrolled(args, words)
         given = ctypes.create_string_buffer(self._given.pack(*words), self._given.size + 8)
@@ -155,7 +167,7 @@ class _Entry:
         memory = _memory(args) if self._allocates else None
         self._call(ctypes.addressof(given), ctypes.addressof(found), memory.begun() if memory else 0)
         if memory and memory.overflowed:
-            raise MemoryError("new arrays of a step need more memory than is set aside for them; give a smaller problem")
+            raise RunFailed(f"new arrays of a step need more than the {memory.size >> 20} MiB set aside for them; use a smaller problem.")
         values = iter([bool(x) if kind == "b" else x for kind, x in zip(self._kinds, self._found.unpack_from(found), strict=True)])
         return _rolled(self._results, values)
 

@@ -4,20 +4,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from struct import pack, unpack
 from typing import Any
 
-from daebench.compiler.trace.follow import unchanged
+from daebench.compiler.print.needed import Needed
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
 
 TYPES = {FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINTER: "ptr"}
 BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1}
 SUFFIXES = {FLOAT64: "f64", FLOAT32: "f32"}
 
-EFFECTS = frozenset(("store", "move", "release"))
-"""Operations that are needed though nothing reads their result."""
-
 MEMORY = frozenset(("alloc", "mark", "release"))
 """Operations on the memory of new arrays."""
 
-INTRINSIC = frozenset(("sqrt", "sin", "cos", "exp", "log", "pow"))
+INTRINSIC = frozenset(("fabs", "sqrt", "sin", "cos", "exp", "log", "pow"))
 """Functions of numbers that LLVM knows: only so does it make one call of the sine and the cosine of one number."""
 
 SHORT, LONGEST = 40, 2000
@@ -56,94 +53,11 @@ def _formats() -> dict[tuple[str, str], str]:
 FORMATS: Mapping[tuple[str, str], str] = _formats()
 
 
-class _Needed:
-    """What of a function has to be computed, and which of its functions change memory.
-
-    Parameters
-    ----------
-    function : Function
-        The function.
-    effective : set of Function
-        Functions, all that it calls among them, that write to memory.
-    """
-
-    def __init__(self, function: Function, effective: set[Function]) -> None:
-        self.effective = effective
-        self.sources: dict[Value, Sequence[Any]] = {}
-        self.same: dict[Value, Value] = {}
-        self.needed: set[Any] = set()
-        self.steering: set[Any] = set()
-        roots: list[Any] = [*function.results]
-        self.changes = self._gathered(function.block, roots)
-        self._mark(roots)
-
-    def _gathered(self, block: Sequence[Any], roots: list[Any]) -> bool:
-        """Note where results come from, and collect what is needed in any case; return whether a block writes to memory or leaves."""
-        acts = False
-        for node in block:
-            if type(node) is Value:
-                if node.op in EFFECTS:
-                    roots.append(node)
-                    acts = True
-            elif type(node) is If:
-                acts |= self._branch(node, roots)
-            elif type(node) is Region:
-                acts |= self._gathered(node.block, roots)
-                for k, result in enumerate(node.results):
-                    self.sources[result] = [leave.values[k] for leave in node.leaves]
-            elif type(node) is Loop:
-                acts |= self._gathered(node.block, roots)
-                self.same |= unchanged(node)
-                for k, parameter in enumerate(node.parameters):
-                    self.sources[parameter] = [node.initial[k], *([] if node.nexts is None else [node.nexts[k]])]
-            elif type(node) is Leave:
-                acts = True
-            elif node.function in self.effective:
-                roots.append(node)
-                acts = True
-        return acts
-
-    def _branch(self, node: If, roots: list[Any]) -> bool:
-        sides = [self._gathered(block, roots) for block in node.blocks]
-        acts = any(sides) or not all(node.falls)
-        if acts:
-            roots.append(node.test)
-            self.steering.add(node)
-        for result, *values in zip(node.results, *node.yields, strict=True):
-            self.sources[result] = [*values, *[node.test] * (not acts)]
-        return acts
-
-    def _mark(self, roots: list[Any]) -> None:
-        waiting = roots
-        while waiting:
-            node = waiting.pop()
-            if node in self.needed:
-                continue
-            self.needed.add(node)
-            if type(node) is Call:
-                waiting += node.args
-            elif node in self.same:
-                waiting.append(self.same[node])
-            elif node.op in ("result", "parameter"):
-                waiting += self.sources.get(node, ())
-            elif node.op == "get":
-                waiting.append(node.args[0])
-            elif node.op not in ("const", "table"):
-                waiting += [arg for arg in node.args if isinstance(arg, Value)]
-
-
 class Text:
-    """The text of functions and of what they need.
-
-    Attributes
-    ----------
-    declared : set of str
-        Functions of the platform that are called, by their names.
-    """
+    """The text of functions and of what they need."""
 
     def __init__(self) -> None:
         self.declarations: set[str] = set()
-        self.platform: set[str] = set()
         self.tables: dict[Value, tuple[str, str]] = {}
         self.effective: set[Function] = set()
         self.allocating: set[Function] = set()
@@ -153,7 +67,7 @@ class Text:
         """Add a function; those that it calls were added before."""
         if any(node.op in MEMORY if type(node) is Value else node.function in self.allocating for node in _leaves(function.block)):
             self.allocating.add(function)
-        need = _Needed(function, self.effective)
+        need = Needed(function, self.effective)
         if need.changes or function in self.allocating:
             self.effective.add(function)
         printer = _Printer(self, function, need)
@@ -235,7 +149,7 @@ def _number(x: float, kind: str) -> str:
 class _Printer:
     """Prints one function."""
 
-    def __init__(self, text: Text, function: Function, need: _Needed) -> None:
+    def __init__(self, text: Text, function: Function, need: Needed) -> None:
         self.text, self.function, self.need = text, function, need
         self.lines: list[str] = []
         self.names: dict[Value, str] = {p: f"%a{k}" for k, p in enumerate(function.parameters)}
@@ -279,24 +193,18 @@ class _Printer:
         return name
 
     def _block(self, block: Sequence[Any]) -> None:
-        needed = self.need.needed
         for node in block:
-            kind = type(node)
-            if kind is Value:
-                if node in needed:
+            if type(node) is Value:
+                if node in self.need.needed:
                     self._value(node)
-            elif kind is If:
-                self._if(node)
-            elif kind is Region:
-                self._region(node)
-            elif kind is Loop:
-                self._loop(node)
-            elif kind is Leave:
-                label, came = self.arrivals[node.region]
-                came.append((self.label, [self._at(v) for v, r in zip(node.values, node.region.results, strict=True) if r in needed]))
-                self.lines.append(f"br label %{label}")
-            elif node in needed:
-                self._call(node)
+            else:
+                _NODES[type(node)](self, node)
+
+    def _leave(self, node: Leave) -> None:
+        label, came = self.arrivals[node.region]
+        results = zip(node.values, node.region.results, strict=True)
+        came.append((self.label, [self._at(value) for value, result in results if result in self.need.needed]))
+        self.lines.append(f"br label %{label}")
 
     def _value(self, value: Value) -> None:
         form = FORMATS.get((value.op, value.args[0].kind)) if value.args and isinstance(value.args[0], Value) else None
@@ -326,7 +234,8 @@ class _Printer:
         return name
 
     def _load(self, value: Value) -> None:
-        self._named(value, f"load {TYPES[value.kind]}, ptr {self._address(*value.args, value.kind)}")
+        pointer, index = value.args
+        self._named(value, f"load {TYPES[value.kind]}, ptr {self._address(pointer, index, value.kind)}")
 
     def _store(self, value: Value) -> None:
         pointer, index, what = value.args
@@ -374,12 +283,7 @@ class _Printer:
         """Print the call of a function of numbers."""
         kind, suffix = TYPES[value.kind], SUFFIXES[value.kind]
         op = "fabs" if value.op == "abs" else value.op
-        if op in INTRINSIC or op == "fabs":
-            name = f"llvm.{op}.{suffix}"
-        else:
-            name = op + "f" * (value.kind == FLOAT32)
-        if op != "fabs" and op != "sqrt":
-            self.text.platform.add(op + "f" * (value.kind == FLOAT32))
+        name = f"llvm.{op}.{suffix}" if op in INTRINSIC else op + "f" * (value.kind == FLOAT32)
         types = ", ".join([kind] * len(value.args))
         self.text.declarations.add(f"declare {kind} @{name}({types}) memory(none) nounwind willreturn")
         self._named(value, f"call {kind} @{name}({', '.join(f'{kind} {self._at(x)}' for x in value.args)})")
@@ -434,6 +338,8 @@ class _Printer:
             self.lines.append(f"br label %{head}")
 
     def _call(self, node: Call) -> None:
+        if node not in self.need.needed:
+            return
         name, kind = self._fresh(), result_type(node.function)
         args = [f"{TYPES[x.kind]} {self._at(x)}" for x in node.args] + ["ptr %arena"] * (node.function in self.text.allocating)
         self.lines.append(f"{name} = call {kind} @{node.function.name}({', '.join(args)})")
@@ -442,7 +348,15 @@ class _Printer:
                 self._named(result, f"extractvalue {kind} {name}, {k}")
 
 
-_SPECIAL = {
+_NODES: Mapping[type, Any] = {
+    If: _Printer._if,
+    Region: _Printer._region,
+    Loop: _Printer._loop,
+    Leave: _Printer._leave,
+    Call: _Printer._call,
+}
+
+_SPECIAL: Mapping[str, Any] = {
     "select": _Printer._select,
     "load": _Printer._load,
     "store": _Printer._store,

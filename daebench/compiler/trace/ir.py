@@ -34,7 +34,7 @@ class Value:
         self.code, self.op, self.kind, self.args, self.born = code, op, kind, args, next(code.clock)
 
     def __bool__(self) -> bool:
-        raise TypeError("a test on a number that is only known at run time stands where none can be recorded")
+        raise TypeError("a number that is only known at run time stands where none can be tested")
 
     def __add__(self, other: Any) -> Any:
         return self.code.arithmetic("add", self, other)
@@ -68,6 +68,9 @@ class Value:
 
     def __neg__(self) -> Any:
         return self.code.emit("neg", self.kind, (self,))
+
+    def __index__(self) -> int:
+        raise TypeError("a number that is only known at run time stands where a known one is needed")
 
     def __pos__(self) -> Any:
         return self
@@ -113,7 +116,8 @@ class If:
     __slots__ = ("blocks", "falls", "results", "test", "yields")
 
     def __init__(self, test: Value) -> None:
-        self.test, self.blocks, self.falls = test, ([], []), [True, True]
+        self.test, self.falls = test, [True, True]
+        self.blocks: tuple[list[Any], list[Any]] = ([], [])
         self.results: list[Value] = []
         self.yields: tuple[list[Value], list[Value]] = ([], [])
 

@@ -17,7 +17,9 @@ INLINED = 300
 LONG = 1500
 """Letters of the shortest function without branches that may be called in place of being recorded anew."""
 
-MATHEMATICS = {name: name for name in "sqrt sin cos tan exp log sinh cosh tanh log1p expm1 asinh acosh atanh".split()}
+MATHEMATICS = {
+    name: name for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "log1p", "expm1", "asinh", "acosh", "atanh")
+}
 MATHEMATICS |= {"arctan2": "atan2", "atan2": "atan2", "hypot": "hypot", "log10": "log10", "cbrt": "cbrt", "arcsinh": "asinh"}
 MATHEMATICS |= {f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan")} | {name: name for name in ("asin", "acos", "atan")}
 MATHEMATICS |= {"arccosh": "acosh", "arctanh": "atanh"}
@@ -36,6 +38,7 @@ class Kind:
         self.code, self.kind = code, kind
 
     def __call__(self, x: Any) -> Value:
+        """Return a number of this type."""
         return self.code.as_kind(x, self.kind)
 
 
@@ -46,6 +49,7 @@ class Sized:
         self.program, self.name, self.function = program, name, function
 
     def __call__(self, *args: Any) -> Any:
+        """Return the value of a call."""
         return self.program.called(self, args)
 
     def inlined(self, args: Sequence[Any]) -> Any:
@@ -180,7 +184,14 @@ def names(code: Code) -> dict[str, Any]:
         return lambda shape, dtype=FLOAT64: make(code, shape, getattr(dtype, "kind", dtype))
 
     arrays = {"empty": holding(empty), "zeros": holding(zeros), "arange": lambda length: arange(code, length)}
-    numpy = {**kinds, **arrays, "array": lambda rows, dtype=None: _table(code, rows), "inf": float("inf"), "nan": float("nan"), "absolute": _moduli}
+    numpy = {
+        **kinds,
+        **arrays,
+        "array": lambda rows, dtype=None: _table(code, rows),
+        "inf": float("inf"),
+        "nan": float("nan"),
+        "absolute": _moduli,
+    }
     numpy |= {name: code.function_of(function) for name, function in MATHEMATICS.items()}
     numpy["isfinite"] = lambda x: (x - x) == 0.0
     return numpy | {

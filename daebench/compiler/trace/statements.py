@@ -7,7 +7,26 @@ from dataclasses import dataclass, field
 from types import CodeType
 from typing import Any
 
-CHEAP = frozenset(("abs", "max", "min", "sqrt", "bool", "float", "int", "REAL", "DTYPE", "float64", "float32", "len", "CHOSEN", "BOTH", "EITHER", "NEGATED"))
+CHEAP = frozenset(
+    (
+        "abs",
+        "max",
+        "min",
+        "sqrt",
+        "bool",
+        "float",
+        "int",
+        "REAL",
+        "DTYPE",
+        "float64",
+        "float32",
+        "len",
+        "CHOSEN",
+        "BOTH",
+        "EITHER",
+        "NEGATED",
+    )
+)
 """Functions whose values may be computed where they are not needed."""
 
 CHOSEN, BOTH, EITHER, NEGATED = "CHOSEN", "BOTH", "EITHER", "NEGATED"
@@ -80,7 +99,7 @@ def _call(name: str, *args: ast.expr) -> ast.Call:
 
 
 def _costly(node: ast.expr) -> bool:
-    """Return whether an expression may not be computed where it is not needed: it calls a function, or reads an entry by a variable index."""
+    """Return whether an expression may only be computed where it is needed: it calls a function, or reads an entry by a variable index."""
     for part in ast.walk(node):
         if isinstance(part, ast.Call) and not (isinstance(part.func, ast.Name) and part.func.id in CHEAP):
             return True
@@ -125,14 +144,14 @@ class _Lowered(ast.NodeTransformer):
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
         name = BOTH if isinstance(node.op, ast.And) else EITHER
-        found = self.visit(node.values[0])
+        found: ast.expr = self.visit(node.values[0])
         for value in node.values[1:]:
             if _costly(value):
                 self.made += 1
                 target = f"_chosen{self.made}"
                 self.before.append(ast.Assign([ast.Name(target, ast.Store())], _call("bool", found)))
-                sides = (value, None) if name == BOTH else (None, value)
-                found = self._branch(ast.Name(target, ast.Load()), *sides, given=target)
+                then, otherwise = (value, None) if name == BOTH else (None, value)
+                found = self._branch(ast.Name(target, ast.Load()), then, otherwise, target)
             else:
                 found = _call(name, found, self.visit(value))
         return found
@@ -196,7 +215,9 @@ class _Reader:
             if isinstance(node, ast.AugAssign):
                 reads |= _names(node.target, ast.Store) - binds
             binds |= _names(node, ast.Store)
-        made.append(Statement(kind="run", line=_line(run[0]), code=(self._compiled(ast.Module(list(run), []), "exec"),), reads=reads, binds=binds))
+        made.append(
+            Statement(kind="run", line=_line(run[0]), code=(self._compiled(ast.Module(list(run), []), "exec"),), reads=reads, binds=binds)
+        )
         run.clear()
 
     def _compiled(self, node: Any, mode: str) -> CodeType:
@@ -268,7 +289,7 @@ def _note_live(
             live = continued
         elif each.kind == "if":
             sides = (_note_live(side, live, broken, continued) for side in (each.body, each.otherwise))
-            live = each.reads.union(*sides)
+            live = set(each.reads).union(*sides)
         else:
             live = _note_loop(each, live)
     return live

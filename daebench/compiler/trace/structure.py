@@ -1,4 +1,4 @@
-"""Values as functions hand them around: nested tuples of numbers and arrays, taken apart into numbers and pointers and put together again."""
+"""Values as functions hand them around, nested tuples of numbers and arrays: taken apart into numbers and pointers, and put together."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -22,8 +22,8 @@ def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
         return tuple([rebuilt(entry, parts) for entry in x])
     if isinstance(x, Array):
         pointer = next(parts)
-        lengths = [[next(parts) if isinstance(length, Value) else length for length in row] for row in (x.shape, x.strides)]
-        return Array(pointer, x.kind, *lengths, x.known)
+        shape, strides = ([next(parts) if isinstance(n, Value) else n for n in row] for row in (x.shape, x.strides))
+        return Array(pointer, x.kind, shape, strides, x.known)
     return None if x is None else next(parts)
 
 
@@ -70,7 +70,9 @@ class Mismatch(TypeError):
     """Structures that meet are of different patterns."""
 
 
-def united(code: Code, structures: Sequence[Any], ends: Sequence[tuple[list[Any], bool]], results: list[Value], given: Sequence[list[Any]]) -> Any:
+def united(
+    code: Code, structures: Sequence[Any], ends: Sequence[tuple[list[Any], bool]], results: list[Value], given: Sequence[list[Any]]
+) -> Any:
     """Return the structure of a value that comes from several blocks.
 
     Parameters

@@ -1,0 +1,128 @@
+"""Functions as machine code do what Python does with their text: over branches, loops, tuples, arrays, kinds of numbers."""
+
+import inspect
+import itertools
+import types
+
+import numpy as np
+import on_arrays
+import pytest
+import steered
+
+from daebench.compiler.cache import RECORDED, generated
+from daebench.errors import InvalidProblem
+
+_count = itertools.count()
+
+
+def native(text, name="root"):
+    """Return a function of a text as machine code."""
+    source = f'"""A text."""\n\nNATIVE = ({name!r},)\n{RECORDED.lstrip()}\n\n{text}\n'
+    return getattr(generated("text", f"text {next(_count)} {text}", lambda _: source), name)
+
+
+def of(module, name):
+    """Return a function of a file as machine code, and as Python has it."""
+    return native(inspect.getsource(module), name), getattr(module, name)
+
+
+def roots(module, arguments):
+    """Return the names of the functions of a file with these arguments."""
+    functions = inspect.getmembers(module, inspect.isfunction)
+    return [name for name, function in functions if [*inspect.signature(function).parameters] == arguments and name != "least"]
+
+
+def bits(x):
+    """Return nested results with numbers by their bits, which tell -0 from 0 and have one NaN."""
+    if isinstance(x, tuple):
+        return tuple(map(bits, x))
+    if isinstance(x, np.ndarray):
+        return x.tolist()
+    return "nan" if x != x else float(x).hex()
+
+
+NUMBERS = (-2.5, -1.0, -0.3, -0.0, 0.0, 0.1, 0.3, 1.0, 1.7, 4.0, float("inf"), float("nan"))
+
+
+@pytest.mark.parametrize("name", roots(steered, ["x", "y"]))
+def test_machine_code_gives_the_bits_of_python(name):
+    fast, slow = of(steered, name)
+    compared = 0
+    for x, y in itertools.product(NUMBERS, repeat=2):
+        try:
+            expected = slow(x, y)
+        except (ZeroDivisionError, OverflowError, ValueError):
+            continue  # where Python raises, machine code has infinity or NaN
+        if name in ("functions_of_numbers", "powers"):  # whose bits are those of the platform, or of products
+            assert np.allclose(fast(x, y), expected, rtol=1e-15, atol=0, equal_nan=True), (x, y)
+        else:
+            assert bits(fast(x, y)) == bits(expected), (x, y)
+        compared += 1
+    assert compared > 50
+
+
+@pytest.mark.parametrize("name", roots(on_arrays, ["a", "n"]))
+@pytest.mark.parametrize("n", [3, 4, 7])
+def test_machine_code_on_arrays_gives_the_bits_of_python(name, n):
+    fast, slow = of(on_arrays, name)
+    for shift in (0.5, -1.25):
+        a = np.arange(n) * 0.7 + shift
+        assert bits(fast(a.copy(), n)) == bits(slow(a.copy(), n))
+        assert bits(fast(np.repeat(a, 2)[::2], n)) == bits(slow(a.copy(), n))
+
+
+def test_arrays_that_are_given_are_written_to():
+    fast = native("def root(out, x):\n    out[1, 0] = x\n    out[0] = 2.0 * x\n    return ()")
+    out = np.ones((2, 2))
+    assert fast(out, 3.0) == ()
+    assert out.tolist() == [[6.0, 6.0], [3.0, 1.0]]
+
+
+def test_numbers_of_single_precision_stay_single_and_whole_ones_widen_them():
+    text = "def root(x, n):\n    return x * numpy.float32(0.1), x + x, n * x, sqrt(x), numpy.float64(x) * 0.1"
+    fast, x = native(text), np.float32(0.3)
+    expected = (x * np.float32(0.1), x + x, np.float64(3) * np.float64(x), np.sqrt(x), float(x) * 0.1)
+    assert fast(x, 3) == tuple(map(float, expected))
+
+
+def test_a_long_function_is_one_function_that_is_called():
+    terms = "\n".join(f"    t{k} = x * {k}.25 - y / (1.0 + {k}.0 * x * x)" for k in range(200))
+    long = f"def long(x, y):\n{terms}\n    s = 0.0\n    if x > y:\n        s = 1.0\n    return s + " + " + ".join(
+        f"t{k}" for k in range(200)
+    )
+    text = f"{long}\n\ndef root(x, y):\n    return long(x, y), long(y, x), long(x + y, x)"
+    fast, space = native(text), {}
+    exec(text, space)
+    for x, y in itertools.product((-1.5, 0.2, 2.0), repeat=2):
+        assert bits(fast(x, y)) == bits(space["root"](x, y))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("def root(x, y):\n    a = x\n    if x > y:\n        a = (x, y)\n    return a", "of one form where one branch was taken"),
+        ("def root(x, y):\n    a = x\n    for k in range(3):\n        a = (a, y)\n    return a", "of one form before a loop"),
+        (
+            "def root(x, y):\n    for z in (x, y):\n        if z > 0.0:\n            break\n    return x",
+            "break or continue in a loop over a tuple",
+        ),
+        ("def root(x, y):\n    for k in range(3):\n        x = k\n    return k", "k is read behind the loop that binds it"),
+        ("def root(x, y):\n    with x:\n        return y", "context manager"),
+        ("def root(x, y):\n    return x + absent(y)", "name 'absent' is not defined"),
+        ("def root(x, y):\n    return [x, y][int(x > y)]", "known at run time"),
+    ],
+    ids=["branches", "turns", "break", "index", "statement", "name", "subscript"],
+)
+def test_what_cannot_be_recorded_is_refused_in_one_sentence(text, said):
+    with pytest.raises(InvalidProblem, match=said) as refused:
+        native(text)(1.0, 2.0)
+    assert "\n" not in str(refused.value)
+    assert "root" in str(refused.value)
+
+
+def test_a_kernel_is_a_module_with_its_constants_and_nothing_else():
+    functions = "def helper(x):\n    return x\n\ndef root(x):\n    return helper(x)\n"
+    source = f'"""A text."""\n\nEACH = [1, 2]\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{functions}'
+    module = generated("text", f"constants {next(_count)}", lambda _: source)
+    assert isinstance(module, types.ModuleType)
+    assert (module.EACH, module.root(2.0), hasattr(module, "helper")) == ([1, 2], 2.0, False)
