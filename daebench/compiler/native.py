@@ -60,6 +60,11 @@ class Native:
             entry = self._made[form] = self._entry(form)
         return entry(args)
 
+    @property
+    def kinds(self) -> dict[Any, str]:
+        """Kinds of the numbers that it returns, by the forms of arguments that it was called with."""
+        return {form: entry.kinds for form, entry in self._made.items()}
+
     def _entry(self, form: Any) -> "_Entry":
         from daebench.compiler.machine import loaded, machine
 
@@ -156,7 +161,7 @@ class _Entry:
         self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(address)
         self._given = struct.Struct("=" + "".join(_packed(form)))
         self._found = struct.Struct("=" + "".join(FORMATS.get(kind, "q") for kind in head["kinds"]))
-        self._kinds, self._results, self._allocates = head["kinds"], head["results"], head["allocates"]
+        self.kinds, self._results, self._allocates = head["kinds"], head["results"], head["allocates"]
 
     def __call__(self, args: tuple[Any, ...]) -> Any:
         """Return the result for these arguments."""
@@ -168,7 +173,7 @@ class _Entry:
         self._call(ctypes.addressof(given), ctypes.addressof(found), memory.begun() if memory else 0)
         if memory and memory.overflowed:
             raise RunFailed(f"new arrays of a step need more than the {memory.size >> 20} MiB set aside for them; use a smaller problem.")
-        values = iter([bool(x) if kind == "b" else x for kind, x in zip(self._kinds, self._found.unpack_from(found), strict=True)])
+        values = iter([bool(x) if kind == "b" else x for kind, x in zip(self.kinds, self._found.unpack_from(found), strict=True)])
         return _rolled(self._results, values)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from daebench.errors import InvalidProblem
 from daebench.runs.ivp import Array, InitialValueProblem
-from daebench.systems.extended import time_symbols
 from daebench.systems.picture import Picture
 
 LINES, ALONG = 13, 61
@@ -81,6 +80,8 @@ def layout_of(ivp: InitialValueProblem) -> Layout | None:
 def _coordinates(declared: Any) -> list[Any]:
     """Return the symbols of the entries of a row of states: positions, and the time if it is one of them, or y."""
     if getattr(declared, "in_time", False):
+        from daebench.systems.extended import time_symbols  # SymPy, which most runs do without
+
         return [*declared.q, time_symbols(declared)[0]]
     return list(getattr(declared, "q", ()) or getattr(declared, "y", ()))
 

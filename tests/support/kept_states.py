@@ -67,18 +67,28 @@ def final(problem, method, parameters, precision, steps, stretch=1.0):
 def kept_of(pair):
     """Return what is kept of a pair: the hash of the state, some of its numbers, the work, and by what a perturbation grows."""
     row, work, failure = final(*pair, STEPS)
-    some = np.unique(np.linspace(0, len(row) - 1, 8).astype(int))
+    some = some_of(row)
     early = final(*pair, FEW)[0][some]
     moved = final(*pair, STEPS, stretch=1 + 2.0**-36)[0]
     growth = float(np.max(np.abs(moved - row)) * 2.0**36)
     return {
-        "hash": hashlib.sha256(row.tobytes()).hexdigest()[:16],
+        "hash": hashed(row),
         "work": list(work.values()),
         "stopped": bool(failure),
         "early": early.tolist(),
         "late": row[some].tolist(),
         "growth": growth,
     }
+
+
+def hashed(row):
+    """Return the hash of a state."""
+    return hashlib.sha256(row.tobytes()).hexdigest()[:16]
+
+
+def some_of(row):
+    """Return the places of eight of its numbers, or of all."""
+    return np.unique(np.linspace(0, len(row) - 1, 8).astype(int))
 
 
 def name_of(pair):
@@ -97,18 +107,22 @@ def made_on():
     return f"{sys.platform} {platform.machine()} {' '.join(platform.libc_ver())} {'fma' if fused else 'no fma'}"
 
 
+def written(states, refused):
+    """Write the file."""
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(kept)}" for name, kept in states.items())
+    FILE.write_text(f'{{"made on": {json.dumps(made_on())},\n"refused": {json.dumps(refused)},\n"states": {{\n{lines}\n}}}}\n')
+
+
 def main():
     """Make the file."""
-    found, refused = {}, []
+    states, refused = {}, []
     for pair in pairs():
         try:
-            found[name_of(pair)] = kept_of(pair)
+            states[name_of(pair)] = kept_of(pair)
         except DaebenchError as error:
             refused.append(name_of(pair))
-            print(name_of(pair), str(error)[:150], file=sys.stderr)
-    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(kept)}" for name, kept in found.items())
-    FILE.write_text(f'{{"made on": {json.dumps(made_on())},\n"refused": {json.dumps(refused)},\n{lines}}}\n')
-    print(len(found), "kept,", len(refused), "refused")
+            print(name_of(pair), str(error), file=sys.stderr)
+    written(states, refused)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,185 @@
+"""Object files of machine code: read by a later process that needs no compiler, and never where anything that decides them differs."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from itertools import count
+from pathlib import Path
+
+import cache_damage
+import numpy as np
+import pytest
+
+from daebench.compiler import machine, native, sealed
+from daebench.compiler.cache import RECORDED, CacheWarning, generated
+from daebench.errors import RunFailed
+
+_count = count()
+
+RUN = """
+import json, sys
+import daebench
+run = daebench.run("planar_pendulum", method="rattle", h=0.01, steps=100)
+needed = ("numba", "sympy", "daebench.compiler.trace.ir", "daebench.compiler.print.llvm")
+print(json.dumps([run.q.tobytes().hex(), [name for name in needed if name in sys.modules]]))
+"""
+
+
+COMMAND = """
+import sys
+from daebench.cli.__main__ import main
+sys.argv = "daebench run planar_pendulum --method rattle --h 0.01 --steps 100".split()
+try:
+    main()
+finally:
+    print({"numba", "sympy", "pandas", "scipy", "daebench.compiler.trace.ir"} & set(sys.modules))
+"""
+
+
+def in_a_process(folder, program=RUN):
+    return subprocess.Popen(
+        [sys.executable, "-c", program],
+        env=os.environ | {"DAEBENCH_CACHE": str(folder)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def said(process):
+    out, err = process.communicate()
+    assert (process.returncode, err) == (0, "")
+    return json.loads(out)
+
+
+def test_a_later_process_reads_object_files_and_imports_no_compiler(tmp_path):
+    first, imported = said(in_a_process(tmp_path))
+    assert "daebench.compiler.trace.ir" in imported
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.o")}
+    assert {path.name.split(".")[1] for path in files} == {"integrate", "first"}
+    assert said(in_a_process(tmp_path)) == [first, []]
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.o")} == files
+    assert np.frombuffer(bytes.fromhex(first)).size > 100
+
+
+def test_a_later_command_imports_no_compiler(tmp_path):
+    for _ in ("cold", "warm"):
+        out, err = in_a_process(tmp_path, COMMAND).communicate()
+        assert err == ""
+    assert out.splitlines()[-1] == "set()"
+
+
+@pytest.mark.parametrize("processes", [2, pytest.param(8, marks=pytest.mark.slow)])
+def test_processes_that_begin_at_once_with_an_empty_folder_agree(tmp_path, processes):
+    running = [in_a_process(tmp_path) for _ in range(processes)]
+    with ThreadPoolExecutor(processes) as pool:
+        states = {state for state, _ in pool.map(said, running)}
+    assert len(states) == 1
+    assert [path for path in tmp_path.iterdir() if path.suffix == ".tmp"] == []
+
+
+def cube(key):
+    """Return x^3 + k x as machine code in a module of its own."""
+    source = f'"""Cubes."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\ndef root(x):\n    return x**3 + {key} * x\n'
+    return generated("cube", f"cube {key} {next(_count)}", lambda _: source).root
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    sealed.warn.cache_clear()
+    return tmp_path
+
+
+def compilations(monkeypatch):
+    """Return a list to which each compilation adds."""
+    made, compiled = [], native.Native._compiled
+
+    def noted(self, form):
+        made.append(form)
+        return compiled(self, form)
+
+    monkeypatch.setattr(native.Native, "_compiled", noted)
+    return made
+
+
+def again(root):
+    """Return the same function as a later process has it: nothing of it is in memory."""
+    return native.Native(root._module, root._source, root._name, cached=True)
+
+
+CHANGES = {
+    "a feature less": lambda features, cpu: (dict(list(features.items())[1:]), cpu),
+    "another feature": lambda features, cpu: ({**features, "avx9000f": True}, cpu),
+    "a feature off": lambda features, cpu: ({name: there and name != "sse2" for name, there in features.items()}, cpu),
+    "another processor": lambda features, cpu: (features, f"{cpu}x"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_file_of_another_processor_is_not_loaded(kept, monkeypatch, change):
+    root = cube(2)
+    assert root(2.0) == 12.0
+    made = compilations(monkeypatch)
+    assert (again(root)(2.0), len(made)) == (12.0, 0)
+    features, cpu = CHANGES[change](dict(machine.llvm.get_host_cpu_features()), machine.llvm.get_host_cpu_name())
+    forged = type(machine.llvm.get_host_cpu_features())(features)
+    with monkeypatch.context() as patch:
+        patch.setattr(machine.llvm, "get_host_cpu_features", lambda: forged)
+        patch.setattr(machine.llvm, "get_host_cpu_name", lambda: cpu)
+        there = machine.machine.__wrapped__()
+    monkeypatch.setattr(machine, "machine", lambda: there)
+    assert (again(root)(2.0), len(made)) == (12.0, 1)
+    assert len(list(kept.glob("*.o"))) == 2
+
+
+def test_a_damaged_file_is_made_anew_and_the_number_is_right(kept, monkeypatch):
+    root, other = cube(3), cube(5)
+    assert (root(2.0), other(2.0)) == (14.0, 18.0)
+    made = compilations(monkeypatch)
+    (file,) = (path for path in kept.glob("*.o") if path.name.startswith(Path(root._module.__file__).stem))
+    content = file.read_bytes()
+    for name, damage in cache_damage.FAMILY.items():
+        file.write_bytes(damage(content))
+        del made[:]
+        assert (again(root)(2.0), len(made)) == (14.0, 1), name
+        assert file.read_bytes() == content
+    cache_damage.swapped(file, list(kept.glob("*.o")))
+    assert again(root)(2.0) == 14.0
+    cache_damage.folder(file)
+    assert again(root)(2.0) == 14.0
+    assert file.is_file()
+
+
+def test_what_cannot_be_written_is_said_once_and_the_number_is_right(kept, monkeypatch):
+    root = cube(7)
+
+    def full(path, purpose, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(sealed, "write", full)
+    with pytest.warns(CacheWarning, match=r"cannot store machine code in .* \(No space left on device\)") as warned:
+        assert (root(3.0), root(3)) == (48.0, 48)
+    assert len(warned) == 1
+
+
+def test_a_folder_that_is_gone_changes_no_number(kept):
+    root = cube(11)
+    shutil.rmtree(kept)
+    with pytest.warns(CacheWarning, match="cannot store machine code"):
+        assert root(1.0) == 12.0
+
+
+def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch):
+    text = "def root(a, n):\n    b = 2.0 * a\n    for k in range(n):\n        c = b + a\n        b = c - 1.0\n    return b"
+    source = f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{text}\n'
+    root, a = generated("sums", f"sums {next(_count)}", lambda _: source).root, np.ones(1000)
+    assert root(a, 10**5)[0] == 2.0  # memory is given back after each turn
+    monkeypatch.setattr(native, "LEAST_MEMORY", 2**13)
+    monkeypatch.setattr(native, "PARTS", 3)
+    monkeypatch.setattr(native, "_memories", type(native._memories)())
+    with pytest.raises(RunFailed, match=r"new arrays of a step need more than the 0 MiB set aside for them"):
+        root(a, 10)
