@@ -2,13 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from daebench.errors import InvalidProblem
 from daebench.runs.ivp import Array, InitialValueProblem
-from daebench.systems.picture import Picture
+
+if TYPE_CHECKING:
+    from daebench.systems.picture import Picture
 
 LINES, ALONG = 13, 61
 """Number of lines of constant coordinates on a surface, and of points on each."""
@@ -104,7 +106,7 @@ def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
     return dict(zip(names, at(state[None])[0], strict=True))
 
 
-def numbered(picture: Picture) -> tuple[tuple[list[list[int]], list[int], list[int], list[list[int]], list[list[int]]], list[Any]]:
+def numbered(picture: "Picture") -> tuple[tuple[list[list[int]], list[int], list[int], list[list[int]], list[list[int]]], list[Any]]:
     """Return rods, masses, fixed points, springs and dampers by numbers of points, and all points in order."""
     flat: list[Any] = []
 
@@ -135,7 +137,7 @@ def zigzag(ends: Array, amplitude: float) -> Array:
     return np.asarray(ends[0] + along[:, None] * leg + aside[:, None] * side)
 
 
-def surface_lines(picture: Picture, parameters: Sequence[Any], par: Sequence[float]) -> Array:
+def surface_lines(picture: "Picture", parameters: Sequence[Any], par: Sequence[float]) -> Array:
     """Return lines of constant coordinates on the surface, shape(lines, ALONG, 3)."""
     import sympy as sp
 
@@ -174,7 +176,7 @@ def _points(flat: list[Any], symbols: list[Any], parameters: list[Any], par: lis
     return at
 
 
-def _dimension(problem: str, picture: Picture, flat: Sequence[Any]) -> int:
+def _dimension(problem: str, picture: "Picture", flat: Sequence[Any]) -> int:
     sizes = {len(point) for point in flat}
     if not flat or len(sizes) > 1 or not sizes <= {2, 3} or (picture.surface is not None and sizes != {3}):
         raise InvalidProblem(
