@@ -51,14 +51,20 @@ class Native:
     def __init__(self, module: ModuleType, source: str, name: str, *, cached: bool) -> None:
         self._module, self._source, self._name, self._cached = module, source, name, cached
         self._made: dict[Any, _Entry] = {}
+        self._last: _Entry | None = None
 
     def __call__(self, *args: Any) -> Any:
         """Return the result of the function."""
+        entry = self._last
+        if entry is not None and (words := entry.takes(args)) is not None:
+            return entry(args, words)
         form = form_of(args)
         entry = self._made.get(form)
         if entry is None:
             entry = self._made[form] = self._entry(form)
-        return entry(args)
+        result = entry(args)
+        self._last = entry
+        return result
 
     @property
     def kinds(self) -> dict[Any, str]:
@@ -155,30 +161,46 @@ def _described(x: Any) -> Any:
 
 
 class _Entry:
-    """A function for arguments of one form, at an address."""
+    """A function for arguments of one form, at an address.
+
+    What takes arguments apart and puts results together is written out for the form: a run calls its kernel for a few steps at a time.
+    """
 
     def __init__(self, form: Any, head: dict[str, Any], address: int) -> None:
-        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(address)
-        self._given = struct.Struct("=" + "".join(_packed(form)))
-        self._found = struct.Struct("=" + "".join(FORMATS.get(kind, "q") for kind in head["kinds"]))
-        self.kinds, self._results, self._allocates = head["kinds"], head["results"], head["allocates"]
+        self._call = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)
+        self.kinds, self._allocates = head["kinds"], head["allocates"]
+        self._pack = struct.Struct("=" + "".join(_packed(form))).pack
+        self._found = struct.Struct("=" + "".join(FORMATS.get(kind, "q") for kind in self.kinds))
+        checks: list[str] = []
+        leaves = _leaves(form, "x", checks)
+        space: dict[str, Any] = {"place": _place, "array": _array, "bool": bool, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
+        self._taken = eval(f"lambda x: ({''.join(f'{leaf}, ' for leaf in leaves)}) if {' and '.join(checks)} else None", space)
+        self._together = eval(f"lambda v: {_together(head['results'], self.kinds, count())}", space)
+        self.types: tuple[type, ...] | None = None
 
-    def __call__(self, args: tuple[Any, ...]) -> Any:
-        """Return the result for these arguments."""
-        words: list[Any] = []
-        _unrolled(args, words)
-        given = ctypes.create_string_buffer(self._given.pack(*words), self._given.size + 8)
-        found = ctypes.create_string_buffer(self._found.size + 8)
+    def takes(self, args: tuple[Any, ...]) -> tuple[Any, ...] | None:
+        """Return the numbers and places of arguments; None if they are not surely of the same form as those of the last call."""
+        try:
+            words: tuple[Any, ...] | None = self._taken(args)
+        except (TypeError, IndexError):
+            return None
+        return words if words is not None and tuple(map(type, words)) == self.types else None
+
+    def __call__(self, args: tuple[Any, ...], words: tuple[Any, ...] | None = None) -> Any:
+        """Return the result for these arguments, which may have been taken apart."""
+        if words is None:
+            words = self._taken(args)
+            self.types = tuple(map(type, words))
+        found = (ctypes.c_char * (self._found.size + 8))()
         memory = _memory(args) if self._allocates else None
-        self._call(ctypes.addressof(given), ctypes.addressof(found), memory.begun() if memory else 0)
+        self._call(self._pack(*words), ctypes.addressof(found), memory.begun() if memory else 0)
         if memory and memory.overflowed:
             raise RunFailed(f"new arrays of a step need more than the {memory.size >> 20} MiB set aside for them; use a smaller problem.")
-        values = iter([bool(x) if kind == "b" else x for kind, x in zip(self.kinds, self._found.unpack_from(found), strict=True)])
-        return _rolled(self._results, values)
+        return self._together(self._found.unpack_from(found))
 
 
 def _packed(form: Any) -> Iterator[str]:
-    if isinstance(form, tuple) and len(form) == 2 and isinstance(form[1], int):
+    if _of_array(form):
         yield "q" * (1 + 2 * form[1])
     elif isinstance(form, tuple):
         for part in form:
@@ -187,28 +209,41 @@ def _packed(form: Any) -> Iterator[str]:
         yield FORMATS[form]
 
 
-def _unrolled(x: Any, words: list[Any]) -> None:
-    if isinstance(x, tuple):
-        for part in x:
-            _unrolled(part, words)
-    elif isinstance(x, np.ndarray):
-        words.append(x.ctypes.data)
-        words += x.shape
-        words += [stride // x.itemsize for stride in x.strides]
-    else:
-        words.append(x)
+def _of_array(form: Any) -> bool:
+    return isinstance(form, tuple) and len(form) == 2 and isinstance(form[1], int)
 
 
-def _rolled(description: Any, values: Iterator[Any]) -> Any:
+def _leaves(form: Any, path: str, checks: list[str]) -> list[str]:
+    """Return the sources of the words of an argument of a form; add tests that it has as many parts as the form."""
+    if _of_array(form):
+        return [f"*place({path}, {form!r})"]
+    if not isinstance(form, tuple):
+        return [path]
+    checks.append(f"len({path}) == {len(form)}")
+    return [leaf for k, part in enumerate(form) for leaf in _leaves(part, f"{path}[{k}]", checks)]
+
+
+def _place(x: Any, form: tuple[str, int]) -> tuple[int, ...]:
+    """Return where an array is, its shape and its strides in entries."""
+    if type(x) is not np.ndarray or x.ndim != form[1] or x.dtype.str[1:] != form[0]:
+        raise TypeError
+    size = x.itemsize
+    return x.__array_interface__["data"][0], *x.shape, *[stride // size for stride in x.strides]
+
+
+def _together(description: Any, kinds: str, places: Iterator[int]) -> str:
+    """Return the source of a result, given its numbers as v."""
     if description is None:
-        return next(values)
+        k = next(places)
+        return f"bool(v[{k}])" if kinds[k] == "b" else f"v[{k}]"
     if isinstance(description, list):
-        return tuple([_rolled(part, values) for part in description])
+        return f"({''.join(f'{_together(part, kinds, places)}, ' for part in description)})"
     if "is" in description:
-        return description["is"]
-    place = next(values)
-    shape, strides = ([next(values) if n is None else n for n in description[row]] for row in ("shape", "strides"))
-    return _array(place, DTYPES[description["kind"]], shape, strides)
+        return f"({description['is']!r})"
+    pointer = f"v[{next(places)}]"
+    rows = [[f"v[{next(places)}]" if n is None else str(n) for n in description[row]] for row in ("shape", "strides")]
+    shape, strides = (f"[{', '.join(row)}]" for row in rows)
+    return f"array({pointer}, DTYPES[{description['kind']!r}], {shape}, {strides})"
 
 
 def _array(place: int, dtype: Any, shape: Sequence[int], strides: Sequence[int]) -> Any:

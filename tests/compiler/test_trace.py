@@ -18,7 +18,7 @@ _count = itertools.count()
 def native(text, name="root"):
     """Return a function of a text as machine code."""
     source = f'"""A text."""\n\nNATIVE = ({name!r},)\n{RECORDED.lstrip()}\n\n{text}\n'
-    return getattr(generated("text", f"text {next(_count)} {text}", lambda _: source), name)
+    return getattr(generated("text", f"text {next(_count)} {name} {text}", lambda _: source), name)
 
 
 def of(module, name):
