@@ -14,7 +14,7 @@ STARTS = (0.0, 0.01, 0.1, 0.3, 0.3, 1.0, 1.0, 1.0)
 """Distances of the starts from the given positions, in parts of these."""
 
 TIED = 1e-6
-"""Parts by which the largest residuals may differ and the first of them be named, whatever their rounding."""
+"""Part of the largest residual within which others are equal to it: the first of them is named, whatever their rounding."""
 
 EVALUATIONS = 300
 """Evaluations of the constraints from each start, at most."""

@@ -10,16 +10,8 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
-from daebench.systems.definition_parts import (
-    check_cases,
-    check_coordinates,
-    check_parameters,
-    check_real,
-    exact,
-    mathematics,
-    several,
-    told,
-)
+from daebench.systems.definition_parts import check_cases, check_coordinates, check_parameters, check_real, several
+from daebench.systems.exact_text import exact, mathematics, told
 from daebench.systems.picture import Exact, Picture
 
 

@@ -10,7 +10,8 @@ import sympy as sp
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained_checks import check_parts, check_second_derivatives, nonholonomic, strange
-from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, exact, mathematics, several, told
+from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, several
+from daebench.systems.exact_text import exact, mathematics, told
 from daebench.systems.parts import Parts
 from daebench.systems.picture import Exact
 from daebench.systems.picture import Picture as Picture

@@ -1,11 +1,9 @@
 """Checks of the parts that definitions of every kind have: symbols, parameters and their values, named cases, and real expressions."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
 from typing import Any
 
 import sympy as sp
-from sympy.printing.repr import ReprPrinter
 
 from daebench.errors import BadInput, InvalidProblem, real
 
@@ -19,71 +17,6 @@ LONGEST = 100
 """Maximum length of the name of a case, an integral or a part."""
 
 ON_SINGULAR = ("stop", "continue", "least-squares")
-
-
-def mathematics(parts: Sequence[Any], names: Any, cases: Mapping[str, Sequence[Any]], parameters: Mapping[sp.Symbol, float]) -> str:
-    """Return the exact text of a definition, which does not depend on how its file is written.
-
-    Parameters
-    ----------
-    parts : sequence
-        Expressions, or sequences of them.
-    names : object
-        What is not an expression, such as the names of integrals.
-    cases : mapping of str to sequence
-        What each case sets: sequences of expressions, a mapping of numbers, or text.
-    parameters : mapping of Symbol to number
-        Parameters with their defaults.
-    """
-    numbers = [(exact(symbol), float(value)) for symbol, value in parameters.items()]
-    return repr(([*map(_exact, parts)], names, [(name, [*map(_exact, case)]) for name, case in cases.items()], numbers))
-
-
-def told(cases: Mapping[str, Any]) -> list[tuple[Any, ...]]:
-    """Return what a fingerprint has of the cases of a constrained definition."""
-    starts = {name: (to_the_last_digit(case.q), to_the_last_digit(case.p)) for name, case in cases.items()}
-    return [(name, *starts[name], dict(case.parameters), case.about, case.on_singular) for name, case in cases.items()]
-
-
-def to_the_last_digit(values: Sequence[Any]) -> Sequence[Any]:
-    """Return the values of a case, with the exact text of those whose numbers SymPy would print with 15 digits."""
-    rounded = [isinstance(value, sp.Basic) and value.has(sp.Float) for value in values]
-    return [exact(value) if some else value for value, some in zip(values, rounded, strict=True)] if any(rounded) else values
-
-
-def _exact(part: Any) -> Any:
-    """Return an expression as text, and a sequence as a list of texts, whatever its type."""
-    if isinstance(part, str):
-        return part
-    if isinstance(part, Mapping):
-        return sorted((str(name), float(value)) for name, value in part.items())
-    return [*map(_exact, part)] if isinstance(part, Sequence | sp.Tuple) else exact(part)
-
-
-DECLARED: Sequence[Mapping[str, bool]] = ({}, {"real": True}, {"positive": True}, {"nonnegative": True}, {"integer": True})
-"""Assumptions of symbols as files declare them."""
-
-
-@lru_cache(1000)
-def _assumptions(known: frozenset[tuple[str, bool]]) -> str:
-    """Return assumptions in one way of all in which they may be declared: real=True and real=True, finite=True are the same."""
-    declared = next((given for given in DECLARED if frozenset(sp.Symbol("x", **given).assumptions0.items()) == known), dict(sorted(known)))
-    return "".join(f", {name}={value}" for name, value in declared.items())
-
-
-class _Printer(ReprPrinter):  # type: ignore[misc]
-    """Prints symbols that are equal in the same way: SymPy prints how the first of them was declared in this process."""
-
-    def _print_Symbol(self, symbol: sp.Symbol) -> str:
-        dummy = f", dummy_index={symbol.dummy_index}" if symbol.is_Dummy else ""
-        return f"{type(symbol).__name__}({symbol.name!r}{_assumptions(frozenset(symbol.assumptions0.items()))}{dummy})"
-
-    _print_Dummy = _print_Symbol
-
-
-def exact(part: Any) -> str:
-    """Return the exact text of an expression, which is the same for equal expressions."""
-    return str(_Printer().doprint(sp.sympify(part)))
 
 
 def check_coordinates(name: str, symbols: Any) -> None:

@@ -9,14 +9,8 @@ import sympy as sp
 
 from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
-from daebench.systems.definition_parts import (
-    check_cases,
-    check_coordinates,
-    check_functions,
-    check_parameters,
-    check_real,
-    mathematics,
-)
+from daebench.systems.definition_parts import check_cases, check_coordinates, check_functions, check_parameters, check_real
+from daebench.systems.exact_text import mathematics
 from daebench.systems.picture import Picture, Point
 from daebench.systems.poisson import DarbouxMap, Part, PoissonCase, PoissonSystem
 

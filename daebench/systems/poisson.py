@@ -16,11 +16,9 @@ from daebench.systems.definition_parts import (
     check_functions,
     check_parameters,
     check_real,
-    exact,
-    mathematics,
     several,
-    to_the_last_digit,
 )
+from daebench.systems.exact_text import exact, mathematics, to_the_last_digit
 from daebench.systems.picture import Exact, Picture
 from daebench.systems.poisson_checks import check_casimirs, check_darboux, check_jacobi, check_skew, check_splitting
 

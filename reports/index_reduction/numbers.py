@@ -166,7 +166,7 @@ def conservation(ivp: ConstrainedIvp, name: str) -> dict[str, Any]:
         "growth_short_error": short.exponent_error,
         "growth": long.exponent,
         "growth_error": long.exponent_error,
-        "kind": long.words or long.verdict,
+        "kind": long.brief,
         "g": np.max(np.abs(ivp.along("g", run.q[shown]))),
         "Gv": np.max(np.abs(ivp.along("Gv", run.p[shown], run.q[shown]))),
         "L3": np.max(np.abs(integral_errors(ivp, run)["L3"][shown])),

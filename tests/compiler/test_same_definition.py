@@ -5,10 +5,11 @@ import os
 import pytest
 import sympy as sp
 from own_files import ORBIT, RING
+from sympy.core.cache import clear_cache
 
 import daebench
 from daebench.errors import InvalidProblem
-from daebench.methods.catalogue import find_problem
+from daebench.methods.catalogue import find_problem, problems
 
 CHANGES = {
     "clock": ("import time", "sp.Rational(time.perf_counter_ns())"),
@@ -104,12 +105,33 @@ def test_how_a_symbol_was_declared_elsewhere_in_the_process_changes_no_definitio
     texts = []
     for name in ("before", "behind"):
         symbols = [f"{name}_{assumption}_{way}_{kind}_{part}" for part in "xym"]
-        if name == "behind":
-            kept = [sp.Symbol(symbol, **others[way]) ** power / 4 for symbol in symbols for power in (1, 2, 4)]
-            assert kept
+        before = [sp.Symbol(symbol, **others[way]) ** power / 4 for symbol in symbols for power in (1, 2, 4) if name == "behind"]
         x, y, m = (
             sp.Symbol(symbol, **(plain if part == "m" or assumption == "real" else {"real": True}))
             for symbol, part in zip(symbols, "xym", strict=True)
         )
+        assert (m**4 / 4 in before) == (name == "behind")
         texts.append(getattr(definition_with(x, y, m), kind).replace(name, "name"))
     assert texts[0] == texts[1]
+
+
+def test_a_file_is_taken_after_another_that_declares_its_symbols_in_other_words(written):
+    path = written(RING, "again.py")
+    names = [str(symbol) for symbol in find_problem(str(path)).define().q]
+    clear_cache()
+    elsewhere = [sp.Symbol(name, real=True, finite=True) ** power for name in names for power in (1, 2)]
+    assert find_problem(str(path)).define().q[0] ** 2 in elsewhere
+
+
+@pytest.mark.slow
+def test_texts_of_the_catalogue_do_not_depend_on_what_was_read_before():
+    def texts(name):
+        definition = find_problem(name).define()
+        return definition.fingerprint, definition.mathematics
+
+    alone = {}
+    for name in problems():
+        clear_cache()
+        alone[name] = texts(name)
+    clear_cache()
+    assert [name for name in problems() if texts(name) != alone[name]] == []

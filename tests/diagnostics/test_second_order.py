@@ -9,6 +9,7 @@ import sympy as sp
 
 from daebench.compiler.definition import source_of
 from daebench.diagnostics.consistency import projected, require_consistent
+from daebench.diagnostics.contradiction import contradiction
 from daebench.diagnostics.freedom import dependence, freedom, redundant
 from daebench.diagnostics.problem.check import START, held
 from daebench.diagnostics.second_order import require_motion, semidefinite
@@ -135,6 +136,18 @@ def test_a_contradiction_is_named_with_the_least_residual(shape, unit):
         with pytest.raises(BadInput, match=r"contradict each other: no positions obey all of them.*\|g\d+\| = \S+; correct"):
             refused(body)
     assert any("contradict each other" in each.fault for each in held(body) if each.what == START)
+
+
+@pytest.mark.parametrize(
+    ("residuals", "named"), [((0.5, 0.5, 0.1), "g1"), ((0.1, 0.5, 0.5), "g2"), ((0.49, 0.5, 0.5), "g2"), ((0.5, 0.49, 0.51), "g3")], ids=str
+)
+@pytest.mark.parametrize("larger", range(3))
+def test_of_residuals_that_differ_by_rounding_the_first_is_named(monkeypatch, residuals, named, larger):
+    rounded = np.array(residuals)
+    rounded[larger] *= 1 + 1e-12
+    monkeypatch.setattr("daebench.diagnostics.contradiction._least_squares", lambda *_: rounded)
+    shape = CONTRADICTORY["a triangle"]
+    assert f"|{named}| = " in contradiction(points(*shape[:2], distances=shape[2]))
 
 
 @pytest.mark.parametrize("shift", [1e-6, 0.05, 0.3])

@@ -12,7 +12,7 @@ from outside_code import BALL, RATTLE, run, script
 import daebench as package
 from daebench.errors import BadInput, LostMotion
 from daebench.methods import names
-from daebench.methods.fixed_step.base import monitored_errors, monitored_names, output_maxima
+from daebench.methods.monitored_errors import monitored_errors, monitored_names, output_maxima
 from daebench.methods.names import parse
 from daebench.methods.outside import callables
 from daebench.studies.grid.run_specification import GridRun

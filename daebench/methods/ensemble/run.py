@@ -14,8 +14,9 @@ from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, flat, for
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.table import Table
 from daebench.methods.ensemble.width import width_for
-from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
+from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.stepping import Linked, Run
+from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid, require_memory_of_members
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.machine import cores

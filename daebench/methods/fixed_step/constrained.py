@@ -9,13 +9,14 @@ from typing import Any
 from daebench.compiler.constrained.held import in_loops
 from daebench.compiler.work import WORK
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
+from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.constraint_structure import require_reached
 from daebench.methods.fixed_step.mixed_precision import MIXED, require_mixed
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
 from daebench.methods.fixed_step.stage_multipliers import stage_multipliers
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
+from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, RunFailed
-from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.poisson import require_poisson
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.monitored_errors import output_maxima
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Method, Request

@@ -9,10 +9,11 @@ import numpy as np
 
 from daebench.compiler.work import POISSON_WORK
 from daebench.errors import BadInput, require_known
-from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
+from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import POISSON_FORMS
 from daebench.methods.fixed_step.stepping import REASONS, Run
+from daebench.methods.monitored_errors import monitored_names
 from daebench.methods.registry import poisson_registry
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp

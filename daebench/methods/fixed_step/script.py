@@ -6,7 +6,8 @@ from typing import Any
 
 from daebench.compiler.javascript.kernel import Layout, functions, kernel
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.base import FixedStepMethod, monitored_names
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.ivp import InitialValueProblem
 
 MOST = 24

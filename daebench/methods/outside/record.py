@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput, bounded
-from daebench.methods.fixed_step.base import monitored_errors, monitored_names
 from daebench.methods.fixed_step.stepping import REASONS
+from daebench.methods.monitored_errors import monitored_errors, monitored_names
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp

@@ -10,10 +10,10 @@ from daebench.compiler.sharing import uncollected
 from daebench.diagnostics.combined import combined
 from daebench.diagnostics.freedom import dependence, redundant
 from daebench.errors import BadInput, DaebenchError
-from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.formulations.variation import VariedDae, varied
+from daebench.methods.monitored_errors import output_maxima
 from daebench.methods.solvers.drive import Array, Driven, ToleranceMethod, check, check_record, drive
 from daebench.methods.solvers.rank_monitor import COMBINED, ChainRankMonitor, RankMonitor
 from daebench.runs.directions import directions

@@ -3,9 +3,9 @@
 import time
 
 from daebench.errors import BadInput
-from daebench.methods.fixed_step.base import output_maxima
 from daebench.methods.fixed_step.poisson import require_poisson
 from daebench.methods.formulations.variation import VariedPoisson, varied_poisson
+from daebench.methods.monitored_errors import output_maxima
 from daebench.methods.solvers.drive import ToleranceMethod, check, check_record, drive
 from daebench.runs.directions import directions
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
