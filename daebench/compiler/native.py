@@ -6,12 +6,14 @@ import json
 import mmap
 import struct
 import threading
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from weakref import ref
 
 import numpy as np
 
@@ -55,16 +57,19 @@ class Native:
 
     def __call__(self, *args: Any) -> Any:
         """Return the result of the function."""
+        return self.timed(args)[0]
+
+    def timed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
+        """Return the result of the function for these arguments, and the CPU time of its machine code alone."""
         entry = self._last
-        if entry is not None and (words := entry.takes(args)) is not None:
-            return entry(args, words)
-        form = form_of(args)
-        entry = self._made.get(form)
-        if entry is None:
-            entry = self._made[form] = self._entry(form)
-        result = entry(args)
-        self._last = entry
-        return result
+        if entry is None or (words := entry.words(args)) is None:
+            form = form_of(args)
+            if form not in self._made:
+                self._made[form] = self._entry(form)
+            entry = self._last = self._made[form]
+            words = entry.words(args)
+        assert words is not None
+        return entry(words, args)
 
     @property
     def kinds(self) -> dict[Any, str]:
@@ -119,12 +124,21 @@ class Native:
             sealed.warn(f"cannot store machine code in {path.parent} ({error.strerror}); it is compiled again next time.")
 
 
+def timed(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, float]:
+    """Return the result of a function and its CPU time: that of its machine code alone where it is a :class:`Native`."""
+    if isinstance(function, Native):
+        return function.timed(args)
+    began = time.thread_time()
+    result = function(*args)
+    return result, time.thread_time() - began
+
+
 def form_of(x: Any) -> Any:
-    """Return the form of an argument: a letter for a number, a tuple of forms, or the type of an array with the number of its axes."""
+    """Return the form of an argument: a letter, a tuple of forms, or of an array its type, its axes, and whether rows follow each other."""
     if isinstance(x, tuple):
         return tuple(map(form_of, x))
     if isinstance(x, np.ndarray):
-        return f"{x.dtype.kind}{x.itemsize}", x.ndim
+        return f"{x.dtype.kind}{x.itemsize}", x.ndim, x.flags.c_contiguous
     if isinstance(x, bool | np.bool_):
         return "b"
     if isinstance(x, int | np.integer):
@@ -142,8 +156,8 @@ ARRAYS = {"f8": "d", "f4": "s", "i8": "i", "u8": "i"}
 
 def _given(form: Any) -> Any:
     """Return a form as :meth:`daebench.compiler.trace.program.Program.entry` takes it."""
-    if isinstance(form, tuple) and len(form) == 2 and isinstance(form[1], int):
-        return [ARRAYS[form[0]], form[1]]
+    if _of_array(form):
+        return [ARRAYS[form[0]], *form[1:]]
     return tuple(map(_given, form)) if isinstance(form, tuple) else form
 
 
@@ -163,45 +177,97 @@ def _described(x: Any) -> Any:
 class _Entry:
     """A function for arguments of one form, at an address.
 
-    What takes arguments apart and puts results together is written out for the form: a run calls its kernel for a few steps at a time.
+    What takes arguments apart and puts results together is written out for the form: a run calls its kernel for a few steps at a time,
+    and what lies around its steps counts as time of the run.
     """
 
     def __init__(self, form: Any, head: dict[str, Any], address: int) -> None:
-        self._call = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)
         self.kinds, self._allocates = head["kinds"], head["allocates"]
-        self._pack = struct.Struct("=" + "".join(_packed(form))).pack
-        self._found = struct.Struct("=" + "".join(FORMATS.get(kind, "q") for kind in self.kinds))
-        checks: list[str] = []
-        leaves = _leaves(form, "x", checks)
-        space: dict[str, Any] = {"place": _place, "array": _array, "bool": bool, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
-        self._taken = eval(f"lambda x: ({''.join(f'{leaf}, ' for leaf in leaves)}) if {' and '.join(checks)} else None", space)
-        self._together = eval(f"lambda v: {_together(head['results'], self.kinds, count())}", space)
-        self.types: tuple[type, ...] | None = None
+        self._packed, self._found = (struct.Struct("=" + "".join(letters)) for letters in (_packed(form), map(_letter, self.kinds)))
+        self._buffer = ctypes.c_char * (self._found.size + 8)
+        self._places: list[_Place] = []
+        pattern, words, checks = self._pattern(form, count())
+        space: dict[str, Any] = {f"place{k}": place for k, place in enumerate(self._places)}
+        space |= {"array": _array, "bool": bool, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan"), "Other": _Other}
+        space |= {"pack": self._packed.pack, "floats": (float, np.float64), "bools": (bool, np.bool_), "float32": np.float32}
+        space |= {"call": ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)}
+        found = f"({_together(head['results'], self.kinds, count())})"
+        guard = f"    if not ({' and '.join(checks)}): raise Other\n" if checks else ""
+        text = f"def taken(x):\n    {pattern} = x\n{guard}    return pack({', '.join(words)})\ndef together(v):\n    return {found}\n"
+        exec(text, space)
+        self._call, self._taken, self._together = space["call"], space["taken"], space["together"]
 
-    def takes(self, args: tuple[Any, ...]) -> tuple[Any, ...] | None:
-        """Return the numbers and places of arguments; None if they are not surely of the same form as those of the last call."""
+    def _pattern(self, form: Any, leaves: Iterator[int]) -> tuple[str, list[str], list[str]]:
+        """Return what an argument is unpacked to, the words that it is packed into, and tests of its form."""
+        if not isinstance(form, tuple):
+            name = f"x{next(leaves)}"
+            tests = {"s": f"type({name}) is float32", "b": f"type({name}) in bools", "d": f"type({name}) in floats"}
+            return name, [name], [tests[form]] if form in tests else []
+        if _of_array(form):
+            name, k = f"x{next(leaves)}", len(self._places)
+            self._places.append(_Place(form))
+            return name, [f"*place{k}({name})"], []
+        parts = [self._pattern(part, leaves) for part in form]
+        words, checks = (list(chain.from_iterable(part[k] for part in parts)) for k in (1, 2))
+        return f"[{', '.join(part[0] for part in parts)}]", words, checks
+
+    def words(self, args: tuple[Any, ...]) -> bytes | None:
+        """Return arguments in words; None if they are of another form."""
         try:
-            words: tuple[Any, ...] | None = self._taken(args)
-        except (TypeError, IndexError):
+            words: bytes = self._taken(args)
+        except (_Other, TypeError, ValueError, struct.error):
             return None
-        return words if words is not None and tuple(map(type, words)) == self.types else None
+        return words
 
-    def __call__(self, args: tuple[Any, ...], words: tuple[Any, ...] | None = None) -> Any:
-        """Return the result for these arguments, which may have been taken apart."""
-        if words is None:
-            words = self._taken(args)
-            self.types = tuple(map(type, words))
-        found = (ctypes.c_char * (self._found.size + 8))()
+    def __call__(self, words: bytes, args: tuple[Any, ...]) -> tuple[Any, float]:
+        """Return the result for these arguments, and the CPU time of the machine code."""
+        found = self._buffer()
         memory = _memory(args) if self._allocates else None
-        self._call(self._pack(*words), ctypes.addressof(found), memory.begun() if memory else 0)
+        place, free = ctypes.addressof(found), memory.begun() if memory else 0
+        began = time.thread_time()
+        self._call(words, place, free)
+        seconds = time.thread_time() - began
         if memory and memory.overflowed:
             raise RunFailed(f"new arrays of a step need more than the {memory.size >> 20} MiB set aside for them; use a smaller problem.")
-        return self._together(self._found.unpack_from(found))
+        return self._together(self._found.unpack_from(found)), seconds
+
+
+class _Other(Exception):
+    """An argument is of another form."""
+
+
+_NOTHING = ctypes.c_char * 0
+"""What can be had of every array that can be written to: its address costs a third of what NumPy's takes."""
+
+
+class _Place:
+    """Where the array of one argument is, with its lengths: asked for only where it is another array than before."""
+
+    def __init__(self, form: tuple[Any, ...]) -> None:
+        self.dtype, self.axes, self.ordered = np.dtype(form[0]), form[1], form[2]
+        self.last: tuple[Any, tuple[int, ...]] = (lambda: None, ())
+
+    def __call__(self, x: Any) -> tuple[int, ...]:
+        """Return where an array is, its lengths, and its strides in entries unless they follow from the lengths."""
+        last, words = self.last
+        if last() is x:
+            return words
+        if type(x) is not np.ndarray or x.dtype != self.dtype or x.ndim != self.axes or x.flags.c_contiguous != self.ordered:
+            raise _Other
+        place = ctypes.addressof(_NOTHING.from_buffer(x.data)) if self.ordered and x.flags.writeable else x.ctypes.data
+        strides = () if self.ordered else tuple(stride // x.itemsize for stride in x.strides)
+        words = (place, *x.shape, *strides)
+        self.last = ref(x), words
+        return words
+
+
+def _letter(kind: str) -> str:
+    return FORMATS.get(kind, "q")
 
 
 def _packed(form: Any) -> Iterator[str]:
     if _of_array(form):
-        yield "q" * (1 + 2 * form[1])
+        yield "q" * (1 + form[1] * (1 if form[2] else 2))
     elif isinstance(form, tuple):
         for part in form:
             yield from _packed(part)
@@ -210,25 +276,7 @@ def _packed(form: Any) -> Iterator[str]:
 
 
 def _of_array(form: Any) -> bool:
-    return isinstance(form, tuple) and len(form) == 2 and isinstance(form[1], int)
-
-
-def _leaves(form: Any, path: str, checks: list[str]) -> list[str]:
-    """Return the sources of the words of an argument of a form; add tests that it has as many parts as the form."""
-    if _of_array(form):
-        return [f"*place({path}, {form!r})"]
-    if not isinstance(form, tuple):
-        return [path]
-    checks.append(f"len({path}) == {len(form)}")
-    return [leaf for k, part in enumerate(form) for leaf in _leaves(part, f"{path}[{k}]", checks)]
-
-
-def _place(x: Any, form: tuple[str, int]) -> tuple[int, ...]:
-    """Return where an array is, its shape and its strides in entries."""
-    if type(x) is not np.ndarray or x.ndim != form[1] or x.dtype.str[1:] != form[0]:
-        raise TypeError
-    size = x.itemsize
-    return x.__array_interface__["data"][0], *x.shape, *[stride // size for stride in x.strides]
+    return isinstance(form, tuple) and len(form) == 3 and isinstance(form[1], int)
 
 
 def _together(description: Any, kinds: str, places: Iterator[int]) -> str:

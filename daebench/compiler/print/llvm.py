@@ -53,6 +53,10 @@ def _formats() -> dict[tuple[str, str], str]:
 FORMATS: Mapping[tuple[str, str], str] = _formats()
 
 
+BRANCHES = '!0 = !{!"branch_weights", i32 1, i32 1000}'
+"""Weights of branches that only exchange numbers, rows of an elimination say: LLVM would have later steps wait for the test of each."""
+
+
 class Text:
     """The text of functions and of what they need."""
 
@@ -109,7 +113,8 @@ class Text:
 
     def whole(self) -> str:
         """Return the text of all."""
-        return "\n".join([*sorted(self.declarations), *(table for _, table in self.tables.values()), *self.functions])
+        tables = [table for _, table in self.tables.values()]
+        return "\n".join([*sorted(self.declarations), *tables, *self.functions, BRANCHES])
 
     def table(self, value: Value) -> str:
         """Return the name of a table of constants."""
@@ -297,7 +302,8 @@ class _Printer:
         if not wanted and node not in self.need.steering:
             return
         yes, no, end = self._labels(3)
-        self.lines.append(f"br i1 {self._at(node.test)}, label %{yes}, label %{no}")
+        exchange = len(wanted) > 1 and not any(node.blocks)
+        self.lines.append(f"br i1 {self._at(node.test)}, label %{yes}, label %{no}{', !prof !0' if exchange else ''}")
         came = []
         for k, label in enumerate((yes, no)):
             self._begin(label)

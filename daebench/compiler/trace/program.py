@@ -5,7 +5,7 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from daebench.compiler.trace.arrays import Array, arange, empty, zeros
+from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
 from daebench.compiler.trace.follow import Steered
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
@@ -117,36 +117,44 @@ class Program:
 
     def instance(self, name: str, function: Steered | Sized, args: Sequence[Any]) -> tuple[Function, Any]:
         """Record a function of its own; return it with the structure of its result."""
-        made, new = Function(name), []
+
+        def given(made: Function) -> Any:
+            return rebuilt(args, (self._parameter(made, x.kind) if isinstance(x, Value) else x for x in parts_of(args)))
+
+        return self._recorded(name, function, given)
+
+    def _recorded(self, name: str, function: Steered | Sized, given: Callable[[Function], Any]) -> tuple[Function, Any]:
+        made = Function(name)
         with self.code.apart(made):
-            for x in parts_of(args):
-                if isinstance(x, Value):
-                    made.parameters.append(Value(self.code, "parameter", x.kind))
-                    new.append(made.parameters[-1])
-                else:
-                    new.append(x)
-            result = function.inlined(rebuilt(args, iter(new)))
+            result = function.inlined(given(made))
         made.results = [x for x in parts_of(result) if isinstance(x, Value)]
         self.functions.append(made)
         return made, result
 
+    def _parameter(self, function: Function, kind: str) -> Value:
+        """Return a new parameter of a function."""
+        function.parameters.append(Value(self.code, "parameter", kind))
+        return function.parameters[-1]
+
     def entry(self, name: str, args: Sequence[Any]) -> tuple[Function, Any]:
         """Return the function of this name for arguments of these forms, and the structure of its result.
 
-        Forms are letters of :mod:`daebench.compiler.trace.ir` for numbers, nested tuples of forms, and (letter, axes) in a list for arrays.
+        Forms are letters of :mod:`daebench.compiler.trace.ir` for numbers, nested tuples of forms, and for arrays lists of a letter, the
+        number of axes, and whether rows follow each other in memory.
         """
 
-        def given(form: Any) -> Any:
+        def given(made: Function, form: Any) -> Any:
             if isinstance(form, tuple):
-                return tuple(map(given, form))
-            if isinstance(form, list):
-                lengths = [[Value(self.code, "parameter", INTEGER) for _ in range(form[1])] for _ in range(2)]
-                return Array(Value(self.code, "parameter", POINTER), form[0], *lengths)
-            return Value(self.code, "parameter", form)
+                return tuple([given(made, part) for part in form])
+            if not isinstance(form, list):
+                return self._parameter(made, form)
+            kind, axes, ordered = form
+            pointer, *lengths = [self._parameter(made, each) for each in (POINTER, *[INTEGER] * (axes if ordered else 2 * axes))]
+            return Array(pointer, kind, lengths[:axes], contiguous(lengths) if ordered else lengths[axes:])
 
         function = self.space[name]
         function = function if isinstance(function, Steered | Sized) else Sized(self, name, function)
-        return self.instance(f"entry_{name}", function, tuple(map(given, args)))
+        return self._recorded(f"entry_{name}", function, lambda made: given(made, tuple(args)))
 
 
 def _operations(block: Sequence[Any]) -> int:

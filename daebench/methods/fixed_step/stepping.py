@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench.compiler.native import timed
 from daebench.compiler.number_types import number_type
 from daebench.compiler.sharing import uncollected
 from daebench.compiler.under_way import compiling
@@ -181,6 +182,7 @@ class Run:
         self.state_rows = np.empty((grid.rows, ivp.size), dtype=self.dtype)
         self.stage_rows = np.empty((grid.rows if stage_multipliers else 0, stage_multipliers), dtype=self.dtype)
         self.done, self.row, self.left = 0, 0, grid.every or -1
+        self.rest = 0, self.state_rows, self.stage_rows
         self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
         self.failure: str | None = None
@@ -248,16 +250,17 @@ class Run:
     def carried(self, numbers: tuple[Any, ...]) -> None:
         self.x, self.memory, self.conserved, self.maxima, self.pivots = numbers
 
-    def _call(self, steps: int) -> Any:
-        outputs = (self.state_rows[self.row :], self.stage_rows[self.row :])
-        return self.kernel.integrate(*self.carried, self.h, self.weights, steps, self.left, self.grid.every, *outputs, self.par)
+    def _call(self, steps: int) -> tuple[Any, float]:
+        """Return what the loop says of so many steps, and its CPU time."""
+        if self.rest[0] != self.row:
+            self.rest = self.row, self.state_rows[self.row :], self.stage_rows[self.row :]
+        args = (*self.carried, self.h, self.weights, steps, self.left, self.grid.every, *self.rest[1:], self.par)
+        return timed(self.kernel.integrate, args)
 
     def _advance(self, steps: int) -> float:
         """Take so many steps, or as many as there are; return the CPU time it took."""
-        began = time.thread_time()
         with np.errstate(all="ignore"):
-            result = self._call(steps)
-        took = time.thread_time() - began
+            result, took = self._call(steps)
         self.x = self.state(result[0])
         self.memory = self.state(result[1])
         self.maxima, self.pivots = self.typed(result[2:4])
