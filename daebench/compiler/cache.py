@@ -131,9 +131,11 @@ def _execute(name: str, source: str, file: str) -> types.ModuleType:
     try:
         exec(compile(source.partition(RECORDED)[0], file, "exec"), module.__dict__)
         if "NATIVE" in vars(module):
-            from daebench.compiler.native import Native
+            from daebench.compiler.native import Callback, Native
 
-            vars(module).update({root: Native(module, source, root, cached=file != name) for root in vars(module)["NATIVE"]})
+            names, called, cached = vars(module)["NATIVE"], vars(module).get("CALLBACKS", {}), file != name
+            vars(module).update({root: Native(module, source, root, cached=cached) for root in names})
+            vars(module).update({root: Callback(module, source, root, letters, cached=cached) for root, letters in called.items()})
     except BaseException:
         del sys.modules[name]
         raise

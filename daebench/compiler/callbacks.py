@@ -7,11 +7,8 @@ the run cannot go on; ``WHY`` then holds the reason.
 
 from typing import Any
 
-from numba import carray
-
-from daebench.compiler.foreign import real_pointer
+from daebench.compiler.addresses import carray, real_pointer
 from daebench.compiler.linear.health import SINGULAR
-from daebench.compiler.linked_only import linked_only as _linked_only  # generated code, which imports all names here, has its own
 
 VECTOR, MATRIX, ORDER, BEFORE = range(4)
 """Words: addresses of two functions, for the numbers of a vector and of a matrix; of the order of unknowns; and of the state before."""
@@ -31,31 +28,33 @@ STEP, OUTPUT, VALUES, CHANGES = range(4)
 LENGTH = 36
 """Place of the length of the initial value problem, see :mod:`daebench.runs.scales`."""
 
-HEAD = 37
+ARENA = 37
+"""Word: the address of the memory of new arrays, see :class:`daebench.compiler.memory.Memory`."""
+
+HEAD = 38
 """Place where the numbers of the problem begin."""
 
 ILL, SPENT, CRAWLING = 1.0, 2.0, 3.0
 """Reasons: a value that is not finite or a singular matrix; too many calls; too little progress in time for the number of calls."""
 
-RESIDUAL = "int32(float64, uintp, uintp, uintp, uintp)"
-JACOBIAN = f"int32(float64, float64, {', '.join(['uintp'] * 8)})"
-RIGHT_SIDE = "int32(float64, uintp, uintp, uintp)"
-RIGHT_SIDE_JACOBIAN = f"int32(float64, {', '.join(['uintp'] * 7)})"
-LOOK = "int32(float64, uintp, uintp)"
-PROJECTION = "int32(float64, uintp, uintp, float64, uintp, uintp)"
 SIGNATURES = {
-    "residual_callback": RESIDUAL,
-    "jacobian_callback": JACOBIAN,
-    "rhs_callback": RIGHT_SIDE,
-    "rhs_jacobian_callback": RIGHT_SIDE_JACOBIAN,
-    "look_callback": LOOK,
-    "projection_callback": PROJECTION,
+    "residual_callback": "idpppp",
+    "jacobian_callback": "iddpppppppp",
+    "rhs_callback": "idppp",
+    "rhs_jacobian_callback": "idppppppp",
+    "look_callback": "idpp",
+    "projection_callback": "idppdpp",
 }
-"""C types of the callbacks, by the name of the generated function."""
+"""Types of C of the callbacks, by the name of the generated function: see :data:`daebench.compiler.trace.foreign.KINDS`."""
+
+NUMBA = {
+    name: "{}({})".format(*(", ".join({"i": "int32", "d": "float64", "p": "uintp"}[x] for x in part) for part in (of[0], of[1:])))
+    for name, of in SIGNATURES.items()
+}
+"""The same as numba writes them, for functions of complex numbers."""
 
 IMPORTS = """from numba import carray, farray
-from daebench.compiler.callbacks import *
-from daebench.compiler.foreign import numbers_of_matrix, numbers_of_vector, real_pointer, word_pointer
+from daebench.compiler.foreign import numbers_of_matrix, numbers_of_vector, real_pointer
 from daebench.compiler.linked_only import linked_only
 from daebench.compiler.machine_code import callback, inlined
 """
@@ -100,7 +99,6 @@ def called_back(n: int, parameters: int, *texts: str) -> str:
     return "\n\n".join(text.format(**parts) for text in texts)
 
 
-@_linked_only
 def noted(user: Any, which: int, t: float, health: float) -> int:
     """Count one evaluation at time t; return 0, or -1 if its health is bad or a limit of work is reached."""
     own = carray(real_pointer(user), HEAD)

@@ -1,6 +1,7 @@
 """Where a definition comes from, and the quantities derived from it, each when first asked for."""
 
 import hashlib
+import sys
 import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -44,18 +45,21 @@ class Wrapper:
     called_back: bool = False
     derived: Callable[[Any], str] | None = field(default=None, repr=False)
 
-    def source(self, derivation: Any, *, compiled: bool, cached: bool) -> str:
-        """Return their source, decorated for numba if they are to be compiled."""
-        from daebench.compiler.syntax import NONE, decorated
+    def source(self, derivation: Any) -> str:
+        """Return their source."""
+        return f"{self.text}\n\n{self.derived(derivation)}" if self.derived else self.text
 
-        text = f"{self.text}\n\n{self.derived(derivation)}" if self.derived else self.text
-        if not compiled:
-            return text
+    def decorated(self, derivation: Any, *, cached: bool) -> str:
+        """Return their source, decorated for numba."""
+        from daebench.compiler.callbacks import IMPORTS, NUMBA, noted
+        from daebench.compiler.syntax import NONE, decorated
+        from daebench.compiler.written import constants, text_of
+
+        text = self.source(derivation)
         if not self.called_back:
             return decorated(text, self.roots, cached)
-        from daebench.compiler.callbacks import IMPORTS, SIGNATURES
-
-        return f"{IMPORTS}{decorated(text, self.roots, cached, NONE, SIGNATURES)}"
+        needed = [IMPORTS, constants(sys.modules[noted.__module__]), f"@linked_only\n{text_of(noted)}"]
+        return "\n\n".join([*needed, decorated(text, self.roots, cached, NONE, NUMBA)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,10 +190,7 @@ class Source:
             derivation = self.form(form)
             linker = Linker(derivation, Options(form=form, **options))
             named = [(LANGUAGE, root) if isinstance(root, str) else root for root in roots]
-            module = linker.module(title, named, cached, within=wrapper is not None)
-            if wrapper is None:
-                return module
-            return f"{module}\n\n{wrapper.source(derivation, compiled=linker.options.compiled, cached=cached)}"
+            return linker.module(title, named, cached, wrapper)
 
         key = f"{self.key} functions {roots} {form} {wrapper} {sorted(options.items())}"
         return generated(f"{self.problem}_{stem}", key, build)

@@ -10,9 +10,9 @@ import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import TYPE_CHECKING
 
 from daebench.compiler import codegen
-from daebench.compiler.cache import RECORDED
 from daebench.compiler.constrained import loops
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
@@ -25,10 +25,14 @@ from daebench.compiler.operators import Lowering
 from daebench.compiler.single_forces import FORCES, in_single
 from daebench.compiler.specialise import Specialise
 from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of
+from daebench.compiler.written import written
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.claims import MAPPED
 from daebench.schemes.kernels.language import ROUNDINGS
-from daebench.systems.files.package import text_of
+from daebench.systems.files.package import text_of as text_of_file
+
+if TYPE_CHECKING:
+    from daebench.compiler.definition import Wrapper
 
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p", "L_qv"), "second")
@@ -108,7 +112,7 @@ def _read(module: str, text: str, constants: tuple[tuple[str, bool | int | float
 @cache
 def _declared(module: str) -> SourceFile:
     """Return a file of the scheme language as syntax; its declarations are the same for every problem."""
-    return SourceFile(module, text_of(module), {})
+    return SourceFile(module, text_of_file(module), {})
 
 
 class Linker:
@@ -167,10 +171,10 @@ class Linker:
         self.work: dict[str, list[int]] = {}
         self.tracer = derivation.tracer(self)
 
-    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool, *, within: bool = False) -> str:
+    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool, wrapper: "Wrapper | None" = None) -> str:
         """Return the source of a module with these functions, each given as (file, name), and all functions that they need.
 
-        ``within``: they are only called by functions that are written beside them.
+        With a wrapper, they are only called by its functions.
         """
         emitted = [self.resolve(file, name) for file, name in roots]
         self.emitted |= {name: self._given_all(name) for name in emitted if self.scheme or name in self.reading}
@@ -192,14 +196,15 @@ class Linker:
         lines.append(f"ELEMENTWISE = {elementwise}")
         if self.options.loops:
             lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
-        if self._native:
-            lines = [lines[0].partition("\n\nimport")[0], "\nimport numpy\n", *lines[1:], f"NATIVE = {tuple(names)}"]
-            return "\n".join([*lines, f"{RECORDED.lstrip()}\n", body, ""])
+        beside = [wrapper.source(self.derivation)] if wrapper else []
+        if self._recorded(wrapper):
+            return written(title, wrapper.roots if wrapper else names, [body, *beside], lines[1:])
         if self.options.compiled:
-            body = self._decorated(body, names, lines, cached, within=within)
+            body = self._decorated(body, names, lines, cached, within=wrapper is not None)
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
+            beside = [wrapper.decorated(self.derivation, cached=cached)] if wrapper else []
         lines[1:1] = self.number.imports
-        return "\n".join([*lines, "\n", body, ""])
+        return "\n".join([*lines, "\n", "\n\n".join([body, *beside]), ""])
 
     def _decorated(self, body: str, names: Sequence[str], lines: Sequence[str], cached: bool, *, within: bool) -> str:
         """Return functions decorated for numba; ``lines`` are those of the constants that they read."""
@@ -210,10 +215,10 @@ class Linker:
         body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded, tuples=tuples)
         return body + "".join(self._called_from_python(name, cached) for name in names if shared and not within)
 
-    @property
-    def _native(self) -> bool:
-        """Whether the functions of the module are recorded, and printed for LLVM."""
-        return self.options.compiled and bool(self.scheme) and self.number.kind in ("float64", "float32", "mixed")
+    def _recorded(self, wrapper: "Wrapper | None") -> bool:
+        """Whether the functions of the module are recorded, and printed for LLVM; those of arrays that Python calls alone are not yet."""
+        called = bool(self.scheme) or wrapper is not None
+        return self.options.compiled and called and self.number.kind in ("float64", "float32", "mixed")
 
     @property
     def _of_few_in_time(self) -> bool:
@@ -249,7 +254,7 @@ class Linker:
     def file(self, module: str) -> SourceFile:
         """Return a source file as syntax."""
         if module not in self.files:
-            self.files[module] = _read(module, text_of(module), tuple(sorted(self.constants.items())))
+            self.files[module] = _read(module, text_of_file(module), tuple(sorted(self.constants.items())))
         return self.files[module]
 
     def lowered(self, module: str, name: str) -> ast.FunctionDef:

@@ -3,12 +3,13 @@
 import ctypes
 import hashlib
 import json
-import mmap
+import re
 import struct
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cached_property
 from itertools import chain, count
 from pathlib import Path
 from types import ModuleType
@@ -18,8 +19,10 @@ from weakref import ref
 import numpy as np
 
 from daebench.compiler import sealed
+from daebench.compiler.callbacks import ARENA
+from daebench.compiler.memory import LEAST, PARTS, Memory
 from daebench.compiler.under_way import compiling
-from daebench.errors import InvalidProblem, RunFailed
+from daebench.errors import InvalidProblem
 
 SUFFIX = ".o"
 """Ending of object files."""
@@ -29,14 +32,11 @@ FORMATS = {"d": "d", "s": "f4x", "i": "q", "b": "q"}
 
 DTYPES = {"d": np.dtype(np.float64), "s": np.dtype(np.float32), "i": np.dtype(np.int64), "b": np.dtype(np.bool_)}
 
-LEAST_MEMORY, PARTS = 2**26, 256
-"""Bytes for new arrays: at least so many, and so many times those of the arrays that are given. Pages that are not used cost nothing."""
-
 _count = count()
 
 
-class Native:
-    """A function of a generated module.
+class _Function:
+    """A function of a generated module, of which object files are made.
 
     Parameters
     ----------
@@ -52,44 +52,22 @@ class Native:
 
     def __init__(self, module: ModuleType, source: str, name: str, *, cached: bool) -> None:
         self._module, self._source, self._name, self._cached = module, source, name, cached
-        self._made: dict[Any, _Entry] = {}
-        self._last: _Entry | None = None
 
-    def __call__(self, *args: Any) -> Any:
-        """Return the result of the function."""
-        return self.timed(args)[0]
-
-    def timed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
-        """Return the result of the function for these arguments, and the CPU time of its machine code alone."""
-        entry = self._last
-        if entry is None or (words := entry.words(args)) is None:
-            form = form_of(args)
-            if form not in self._made:
-                self._made[form] = self._entry(form)
-            entry = self._last = self._made[form]
-            words = entry.words(args)
-        assert words is not None
-        return entry(words, args)
-
-    @property
-    def kinds(self) -> dict[Any, str]:
-        """Kinds of the numbers that it returns, by the forms of arguments that it was called with."""
-        return {form: entry.kinds for form, entry in self._made.items()}
-
-    def _entry(self, form: Any) -> "_Entry":
+    def at(self, form: Any, letters: str = "") -> tuple[dict[str, Any], int]:
+        """Return what is known of the function for arguments of a form, and its address; ``letters`` are its types if C calls it."""
         from daebench.compiler.machine import loaded, machine
 
-        purpose = "\n".join([self._module.__name__, self._name, vars(self._module)["__digest__"], repr(form), machine()])
+        purpose = "\n".join([self._module.__name__, self._name, vars(self._module)["__digest__"], repr(form), letters, machine()])
         key = hashlib.sha256(purpose.encode()).hexdigest()[:16]
         path = Path(str(self._module.__file__)).with_suffix(f".{self._name}.{key}{SUFFIX}")
         content = sealed.read(path, purpose) if self._cached else None
         if content is None:
-            content = self._compiled(form)
+            content = self._compiled(form, letters)
             self._store(path, purpose, content)
         head, _, code = content.partition(b"\n")
-        return _Entry(form, json.loads(head), loaded(f"{path.stem}_{next(_count)}", code, "entry"))
+        return json.loads(head), loaded(f"{path.stem}_{next(_count)}", code, "entry")
 
-    def _compiled(self, form: Any) -> bytes:
+    def _compiled(self, form: Any, letters: str) -> bytes:
         """Return the head of an object file, which says what the function returns, and the file."""
         from daebench.compiler.machine import object_file
         from daebench.compiler.print.llvm import Text
@@ -102,10 +80,18 @@ class Native:
             text = Text()
             for each in program.functions[:-1]:
                 text.add(each)
-            text.entry(function, "entry")
+            if letters:
+                text.callback(function, "entry", letters, self._parameters.index("user"), ARENA)
+            else:
+                text.entry(function, "entry")
             allocates = function in text.allocating
             head = {"results": _described(structure), "kinds": "".join(result.kind for result in function.results), "allocates": allocates}
-            return json.dumps(head).encode() + b"\n" + object_file(text.whole(), loops=allocates)
+            return json.dumps(head).encode() + b"\n" + object_file(text.whole(), loops=allocates or bool(letters))
+
+    @property
+    def _parameters(self) -> list[str]:
+        found = re.search(rf"^def {self._name}\((.*)\):$", self._source, re.M)
+        return found[1].split(", ") if found else []
 
     @contextmanager
     def _refusing(self, title: str) -> Iterator[None]:
@@ -124,6 +110,58 @@ class Native:
             sealed.warn(f"cannot store machine code in {path.parent} ({error.strerror}); it is compiled again next time.")
 
 
+class Native:
+    """A function of a generated module that Python calls: compiled for each form of its arguments. Parameters: see :class:`_Function`."""
+
+    def __init__(self, module: ModuleType, source: str, name: str, *, cached: bool) -> None:
+        self._function = _Function(module, source, name, cached=cached)
+        self._made: dict[Any, _Entry] = {}
+        self._last: _Entry | None = None
+
+    def __call__(self, *args: Any) -> Any:
+        """Return the result of the function."""
+        return self.timed(args)[0]
+
+    def timed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
+        """Return the result of the function for these arguments, and the CPU time of its machine code alone."""
+        entry = self._last
+        if entry is None or (words := entry.words(args)) is None:
+            form = form_of(args)
+            if form not in self._made:
+                self._made[form] = _Entry(form, *self._function.at(form))
+            entry = self._last = self._made[form]
+            words = entry.words(args)
+        assert words is not None
+        return entry(words, args)
+
+    @property
+    def kinds(self) -> dict[Any, str]:
+        """Kinds of the numbers that it returns, by the forms of arguments that it was called with."""
+        return {form: entry.kinds for form, entry in self._made.items()}
+
+
+class Callback:
+    """A function of a generated module that C calls, compiled when its address is first asked for.
+
+    One of its arguments is called ``user``: the address of the memory of callbacks, see :mod:`daebench.compiler.callbacks`.
+
+    Parameters
+    ----------
+    module, source, name, cached
+        See :class:`_Function`.
+    letters : str
+        Types of C, that of the result first, see :data:`daebench.compiler.trace.foreign.KINDS`.
+    """
+
+    def __init__(self, module: ModuleType, source: str, name: str, letters: str, *, cached: bool) -> None:
+        self._function, self._letters = _Function(module, source, name, cached=cached), letters
+
+    @cached_property
+    def address(self) -> int:
+        """Its address."""
+        return self._function.at(tuple("d" if letter == "d" else "i" for letter in self._letters[1:]), self._letters)[1]
+
+
 def timed(function: Callable[..., Any], args: tuple[Any, ...]) -> tuple[Any, float]:
     """Return the result of a function and its CPU time: that of its machine code alone where it is a :class:`Native`."""
     if isinstance(function, Native):
@@ -139,8 +177,8 @@ def form_of(x: Any) -> Any:
         return tuple(map(form_of, x))
     if isinstance(x, np.ndarray):
         return f"{x.dtype.kind}{x.itemsize}", x.ndim, x.flags.c_contiguous
-    if isinstance(x, bool | np.bool_):
-        return "b"
+    if x is None or isinstance(x, bool | np.bool_):
+        return x if x is None else "b"
     if isinstance(x, int | np.integer):
         return "i"
     if isinstance(x, float):
@@ -201,6 +239,8 @@ class _Entry:
         """Return what an argument is unpacked to, the words that it is packed into, and tests of its form."""
         if not isinstance(form, tuple):
             name = f"x{next(leaves)}"
+            if form is None:
+                return name, [], [f"{name} is None"]
             tests = {"s": f"type({name}) is float32", "b": f"type({name}) in bools", "d": f"type({name}) in floats"}
             return name, [name], [tests[form]] if form in tests else []
         if _of_array(form):
@@ -227,8 +267,8 @@ class _Entry:
         began = time.thread_time()
         self._call(words, place, free)
         seconds = time.thread_time() - began
-        if memory and memory.overflowed:
-            raise RunFailed(f"new arrays of a step need more than the {memory.size >> 20} MiB set aside for them; use a smaller problem.")
+        if memory:
+            memory.require_enough()
         return self._together(self._found.unpack_from(found)), seconds
 
 
@@ -271,7 +311,7 @@ def _packed(form: Any) -> Iterator[str]:
     elif isinstance(form, tuple):
         for part in form:
             yield from _packed(part)
-    else:
+    elif form:
         yield FORMATS[form]
 
 
@@ -304,36 +344,15 @@ def _array(place: int, dtype: Any, shape: Sequence[int], strides: Sequence[int])
     return view.copy()
 
 
-class _Memory:
-    """Memory for new arrays of one call."""
-
-    def __init__(self, size: int) -> None:
-        self.size = size
-        flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | getattr(mmap, "MAP_NORESERVE", 0)
-        self._map = mmap.mmap(-1, size, flags=flags)
-        self._start = ctypes.addressof((ctypes.c_char * size).from_buffer(self._map))
-        self._words = (ctypes.c_int64 * 4)()
-
-    def begun(self) -> int:
-        """Return the address of where its next array goes, its end, its beginning, and whether it was too small; all of it is free."""
-        self._words[:] = [self._start, self._start + self.size, self._start, 0]
-        return ctypes.addressof(self._words)
-
-    @property
-    def overflowed(self) -> bool:
-        """Whether it was too small."""
-        return bool(self._words[3])
-
-
 _memories = threading.local()
 
 
-def _memory(args: tuple[Any, ...]) -> _Memory:
+def _memory(args: tuple[Any, ...]) -> Memory:
     """Return memory of this thread for a call with these arguments."""
-    size = max(LEAST_MEMORY, PARTS * sum(array.nbytes for array in _arrays(args)))
-    memory: _Memory | None = getattr(_memories, "memory", None)
+    size = max(LEAST, PARTS * sum(array.nbytes for array in _arrays(args)))
+    memory: Memory | None = getattr(_memories, "memory", None)
     if memory is None or memory.size < size:
-        memory = _memories.memory = _Memory(size)
+        memory = _memories.memory = Memory(size)
     return memory
 
 

@@ -1,22 +1,15 @@
-"""Solvers of any size, compiled by numba once for all code that calls them: they take longer to compile than most of their callers.
+"""Solvers of any size, as machine code: for code that Python executes too, for more unknowns than are written out."""
 
-Code that is not compiled calls them too, for more unknowns than are written out: loops over entries would take most of its time.
-"""
-
-import inspect
+import types
+from functools import cache
+from typing import Any
 
 from daebench.compiler.cache import generated
 from daebench.compiler.codegen import function
-from daebench.compiler.linear import health
 from daebench.compiler.linear.kernels import lines
+from daebench.compiler.written import written
 
-HEADER = '''"""Gaussian elimination and least squares."""
-
-from typing import Any
-
-from daebench.compiler.machine_code import njit
-from numpy import arange, empty, inf, sqrt, zeros
-'''
+TITLE = "Gaussian elimination and least squares."
 
 
 def _in_place(signature: str, kernel: str) -> str:
@@ -32,13 +25,35 @@ def _in_place(signature: str, kernel: str) -> str:
     return function(signature, *head, *body, *back, pivot)
 
 
-def source(cached: bool) -> str:
-    """Return the source of a module with solvers and the functions of :mod:`daebench.compiler.linear.health`, decorated for numba."""
-    texts = [_in_place("eliminate(A, B)", "elimination"), _in_place("least_squares(A, B, dependent)", "least_squares")]
-    texts += [inspect.getsource(health.finite), inspect.getsource(health.finite_matrix)]
+def eliminating() -> str:
+    """Return the source of ``eliminate``."""
+    return _in_place("eliminate(A, B)", "elimination")
+
+
+def _texts() -> dict[str, str]:
+    return {"eliminate": eliminating(), "least_squares": _in_place("least_squares(A, B, dependent)", "least_squares")}
+
+
+@cache
+def _solvers(kind: str) -> types.ModuleType:
+    """Return the module of solvers for arrays of a kind of NumPy."""
+    if kind == "c":
+        return generated("solvers_complex", "solvers", _complex)
+    texts = _texts()
+    return generated("solvers", "solvers", lambda cached: written(TITLE, tuple(texts), list(texts.values())))
+
+
+def _complex(cached: bool) -> str:
+    names = "from daebench.compiler.machine_code import njit\nfrom numpy import arange, empty, inf, sqrt, zeros\n"
     decorator = f"@njit(error_model='numpy'{', cache=True' * cached})"
-    return "\n\n".join([HEADER, *(f"{decorator}\n{text}" for text in texts)])
+    return "\n\n".join([f'"""{TITLE}"""', names, *(f"{decorator}\n{text}" for text in _texts().values())])
 
 
-_MODULE = generated("solvers", "solvers", source)
-eliminate, least_squares, finite, finite_matrix = _MODULE.eliminate, _MODULE.least_squares, _MODULE.finite, _MODULE.finite_matrix
+def eliminate(A: Any, B: Any) -> float:
+    """Replace B, shape(n, k), by X with A X = B, for A, shape(n, n); return the smallest relative pivot."""
+    return float(_solvers(B.dtype.kind).eliminate(A, B))
+
+
+def least_squares(A: Any, B: Any, dependent: float) -> float:
+    """Replace B, shape(n, 1), by the least solution of A X = B in the sense of least squares; return the smallest relative pivot."""
+    return float(_solvers(B.dtype.kind).least_squares(A, B, dependent))

@@ -11,6 +11,9 @@ TYPES = {FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINT
 BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1}
 SUFFIXES = {FLOAT64: "f64", FLOAT32: "f32"}
 
+C_TYPES = {"d": "double", "i": "i32", "p": "i64", "a": "ptr"}
+"""Types of C by their letters, see :data:`daebench.compiler.trace.foreign.KINDS`."""
+
 MEMORY = frozenset(("alloc", "mark", "release"))
 """Operations on the memory of new arrays."""
 
@@ -110,6 +113,37 @@ class Text:
             lines += [f"%o{k} = getelementptr i64, ptr %out, i64 {k}", f"store {kind} {value}, ptr %o{k}"]
         head = f"define void @{name}(ptr noalias %in, ptr noalias %out, ptr noalias %arena) nounwind {{"
         self.functions.append("\n".join([head, *lines, "ret void", "}"]))
+
+    def callback(self, function: Function, name: str, letters: str, user: int, arena: int) -> None:
+        """Add a function that C calls.
+
+        Parameters
+        ----------
+        function : Function
+            The recorded function.
+        name : str
+            Its name for C.
+        letters : str
+            Types of C, that of the result first.
+        user : int
+            The argument that is the address of the memory of callbacks.
+        arena : int
+            The word there that is the address of the memory of new arrays, all of which is free at each call.
+        """
+        self.add(function)
+        lines, args = [], []
+        for k, letter in enumerate(letters[1:]):
+            lines += [f"%x{k} = sext i32 %a{k} to i64"] * (letter == "i")
+            args.append(f"{TYPES[function.parameters[k].kind]} %{'x' if letter == 'i' else 'a'}{k}")
+        if function in self.allocating:
+            lines += [f"%user = inttoptr i64 %a{user} to ptr", f"%word = getelementptr ptr, ptr %user, i64 {arena}"]
+            lines += ["%arena = load ptr, ptr %word", "%place = getelementptr ptr, ptr %arena, i64 2"]
+            lines += ["%free = load ptr, ptr %place", "store ptr %free, ptr %arena"]
+            args.append("ptr %arena")
+        lines += [f"%r = call {result_type(function)} @{function.name}({', '.join(args)})"]
+        lines += [f"%e = extractvalue {result_type(function)} %r, 0", "%o = trunc i64 %e to i32", "ret i32 %o"]
+        parameters = ", ".join(f"{C_TYPES[letter]} %a{k}" for k, letter in enumerate(letters[1:]))
+        self.functions.append("\n".join([f"define i32 @{name}({parameters}) nounwind {{", *lines, "}"]))
 
     def whole(self) -> str:
         """Return the text of all."""
@@ -271,6 +305,27 @@ class _Printer:
         ]
         self._named(value, f"select i1 {full}, ptr {base}, ptr {top}")
 
+    def _itop(self, value: Value) -> None:
+        self._named(value, f"inttoptr i64 {self._at(value.args[0])} to ptr")
+
+    def _ccall(self, value: Value) -> None:
+        """Print the call of a function of C at an address; whole numbers of C have 32 bits."""
+        address, *args, letters = value.args
+        function = self._fresh()
+        self.lines.append(f"{function} = inttoptr i64 {self._at(address)} to ptr")
+        given = []
+        for letter, x in zip(letters[1:], args, strict=True):
+            name = self._at(x)
+            if letter == "i":
+                name = self._fresh()
+                self.lines.append(f"{name} = trunc i64 {self._at(x)} to i32")
+            given.append(f"{C_TYPES[letter]} {name}")
+        result = self._fresh()
+        self.lines.append(f"{result} = call {C_TYPES[letters[0]]} {function}({', '.join(given)})")
+        self.names[value] = result
+        if letters[0] == "i":
+            self._named(value, f"sext i32 {result} to i64")
+
     def _mark(self, value: Value) -> None:
         self._named(value, "load ptr, ptr %arena")
 
@@ -368,6 +423,8 @@ _SPECIAL: Mapping[str, Any] = {
     "store": _Printer._store,
     "offset": _Printer._offset,
     "alloc": _Printer._alloc,
+    "itop": _Printer._itop,
+    "ccall": _Printer._ccall,
     "mark": _Printer._mark,
     "release": _Printer._release,
     "move": _Printer._move,

@@ -1,12 +1,12 @@
 """Functions that steer, followed: runs of simple statements are executed by Python, and branches, loops and returns are recorded."""
 
 import ast
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import TRUTH, Code, If, Region, Value
+from daebench.compiler.trace.ir import TRUTH, Code, If, NeedsKnown, Region, Value
 from daebench.compiler.trace.statements import Statement, leaves_loop, returns_early, statements
 from daebench.compiler.trace.structure import united, unset
 from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, leave
@@ -157,6 +157,9 @@ class _Follower:
             return Turns(self, statement, names, ways, (0, over.shape[0], 1), over).recorded()
         if leaves_loop(statement.body):
             raise TypeError(f"break or continue in a loop over a tuple, in line {statement.line}")
+        return self._unrolled(over, statement, names, ways)
+
+    def _unrolled(self, over: Iterable[Any], statement: Statement, names: Names, ways: Ways) -> bool:
         for x in over:
             names[statement.target] = x
             if not self.followed(statement.body, names, ways):
@@ -170,7 +173,12 @@ class _Follower:
             raise TypeError(f"a step of range that is not known, in line {statement.line}")
         if isinstance(first, int) and isinstance(last, int) and not range(first, last, step):
             return True
-        return Turns(self, statement, names, ways, (first, last, step)).recorded()
+        try:
+            return Turns(self, statement, names, ways, (first, last, step)).recorded()
+        except NeedsKnown:  # an entry of a tuple, say
+            if not (isinstance(first, int) and isinstance(last, int)) or leaves_loop(statement.body):
+                raise
+        return self._unrolled(range(first, last, step), statement, names, ways)
 
     def _while(self, statement: Statement, names: Names, ways: Ways) -> bool:
         return Turns(self, statement, names, ways).recorded()

@@ -25,6 +25,10 @@ ORDER = (TRUTH, INTEGER, FLOAT32, FLOAT64)
 FLOATS = (FLOAT64, FLOAT32)
 
 
+class NeedsKnown(TypeError):
+    """A number that is only known at run time stands where a known one is needed."""
+
+
 class Value:
     """One operation, and its result. Python's operators on it record further operations in its program."""
 
@@ -70,7 +74,7 @@ class Value:
         return self.code.emit("neg", self.kind, (self,))
 
     def __index__(self) -> int:
-        raise TypeError("a number that is only known at run time stands where a known one is needed")
+        raise NeedsKnown("a number that is only known at run time stands where a known one is needed")
 
     def __pos__(self) -> Any:
         return self
@@ -83,6 +87,12 @@ class Value:
 
     def __rpow__(self, base: Any) -> Any:
         return self.code.power(base, self)
+
+    def __or__(self, other: Any) -> Any:
+        return self.code.either(self, other)
+
+    def __ror__(self, other: Any) -> Any:
+        return self.code.either(other, self)
 
     def __lt__(self, other: Any) -> Any:
         return self.code.compare("lt", self, other)

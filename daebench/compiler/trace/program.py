@@ -5,6 +5,7 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from daebench.compiler.trace import foreign
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
 from daebench.compiler.trace.follow import Steered
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value
@@ -139,15 +140,15 @@ class Program:
     def entry(self, name: str, args: Sequence[Any]) -> tuple[Function, Any]:
         """Return the function of this name for arguments of these forms, and the structure of its result.
 
-        Forms are letters of :mod:`daebench.compiler.trace.ir` for numbers, nested tuples of forms, and for arrays lists of a letter, the
-        number of axes, and whether rows follow each other in memory.
+        Forms are letters of :mod:`daebench.compiler.trace.ir` for numbers, nested tuples of forms, None, and for arrays lists of a letter,
+        the number of axes, and whether rows follow each other in memory.
         """
 
         def given(made: Function, form: Any) -> Any:
             if isinstance(form, tuple):
                 return tuple([given(made, part) for part in form])
             if not isinstance(form, list):
-                return self._parameter(made, form)
+                return form and self._parameter(made, form)
             kind, axes, ordered = form
             pointer, *lengths = [self._parameter(made, each) for each in (POINTER, *[INTEGER] * (axes if ordered else 2 * axes))]
             return Array(pointer, kind, lengths[:axes], contiguous(lengths) if ordered else lengths[axes:])
@@ -202,17 +203,21 @@ def names(code: Code) -> dict[str, Any]:
     }
     numpy |= {name: code.function_of(function) for name, function in MATHEMATICS.items()}
     numpy["isfinite"] = lambda x: (x - x) == 0.0
-    return numpy | {
-        "numpy": types.SimpleNamespace(**numpy, complex128=None),
-        "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
-        "abs": _moduli,
-        "max": lambda *args: code.extreme("gt", args),
-        "min": lambda *args: code.extreme("lt", args),
-        "bool": lambda x: code.as_kind(x, TRUTH) if isinstance(x, Value) else bool(x),
-        "float": lambda x: code.as_kind(x, FLOAT64) if isinstance(x, Value) else float(x),
-        "int": lambda x: code.as_kind(x, INTEGER) if isinstance(x, Value) else int(x),
-        CHOSEN: code.select,
-        BOTH: code.both,
-        EITHER: code.either,
-        NEGATED: code.negated,
-    }
+    return (
+        numpy
+        | foreign.names(code)
+        | {
+            "numpy": types.SimpleNamespace(**numpy, complex128=None),
+            "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
+            "abs": _moduli,
+            "max": lambda *args: code.extreme("gt", args),
+            "min": lambda *args: code.extreme("lt", args),
+            "bool": lambda x: code.as_kind(x, TRUTH) if isinstance(x, Value) else bool(x),
+            "float": lambda x: code.as_kind(x, FLOAT64) if isinstance(x, Value) else float(x),
+            "int": lambda x: code.as_kind(x, INTEGER) if isinstance(x, Value) else int(x),
+            CHOSEN: code.select,
+            BOTH: code.both,
+            EITHER: code.either,
+            NEGATED: code.negated,
+        }
+    )

@@ -84,7 +84,7 @@ def _module(ivp: ConstrainedIvp, formulation: str, multipliers: str) -> types.Mo
         from daebench.methods.formulations import chain_residuals
 
         title = f"{ivp.problem} as {formulation}, multipliers {multipliers}, node by node."
-        return chain_residuals.source(title, ivp.source.derivation.chain, formulation, multipliers, cached=cached)
+        return chain_residuals.source(title, ivp.source.derivation.chain, formulation, multipliers)
 
     return generated(f"{ivp.problem}_{formulation}_chain", f"{ivp.source.key} banded dae {formulation} {multipliers}", build)
 

@@ -1,6 +1,5 @@
 """The source of the module that evaluates a formulation of a chain: the residual as loops over nodes."""
 
-import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -8,8 +7,7 @@ from functools import cached_property, partial
 import sympy as sp
 
 from daebench.compiler import callbacks, codegen
-from daebench.compiler.linear import health
-from daebench.compiler.syntax import decorated
+from daebench.compiler.written import written
 from daebench.methods.formulations import residuals
 from daebench.methods.formulations.chain_equations import PLACES, NodeEquations, variants
 from daebench.methods.formulations.equations import OPTIONS
@@ -77,7 +75,7 @@ def jacobian(t, y, yp, cj, above, JJ, par):
 """
 
 
-def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: str, *, cached: bool) -> str:
+def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: str) -> str:
     """Return the source of a formulation's module.
 
     It has ``residual(t, y, yp, res, par)`` in the order of :class:`Layout`; ``jacobian(t, y, yp, cj, above, JJ, par)``, which fills JJ,
@@ -100,20 +98,16 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
         ahead += [columns[symbol][1] - index for index, row in F for symbol in row.free_symbols & columns.keys()]
     diagonals = [f"{_diagonal(-offset)} = above + {-offset}" for offset in sorted(set(ahead))]
     compiled = [
-        inspect.getsource(health.finite),
-        inspect.getsource(health.finite_matrix),
+        residuals.HELPERS,
         codegen.function("rows(y, yp, res, par)", *rows),
         codegen.function("rows_y(y, yp, cj, above, JJ, par)", *diagonals, *rows_y),
         CALLED,
         callbacks.called_back(2 * chain.d + chain.m * len(layout.forces), len(parameters) - 1, callbacks.IMPLICIT, callbacks.BANDED),
         momenta(chain),
     ]
-    header = residuals.HEADER.format(title=title)
-    facts = f"MECHANICAL = True\nLOWER, UPPER = {-min(ahead)}, {max(ahead)}\n"
-    facts += f"NODES, MISSING = {chain.nodes}, {layout.missing}\nPLACES = {layout.places}"
-    direct = ("residual",)  # a start is made with it
-    body = decorated("\n\n".join(compiled), residuals.ROOTS, cached, callbacks=callbacks.SIGNATURES, direct=direct)
-    return "\n\n".join([header, facts, body]) + "\n"
+    facts = ["MECHANICAL = True", f"LOWER, UPPER = {-min(ahead)}, {max(ahead)}"]
+    facts += [f"NODES, MISSING = {chain.nodes}, {layout.missing}", f"PLACES = {layout.places}"]
+    return written(title, residuals.ROOTS, compiled, facts)
 
 
 def momenta(chain: ConstrainedChain) -> str:

@@ -192,7 +192,7 @@ def _module(ivp: ConstrainedIvp, formulation: str, multipliers: str) -> types.Mo
         from daebench.methods.formulations import residuals
 
         title = f"{ivp.problem} as {formulation}, multipliers {multipliers}."
-        return residuals.source(title, ivp.source.derivation, formulation, multipliers, cached=cached)
+        return residuals.source(title, ivp.source.derivation, formulation, multipliers)
 
     return generated(f"{ivp.problem}_{formulation}", f"{ivp.source.key} dae {formulation} {multipliers}", build)
 
@@ -226,16 +226,9 @@ def _velocity(ivp: ConstrainedIvp) -> Array:
 
 def solved(A: Array, B: Array) -> float:
     """Replace B, shape(n, k), by X with A X = B, for A, shape(n, n); return the smallest relative pivot, NaN if a value is not finite."""
-    from daebench.compiler.linear.compiled_solvers import eliminate  # numba, which a list of methods does without
+    from daebench.compiler.linear.compiled_solvers import eliminate  # llvmlite, which a list of methods does without
 
-    return float(eliminate(A, B))
-
-
-def read_only(y: Any) -> Array:
-    """Return a copy of unknowns that is read-only, as those of SUNDIALS are: numba takes them for another type than those that are not."""
-    copy = np.array(y)
-    copy.flags.writeable = False
-    return copy
+    return eliminate(A, B)
 
 
 def require_determined(ivp: ConstrainedIvp, health: float) -> None:

@@ -8,6 +8,8 @@ from daebench.compiler import codegen
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.definition import Wrapper
+from daebench.compiler.linear import health
+from daebench.compiler.written import text_of
 from daebench.methods.formulations.residuals import JACOBIAN, RESIDUAL
 
 STEP = 1e-30
@@ -52,8 +54,7 @@ def written(precision: str, d: int, parameters: int, *, compiled: bool) -> Wrapp
     texts = [_right_side(d, parameters), functions]
     if compiled:
         texts.append(called_back(2 * d, parameters, *called))
-    finite = f"from daebench.compiler.linear.{'compiled_solvers' if compiled else 'health'} import finite, finite_matrix"
-    return Wrapper("\n\n".join([finite, *texts]), roots, called_back=compiled)
+    return Wrapper("\n\n".join([text_of(health.finite), text_of(health.finite_matrix), *texts]), roots, called_back=compiled)
 
 
 def _right_side(d: int, parameters: int) -> str:

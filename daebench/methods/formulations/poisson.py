@@ -93,7 +93,7 @@ def _module(ivp: PoissonIvp, formulation: str, multipliers: str) -> types.Module
         from daebench.methods.formulations import poisson_residuals
 
         title = f"{ivp.problem} as {formulation}, multipliers {multipliers}."
-        return poisson_residuals.source(title, ivp.source.derivation, formulation, multipliers, cached=cached)
+        return poisson_residuals.source(title, ivp.source.derivation, formulation, multipliers)
 
     return generated(f"{ivp.problem}_{formulation}", f"{ivp.source.key} poisson dae {formulation} {multipliers}", build)
 

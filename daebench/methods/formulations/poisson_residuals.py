@@ -1,17 +1,14 @@
 """The source of the module that evaluates a Poisson system in a formulation: residual, Jacobian, and right side."""
 
-import inspect
-
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, SIGNATURES, called_back
+from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.lattice.derivation import LatticeDerivation
-from daebench.compiler.linear import health
 from daebench.compiler.poisson.derivation import PoissonDerivation
-from daebench.compiler.syntax import decorated
-from daebench.methods.formulations.residuals import HEADER, IMPLICIT, ROOTS, implicit, writer
+from daebench.compiler.written import written
+from daebench.methods.formulations.residuals import HELPERS, IMPLICIT, ROOTS, implicit, writer
 
 ODE = """
 def rhs(t, y, out, par):
@@ -31,7 +28,6 @@ def source(
     formulation: str,
     multipliers: str,
     *,
-    cached: bool,
     directions: int = 0,
 ) -> str:
     """Return the source of a formulation's module: ``residual`` and ``jacobian``, for ``ode`` also ``rhs`` and ``rhs_jacobian``.
@@ -39,16 +35,15 @@ def source(
     Parameters are those of :func:`daebench.methods.formulations.residuals.source`, with a formulation of
     ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
     """
-    texts = [inspect.getsource(health.finite), inspect.getsource(health.finite_matrix)]
     if isinstance(derivation, LatticeDerivation):
-        texts += (
+        texts = (
             LatticeRates(derivation.lattice).written()
             if formulation == "ode"
             else _plain(PoissonDerivation(derivation.problem), formulation, multipliers)
         )
     else:
-        texts += _varied(derivation, formulation, multipliers, directions) if directions else _plain(derivation, formulation, multipliers)
-    return "\n\n".join([HEADER.format(title=title), decorated("\n\n".join(texts), ROOTS, cached, callbacks=SIGNATURES)]) + "\n"
+        texts = _varied(derivation, formulation, multipliers, directions) if directions else _plain(derivation, formulation, multipliers)
+    return written(title, ROOTS, [HELPERS, *texts])
 
 
 def _plain(of: PoissonDerivation, formulation: str, multipliers: str) -> list[str]:

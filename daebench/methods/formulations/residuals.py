@@ -9,7 +9,9 @@ from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.constrained.held import WRITTEN_OUT
 from daebench.compiler.derivatives import jacobian
 from daebench.compiler.equal_terms import added
-from daebench.compiler.syntax import decorated
+from daebench.compiler.linear import health
+from daebench.compiler.linear.compiled_solvers import eliminating
+from daebench.compiler.written import text_of, written
 from daebench.methods.formulations.equations import OPTIONS, Equations
 
 Columns = Mapping[str, Sequence[sp.Symbol]]
@@ -65,20 +67,16 @@ def _entries(matrix: sp.Matrix) -> dict[tuple[int, ...], sp.Expr]:
     return {(place if matrix.cols > 1 else place[:1]): value for place, value in sorted(matrix.todok().items())}
 
 
-HEADER = """\"\"\"{title}\"\"\"
-
-from typing import Any
-
-import numpy as np
-from daebench.compiler.machine_code import njit
-from daebench.compiler.sharing import shared
-from numpy import *
+NAMES = """from numpy import *
 from builtins import abs, max, min
 """
-HEADER += callbacks.IMPORTS
+"""What functions that Python executes take from NumPy."""
+
+HELPERS = "\n\n".join(map(text_of, (health.finite, health.finite_matrix)))
+"""What the functions of every formulation call."""
 
 ROOTS = ("residual", "jacobian", "rhs", "rhs_jacobian", "momenta")
-"""Functions that are called from outside: they alone are kept on disk, with everything else inside them."""
+"""Functions that Python calls."""
 
 DAE = """
 def residual(t, y, yp, res, par):
@@ -117,8 +115,7 @@ def jacobian(t, y, yp, res, cj, JJ, par):
 """The same of unknowns that are followed by their derivatives in k directions, and numbers by theirs.
 
 Without the blocks of ``variation_y`` what Newton's iteration leaves of y, times a second derivative, would be an error of derivatives: at
-index 3 IDA takes it for one of the step, and at a tolerance of 1e-10 some six hundred times as many steps. Blocks on the diagonal are
-copied entry by entry: what raises where slices differ in shape takes numba several seconds.
+index 3 IDA takes it for one of the step, and at a tolerance of 1e-10 some six hundred times as many steps.
 """
 
 ODE = """
@@ -168,10 +165,10 @@ IMPLICIT = RESIDUAL + JACOBIAN
 """The residual y' - f(y) of a right side, and its Jacobian."""
 
 
-def source(title: str, derivation: Derivation, formulation: str, multipliers: str, *, cached: bool, directions: int = 0) -> str:
+def source(title: str, derivation: Derivation, formulation: str, multipliers: str, *, directions: int = 0) -> str:
     """Return the source of a formulation's module.
 
-    It has ``residual`` and ``jacobian`` (for ``ode`` also ``rhs`` and ``rhs_jacobian``) handed to numba; ``system`` and
+    It has ``residual`` and ``jacobian`` (for ``ode`` also ``rhs`` and ``rhs_jacobian``) as machine code; ``system`` and
     ``slope``, which give the multiplier and the rates at a state; and K (number of unknowns of ``system``), MECHANICAL.
 
     Parameters
@@ -184,8 +181,6 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
         One of ``daebench.methods.formulations.table.FORMULATIONS``.
     multipliers : str
         "plain" or "derivative".
-    cached : bool
-        Whether numba may keep its machine code beside the file.
     directions : int
         Number of directions in which the unknowns are differentiated; none of ``ode``.
     """
@@ -208,12 +203,9 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
     n = len(state) + derivation.m * {"ode": 0, "ggl": 2}.get(formulation, 1)
     kinds = [callbacks.IMPLICIT, callbacks.DENSE, *[callbacks.EXPLICIT, callbacks.EXPLICIT_DENSE] * (formulation == "ode")]
     compiled.append(callbacks.called_back(n * (1 + directions), len(parameters) * (1 + directions), *kinds))
-    facts = f"K = {len(z)}\nMECHANICAL = {derivation.mechanical}"
-    header = HEADER.format(title=title) + "from daebench.compiler.linear.compiled_solvers import eliminate, finite, finite_matrix\n"
-    constants = {"K": str(len(z)), **(tables or {})}
-    read = "".join(["import numpy\n\n"] * bool(tables) + [f"{name} = {source}\n" for name, source in (tables or {}).items()])
-    written = decorated("\n\n".join(compiled), ROOTS, cached, constants, callbacks.SIGNATURES)
-    return "\n\n".join([header, f"{read}{facts}", *plain, written]) + "\n"
+    facts = [f"K = {len(z)}", f"MECHANICAL = {derivation.mechanical}", *(f"{name} = {text}" for name, text in (tables or {}).items())]
+    solver = [eliminating()] if formulation == "ode" else []
+    return written(title, ROOTS, [HELPERS, *solver, *compiled], [NAMES, *facts, *plain])
 
 
 def _unknowns(equations: Equations, formulation: str, multipliers: str) -> tuple[sp.Matrix, list[sp.Symbol], list[sp.Symbol]]:

@@ -125,7 +125,7 @@ def _module(dae: Posed, file: str, k: int) -> types.ModuleType:
 
         written: Any = {"residuals": residuals, "poisson_residuals": poisson_residuals}[file]
         title = f"{dae.ivp.problem} as {dae.formulation}, multipliers {dae.multipliers}, and its variations in {k} directions."
-        return str(written.source(title, dae.ivp.source.derivation, dae.formulation, dae.multipliers, cached=cached, directions=k))
+        return str(written.source(title, dae.ivp.source.derivation, dae.formulation, dae.multipliers, directions=k))
 
     key = f"{dae.ivp.source.key} {file} {dae.formulation} {dae.multipliers} varied {k}"
     return generated(f"{dae.ivp.problem}_{dae.formulation}_varied{k}", key, build)

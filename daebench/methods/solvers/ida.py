@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
-from daebench.methods.formulations.constrained import Dae, Posed, pose, read_only
+from daebench.methods.formulations.constrained import Dae, Posed, pose
 from daebench.methods.formulations.table import FORMULATIONS
 from daebench.methods.solvers.constrained_run import OnConstrained
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
@@ -161,9 +161,8 @@ def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor)
 
 
 def _compile(dae: Posed) -> None:
-    """Call each function once with arrays of the kinds that IDA passes: its own are read-only."""
+    """Call each function once, so that it is compiled before the clock runs."""
     res = np.empty(dae.n)
-    y, yp = read_only(dae.y0), read_only(dae.yp0)
-    dae.residual(0.0, y, yp, res, dae.par)
+    dae.residual(0.0, dae.y0, dae.yp0, res, dae.par)
     if not isinstance(dae, BandedDae):
-        dae.jacobian(0.0, y, yp, read_only(res), 1.0, np.empty((dae.n, dae.n)), dae.par)
+        dae.jacobian(0.0, dae.y0, dae.yp0, res, 1.0, np.empty((dae.n, dae.n)), dae.par)

@@ -7,9 +7,9 @@ findings. Each condition here is a condition of the monitor, or holds whenever t
 
 from typing import Any
 
-from numba import carray
 from numpy import isfinite, sqrt
 
+from daebench.compiler.addresses import carray, real_pointer, word_pointer
 from daebench.compiler.callbacks import (
     BEFORE,
     CHANGES,
@@ -30,7 +30,6 @@ from daebench.compiler.callbacks import (
     TOLERANCE,
     UNKNOWNS,
 )
-from daebench.compiler.foreign import real_pointer, word_pointer
 from daebench.methods.solvers.thresholds import AHEAD, CLOSE, INCREMENT, ROUNDINGS, SUDDEN, UNRESOLVED
 
 SIZE = 0

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.constrained.held import in_loops
-from daebench.compiler.syntax import imports
+from daebench.compiler.memory import Memory
+from daebench.compiler.native import Native
+from daebench.compiler.written import constants, text_of
 from daebench.methods.formulations.constrained import Dae, Posed
 
 KERNEL = "daebench.schemes.kernels.conserved"
@@ -21,8 +23,6 @@ MOST_UNKNOWNS = 400
 """Unknowns up to which it is said by how much a step may change what is conserved: it takes as many values of it."""
 
 ARRAYS = """
-from numpy import empty
-
 def moduli(values):
     total = 0.0
     for value in values:
@@ -51,7 +51,7 @@ class Monitored:
 
     def __init__(self, posed: Posed, tol: float) -> None:
         self.posed, self.tol, self.size = posed, tol, posed.ivp.size
-        self.compiled = hasattr(posed.residual, "signatures")
+        self.compiled = isinstance(posed.residual, Native)
         self.count = len(NAMES) if isinstance(posed, Dae) else 1
         self.positions = posed.ivp.d if isinstance(posed, Dae) and posed.formulation == "index3" else 0
         self.par = tuple(map(float, posed.ivp.par))
@@ -153,12 +153,18 @@ class Monitored:
         user, state = self._memory, np.ascontiguousarray(y, dtype=float)
         user[callbacks.MODE] = getattr(callbacks, what)
         self._call(t, state.ctypes.data, user.ctypes.data)
+        self._new.require_enough()
         numbers: list[float] = user[callbacks.RESULT : callbacks.RESULT + 4].tolist()
         return numbers
 
     @cached_property
     def _call(self) -> Any:
         return ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)(self.address)
+
+    @cached_property
+    def _new(self) -> Memory:
+        """Memory for new arrays."""
+        return Memory.of_unknowns(self.posed.n)
 
     @cached_property
     def _memory(self) -> Any:
@@ -169,6 +175,7 @@ class Monitored:
         user[callbacks.HEAD :] = self.par
         user[callbacks.UNKNOWNS], user[callbacks.PARAMETERS] = self.posed.n, len(self.par)
         user[callbacks.TOLERANCE], user[callbacks.POSITIONS] = self.tol, self.positions
+        user.view(np.uint64)[callbacks.ARENA] = self._new.begun()
         return user
 
 
@@ -190,5 +197,5 @@ def _looks(*, compiled: bool) -> str:
     from daebench.methods.solvers import look
 
     if compiled:
-        return "\n\n".join([imports(look), *(inspect.getsource(function) for function in look.WRITTEN)])
+        return "\n\n".join([constants(look), *map(text_of, look.WRITTEN)])
     return f"from typing import Any\nfrom daebench.methods.solvers.thresholds import *\n\n{inspect.getsource(look.explained)}"

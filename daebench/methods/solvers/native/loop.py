@@ -1,13 +1,13 @@
 """The loop over the steps of IDA or CVODE, as functions that are read as text and compiled once."""
 
-import inspect
 import sys
 import types
 from typing import Any
 
+from daebench.compiler.addresses import ask, cvode_solve, ida_solve, interpolate, look
 from daebench.compiler.cache import generated
 from daebench.compiler.callbacks import MODE, OUTPUT, STEP
-from daebench.compiler.foreign import ask, cvode_solve, ida_solve, interpolate, look
+from daebench.compiler.written import constants, text_of, written
 
 ONE_STEP = 2
 """The task of SUNDIALS that is one step."""
@@ -183,20 +183,6 @@ WRITTEN = (advance, passed_by, put_out, step, usual, keep, note, look_again)
 
 def compiled() -> types.ModuleType:
     """Return the module of ``advance`` and ``look_again``, compiled, and kept with other machine code."""
-
-    def build(cached: bool) -> str:
-        from daebench.compiler.syntax import imports
-
-        decorator = f"@njit(error_model='numpy', nogil=True{', cache=True' if cached else ''})"
-        roots = {advance: decorator, look_again: decorator}
-        texts = "\n\n".join(f"{roots.get(function, '@inlined')}\n{inspect.getsource(function)}" for function in WRITTEN)
-        flow = "ENDED, SUSPICIOUS, OUTSIDE, BUDGET, COLLAPSED, ONE_STEP, STEPS, OUTPUTS, SINCE, KEPT, STRIDE"
-        names = f"{flow}, STATE_AT, OUTPUT_AT, TIME_AT, USER_AT, NOTED, ASKED, COUNTED, COLUMNS"
-        constants = f"from {__name__} import {names}\n{DECORATORS}"
-        return f'"""The loop over the steps of IDA or CVODE."""\n\n{imports(sys.modules[__name__])}\n{constants}\n\n{texts}'
-
-    return generated("sundials_steps", "steps of IDA and CVODE", build)
-
-
-DECORATORS = """from daebench.compiler.machine_code import inlined, njit
-"""
+    texts = [constants(sys.modules[__name__]), *map(text_of, WRITTEN)]
+    title, roots = "The loop over the steps of IDA or CVODE.", ("advance", "look_again")
+    return generated("sundials_steps", "steps of IDA and CVODE", lambda cached: written(title, roots, texts))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler import callbacks
-from daebench.compiler.machine_code import Callback
+from daebench.compiler.native import Callback
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import Array

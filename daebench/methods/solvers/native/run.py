@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from daebench.compiler import callbacks
+from daebench.compiler.memory import Memory
 from daebench.errors import BadInput
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed
@@ -84,6 +85,8 @@ class _Run:
         self.user = np.zeros(callbacks.HEAD + len(posed.par))
         self.user[callbacks.HEAD :] = posed.par
         self.user[callbacks.UNKNOWNS], self.user[callbacks.PARAMETERS] = posed.n, len(posed.par)
+        self.memory = Memory.of_unknowns(posed.n)
+        self.user.view(np.uint64)[callbacks.ARENA] = self.memory.begun()
         self.solver = Solver(posed, family, tol, atol, self.user, settings)
         try:
             self._prepare()
@@ -164,6 +167,7 @@ class _Run:
         record = self.recorder.memory if self.recorder else None
         state = solver.vectors, solver.y, self.t, times, rows, self.counts, self.kept, self.user
         reason = int(self.loop.advance(not self.family, self.calls, solver.mem.value, *state, record, budget))
+        self.memory.require_enough()
         names = {"rhs" if self.family else "residual": callbacks.RESIDUALS, "jacobian": callbacks.JACOBIANS}
         names |= {"projection": callbacks.PROJECTIONS}
         self.monitor.calls = {name: int(self.user[place]) for name, place in names.items() if self.user[place]}

@@ -1,0 +1,54 @@
+"""The text of generated modules of which machine code is made: what Python executes, and the functions that are recorded."""
+
+import ast
+import inspect
+import re
+import textwrap
+import types
+from collections.abc import Sequence
+from typing import Any
+
+from daebench.compiler import callbacks
+from daebench.compiler.cache import RECORDED
+from daebench.compiler.linear import health
+
+
+def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed: Sequence[str] = ()) -> str:
+    """Return the text of a module.
+
+    Parameters
+    ----------
+    title : str
+        Its docstring.
+    roots : sequence of str
+        Functions that Python calls; those that are not there are left out.
+    recorded : sequence of str
+        Texts of the functions of which machine code is made, and of constants that they read. What functions that C calls need besides is
+        added.
+    executed : sequence of str
+        Texts that Python executes: constants, and functions that it calls as they are. Recorded functions may use them too.
+    """
+    body = "\n\n".join(recorded)
+    names = re.findall(r"^def (\w+)\(", body, re.M)
+    native, called = tuple(name for name in roots if name in names), {x: of for x, of in callbacks.SIGNATURES.items() if x in names}
+    body = "\n\n".join([constants(callbacks, health), text_of(callbacks.noted), body]) if called else body
+    head = [f'"""{title}"""\n\nimport numpy', *executed, f"NATIVE = {native}", f"CALLBACKS = {called}"]
+    return "\n".join([*head, RECORDED, body, ""])
+
+
+def text_of(function: Any) -> str:
+    """Return the text of a function without its annotations and its docstring."""
+    (node,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    assert isinstance(node, ast.FunctionDef)
+    node.returns = None
+    for argument in node.args.args:
+        argument.annotation = None
+    if ast.get_docstring(node) is not None:
+        del node.body[0]
+    return ast.unparse(node)
+
+
+def constants(*tables: types.ModuleType) -> str:
+    """Return the text that binds the numbers of some modules."""
+    numbers = {name: x for table in tables for name, x in vars(table).items() if isinstance(x, int | float) and name.isupper()}
+    return "\n".join(f"{name} = {x!r}" for name, x in numbers.items())
