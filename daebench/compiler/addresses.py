@@ -18,6 +18,11 @@ def word_pointer(address: Any) -> Any:
     raise NotImplementedError
 
 
+def numbers_of_vector(user: Any, vector: Any) -> Any:
+    """Return the numbers of a vector of SUNDIALS, from the function whose address is first in the memory of callbacks."""
+    raise NotImplementedError
+
+
 def ida_solve(address: Any, mem: Any, t_end: float, t: Any, y: Any, yp: Any, task: int) -> int:
     """Call ``int IDASolve(void *mem, double t_end, double *t, N_Vector y, N_Vector yp, int task)``."""
     raise NotImplementedError

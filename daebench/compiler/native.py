@@ -81,7 +81,7 @@ class _Function:
             for each in program.functions[:-1]:
                 text.add(each)
             if letters:
-                text.callback(function, "entry", letters, self._parameters.index("user"), ARENA)
+                text.callback(function, "entry", letters, self._parameters.index("user"), ARENA, structure)
             else:
                 text.entry(function, "entry")
             allocates = function in text.allocating

@@ -1,4 +1,4 @@
-"""Formulations by numba: the same functions as uncompiled, and what tight tolerances deliver on the fast pendulum."""
+"""Formulations as machine code: the same functions as uncompiled, and what tight tolerances deliver on the fast pendulum."""
 
 import dataclasses
 from functools import cache

@@ -33,7 +33,7 @@ def plain(monkeypatch, request):
 
 @pytest.fixture
 def compiled():
-    """Asked for by tests that want numba's functions."""
+    """Asked for by tests that want machine code."""
 
 
 # ---- what is posed -------------------------------------------------------------------------------------------------------

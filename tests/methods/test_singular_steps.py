@@ -36,7 +36,7 @@ def plain_functions(monkeypatch, request):
 
 @pytest.fixture
 def compiled():
-    """Asked for by tests that want numba's functions."""
+    """Asked for by tests that want machine code."""
 
 
 def said(where, method, tol):

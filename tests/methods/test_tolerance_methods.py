@@ -10,6 +10,7 @@ import uncompiled
 from ivps import ivp
 from oracles import solution
 
+from daebench.compiler.native import Native
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import pose
@@ -39,7 +40,7 @@ def plain_functions(monkeypatch, request):
 
 @pytest.fixture
 def compiled():
-    """Asked for by tests that want numba's functions."""
+    """Asked for by tests that want machine code."""
 
 
 # ---- what comes out ------------------------------------------------------------------------------------------------------
@@ -184,7 +185,7 @@ def test_nothing_is_compiled_while_the_clock_runs(method, monkeypatch):
     begin, seen = type(method)._begin, []
 
     def compiled(dae):
-        return [len(found.signatures) for found in vars(dae.module).values() if hasattr(found, "signatures")]
+        return [len(found.kinds) for found in vars(dae.module).values() if isinstance(found, Native)]
 
     def begun(self, dae, tol, monitor):
         advance = begin(self, dae, tol, monitor)

@@ -1,4 +1,4 @@
-"""Formulations without numba: the generated source run as it stands, so that sweeps need not compile every pair."""
+"""Formulations without machine code: the generated source run by Python as it stands, so that sweeps need not compile every pair."""
 
 import re
 import types
@@ -7,13 +7,15 @@ from functools import cache
 from daebench.compiler.link import Linker, Options
 from daebench.compiler.syntax import LANGUAGE
 from daebench.methods.formulations import chain_residuals, residuals
+from daebench.methods.formulations.residuals import NAMES
 
 _kept = {}
 
 
 def run(text, name):
-    """Return a module of generated source with what hands functions to numba standing for nothing."""
+    """Return a module of generated source whose functions Python executes, those of which machine code is made too."""
     found = types.ModuleType(name)
+    exec(NAMES, found.__dict__)
     given = dict.fromkeys(("njit", "shared", "callback"), lambda *_, **__: lambda function: function)
     found.__dict__.update(given | dict.fromkeys(("linked_only", "inlined"), lambda function: function))
     exec(re.sub(r"from daebench\.compiler\.(machine_code|sharing|linked_only) import .*", "", text), found.__dict__)
@@ -21,8 +23,8 @@ def run(text, name):
 
 
 def module(ivp, formulation, multipliers):
-    """Return the generated module of a formulation with ``njit`` standing for nothing; in place of ``formulations.constrained._module``."""
-    text = residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers, cached=False)
+    """Return the generated module of a formulation executed by Python; in place of ``formulations.constrained._module``."""
+    text = residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers)
     return run(text, f"{ivp.problem}_{formulation}_{multipliers}")
 
 
@@ -36,8 +38,8 @@ def kept_module(ivp, formulation, multipliers):
 
 @cache
 def chain_module(source, formulation, multipliers):
-    """Return the generated module of a formulation of a chain, in loops over nodes, without numba."""
-    text = chain_residuals.source("Uncompiled.", source.derivation.chain, formulation, multipliers, cached=False)
+    """Return the generated module of a formulation of a chain, in loops over nodes, without machine code."""
+    text = chain_residuals.source("Uncompiled.", source.derivation.chain, formulation, multipliers)
     return run(text, f"{source.problem}_{formulation}")
 
 
@@ -47,7 +49,7 @@ def kept_chain_module(ivp, formulation, multipliers):
 
 
 def kept_functions(ivp, *names):
-    """Return a module of a problem's functions without numba, made once; in place of ``InitialValueProblem.functions``."""
+    """Return a module of a problem's functions without machine code, made once; in place of ``InitialValueProblem.functions``."""
     key = (ivp.source, names)
     if key not in _kept:
         text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(LANGUAGE, name) for name in names], False)

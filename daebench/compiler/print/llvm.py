@@ -114,7 +114,7 @@ class Text:
         head = f"define void @{name}(ptr noalias %in, ptr noalias %out, ptr noalias %arena) nounwind {{"
         self.functions.append("\n".join([head, *lines, "ret void", "}"]))
 
-    def callback(self, function: Function, name: str, letters: str, user: int, arena: int) -> None:
+    def callback(self, function: Function, name: str, letters: str, user: int, arena: int, known: Any) -> None:
         """Add a function that C calls.
 
         Parameters
@@ -129,6 +129,8 @@ class Text:
             The argument that is the address of the memory of callbacks.
         arena : int
             The word there that is the address of the memory of new arrays, all of which is free at each call.
+        known : int
+            What it returns, where that does not depend on its arguments.
         """
         self.add(function)
         lines, args = [], []
@@ -141,7 +143,8 @@ class Text:
             lines += ["%free = load ptr, ptr %place", "store ptr %free, ptr %arena"]
             args.append("ptr %arena")
         lines += [f"%r = call {result_type(function)} @{function.name}({', '.join(args)})"]
-        lines += [f"%e = extractvalue {result_type(function)} %r, 0", "%o = trunc i64 %e to i32", "ret i32 %o"]
+        status = f"extractvalue {result_type(function)} %r, 0" if function.results else f"add i64 0, {known}"
+        lines += [f"%e = {status}", "%o = trunc i64 %e to i32", "ret i32 %o"]
         parameters = ", ".join(f"{C_TYPES[letter]} %a{k}" for k, letter in enumerate(letters[1:]))
         self.functions.append("\n".join([f"define i32 @{name}({parameters}) nounwind {{", *lines, "}"]))
 
