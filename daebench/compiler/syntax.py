@@ -2,8 +2,6 @@
 
 import ast
 import hashlib
-import inspect
-import types
 from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from functools import cache, reduce
@@ -103,11 +101,10 @@ def decorated(
     inlined: bool = False,
     threaded: bool = False,
     tuples: bool = False,
-    direct: Sequence[str] = (),
 ) -> str:
     """Decorate each function for numba; only the roots, with everything else inside them, are stored on disk and can be called from Python.
 
-    ``callbacks`` are the signatures of the functions that C calls. They call the roots in ``direct``, and copies of the other roots.
+    ``callbacks`` are the signatures of the functions that C calls. They call copies of the roots.
 
     The wrapper of a function for Python takes as long to compile as a small function itself. Functions other than roots are named by their
     text, and are shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of
@@ -115,7 +112,7 @@ def decorated(
     their callers; LLVM would call some. With ``threaded`` the roots release the interpreter lock. With ``tuples`` vectors are tuples, and
     functions that make no array are compiled without the counts of references to arrays, which takes less time.
     """
-    tree = _apart(ast.parse(body), set(roots) - set(direct), callbacks)
+    tree = _apart(ast.parse(body), set(roots), callbacks)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     options = f"error_model='numpy'{', cache=True' * cached}{', nogil=True' * threaded}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
@@ -124,17 +121,11 @@ def decorated(
     short = {name for name in functions if inlined and size(name) <= INLINED}
     more = {name: ", inlined=True" * (name in short) + ", numeric=True" * (tuples and numeric(name)) for name in functions}
     decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{more[name]})" for name in functions}
-    decorators |= {name: how for name, how in _within(functions, callbacks).items() if name not in direct}
+    decorators |= _within(functions, callbacks)
     decorators |= {name: f"callback({signature!r}, {options})" for name, signature in callbacks.items() if name in functions}
     for name, node in functions.items():
         node.decorator_list = [ast.parse(decorators[name], mode="eval").body]
     return ast.unparse(tree)
-
-
-def imports(module: types.ModuleType) -> str:
-    """Return the import statements at the top of a module, for source that is written with functions of it."""
-    body = ast.parse(inspect.getsource(module)).body
-    return "\n".join(ast.unparse(node) for node in body if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def _apart(tree: ast.Module, roots: AbstractSet[str], callbacks: Mapping[str, str]) -> ast.Module:

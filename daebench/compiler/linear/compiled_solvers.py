@@ -5,8 +5,6 @@ from functools import cache
 from typing import Any
 
 from daebench.compiler.cache import generated
-from daebench.compiler.codegen import function
-from daebench.compiler.linear.kernels import lines
 from daebench.compiler.written import written
 
 TITLE = "Gaussian elimination and least squares."
@@ -18,6 +16,9 @@ def _in_place(signature: str, kernel: str) -> str:
     Least squares are for one right side, k = 1.
     Entries are copied one by one: the checks of the shapes of slices would double the compilation time.
     """
+    from daebench.compiler.codegen import function  # SymPy, which a later process does without
+    from daebench.compiler.linear.kernels import lines
+
     *body, pivot = lines(kernel, {"UNKNOWNS": "n", "COLUMNS": "(n + sides)", "INF": "inf", "DEPENDENT": "dependent"})
     head = ["n, sides = B.shape", "a = empty((n, n + sides), B.dtype)", "for i in range(n):", "    for j in range(n):"]
     head += ["        a[i, j] = A[i, j]", "    for j in range(sides):", "        a[i, n + j] = B[i, j]"]
@@ -37,10 +38,12 @@ def _texts() -> dict[str, str]:
 @cache
 def _solvers(kind: str) -> types.ModuleType:
     """Return the module of solvers for arrays of a kind of NumPy."""
-    if kind == "c":
-        return generated("solvers_complex", "solvers", _complex)
+    return generated("solvers_complex", "solvers", _complex) if kind == "c" else generated("solvers", "solvers", _real)
+
+
+def _real(cached: bool) -> str:
     texts = _texts()
-    return generated("solvers", "solvers", lambda cached: written(TITLE, tuple(texts), list(texts.values())))
+    return written(TITLE, tuple(texts), list(texts.values()))
 
 
 def _complex(cached: bool) -> str:
