@@ -197,7 +197,7 @@ class Linker:
         if self.options.loops:
             lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
         beside = [wrapper.source(self.derivation)] if wrapper else []
-        if self._recorded(wrapper):
+        if self._recorded:
             return written(title, wrapper.roots if wrapper else names, [body, *beside], lines[1:])
         if self.options.compiled:
             body = self._decorated(body, names, lines, cached, within=wrapper is not None)
@@ -215,10 +215,10 @@ class Linker:
         body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded, tuples=tuples)
         return body + "".join(self._called_from_python(name, cached) for name in names if shared and not within)
 
-    def _recorded(self, wrapper: "Wrapper | None") -> bool:
-        """Whether the functions of the module are recorded, and printed for LLVM; those of arrays that Python calls alone are not yet."""
-        called = bool(self.scheme) or wrapper is not None
-        return self.options.compiled and called and self.number.kind in ("float64", "float32", "mixed")
+    @property
+    def _recorded(self) -> bool:
+        """Whether the functions of the module are recorded, and printed for LLVM."""
+        return self.options.compiled and self.number.kind in ("float64", "float32", "mixed", "complex128")
 
     @property
     def _of_few_in_time(self) -> bool:

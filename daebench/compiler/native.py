@@ -27,10 +27,16 @@ from daebench.errors import InvalidProblem
 SUFFIX = ".o"
 """Ending of object files."""
 
-FORMATS = {"d": "d", "s": "f4x", "i": "q", "b": "q"}
+FORMATS = {"d": "d", "s": "f4x", "i": "q", "b": "q", "z": "dd"}
 """How numbers of each kind are packed into words."""
 
-DTYPES = {"d": np.dtype(np.float64), "s": np.dtype(np.float32), "i": np.dtype(np.int64), "b": np.dtype(np.bool_)}
+DTYPES = {
+    "d": np.dtype(np.float64),
+    "s": np.dtype(np.float32),
+    "i": np.dtype(np.int64),
+    "b": np.dtype(np.bool_),
+    "z": np.dtype(np.complex128),
+}
 
 _count = count()
 
@@ -185,10 +191,12 @@ def form_of(x: Any) -> Any:
         return "d"
     if isinstance(x, np.float32):
         return "s"
+    if isinstance(x, complex):
+        return "z"
     raise TypeError(f"{x!r} is no number that machine code takes")
 
 
-ARRAYS = {"f8": "d", "f4": "s", "i8": "i", "u8": "i"}
+ARRAYS = {"f8": "d", "f4": "s", "i8": "i", "u8": "i", "c16": "z"}
 """Kinds of entries, by what NumPy says of a type."""
 
 
@@ -202,10 +210,13 @@ def _given(form: Any) -> Any:
 def _described(x: Any) -> Any:
     """Return a description of a result: null for a number of the program, a list, a known number, or an array."""
     from daebench.compiler.trace.arrays import Array
+    from daebench.compiler.trace.complex import Complex
     from daebench.compiler.trace.ir import Value
 
     if isinstance(x, tuple):
         return [_described(entry) for entry in x]
+    if isinstance(x, Complex):
+        return {"parts": [_described(x.real), _described(x.imag)]}
     if isinstance(x, Array):
         lengths = [[None if isinstance(length, Value) else length for length in row] for row in (x.shape, x.strides)]
         return {"kind": x.kind, "shape": lengths[0], "strides": lengths[1]}
@@ -226,8 +237,9 @@ class _Entry:
         self._places: list[_Place] = []
         pattern, words, checks = self._pattern(form, count())
         space: dict[str, Any] = {f"place{k}": place for k, place in enumerate(self._places)}
-        space |= {"array": _array, "bool": bool, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan"), "Other": _Other}
-        space |= {"pack": self._packed.pack, "floats": (float, np.float64), "bools": (bool, np.bool_), "float32": np.float32}
+        space |= {"array": _array, "bool": bool, "complex": complex, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
+        space |= {"floats": (float, np.float64), "bools": (bool, np.bool_), "complexes": (complex, np.complex128), "float32": np.float32}
+        space |= {"pack": self._packed.pack, "Other": _Other}
         space |= {"call": ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)}
         found = f"({_together(head['results'], self.kinds, count())})"
         guard = f"    if not ({' and '.join(checks)}): raise Other\n" if checks else ""
@@ -241,6 +253,8 @@ class _Entry:
             name = f"x{next(leaves)}"
             if form is None:
                 return name, [], [f"{name} is None"]
+            if form == "z":
+                return name, [f"{name}.real", f"{name}.imag"], [f"type({name}) in complexes"]
             tests = {"s": f"type({name}) is float32", "b": f"type({name}) in bools", "d": f"type({name}) in floats"}
             return name, [name], [tests[form]] if form in tests else []
         if _of_array(form):
@@ -326,6 +340,8 @@ def _together(description: Any, kinds: str, places: Iterator[int]) -> str:
         return f"bool(v[{k}])" if kinds[k] == "b" else f"v[{k}]"
     if isinstance(description, list):
         return f"({''.join(f'{_together(part, kinds, places)}, ' for part in description)})"
+    if "parts" in description:
+        return f"complex({', '.join(_together(part, kinds, places) for part in description['parts'])})"
     if "is" in description:
         return f"({description['is']!r})"
     pointer = f"v[{next(places)}]"

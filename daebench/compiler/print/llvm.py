@@ -5,10 +5,11 @@ from struct import pack, unpack
 from typing import Any
 
 from daebench.compiler.print.needed import Needed
+from daebench.compiler.trace.complex import COMPLEX
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
 
-TYPES = {FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINTER: "ptr"}
-BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1}
+TYPES = {FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINTER: "ptr", COMPLEX: "{double, double}"}
+BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1, COMPLEX: 16}
 SUFFIXES = {FLOAT64: "f64", FLOAT32: "f32"}
 
 C_TYPES = {"d": "double", "i": "i32", "p": "i64", "a": "ptr"}

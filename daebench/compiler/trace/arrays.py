@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Code, If, Leave, Loop, Region, Value
 
 FEW = 4
@@ -55,8 +56,8 @@ class Array:
 
     @property
     def real(self) -> "Array":
-        """The array itself: none is complex."""
-        return self
+        """The real parts."""
+        return self if self.kind != COMPLEX else Array(self.pointer, FLOAT64, self.shape, [2 * stride for stride in self.strides])
 
     @property
     def T(self) -> "Array":
@@ -80,10 +81,17 @@ class Array:
             pointer = self.pointer if still else self.code.emit("offset", POINTER, (self.pointer, self._integer(offset), self.kind))
             return Array(pointer, self.kind, shape, strides)
         record = self.code.emit if self.known is not None else self.code.effect
+        if self.kind == COMPLEX:
+            return Complex(self.code, *(record("load", FLOAT64, (self.pointer, self._integer(2 * offset + k))) for k in range(2)))
         return record("load", self.kind, (self.pointer, self._integer(offset)))
 
     def __setitem__(self, index: Any, value: Any) -> None:
         offset, shape, _ = self._place(index)
+        if not shape and self.kind == COMPLEX:
+            z = as_complex(self.code, value)
+            for k, part in enumerate((z.real, z.imag)):
+                self.code.effect("store", "", (self.pointer, self._integer(2 * offset + k), self.code.as_kind(part, FLOAT64)))
+            return
         if not shape:
             self.code.effect("store", "", (self.pointer, self._integer(offset), self.code.as_kind(value, self.kind)))
             return
@@ -115,7 +123,7 @@ class Array:
 
     def _each(self, function: Callable[..., Any], other: Any = None) -> "Array":
         """Return a new array of a function of the entries, and of those of another array or of a number."""
-        out = empty(self.code, self.shape, self.kind)
+        out = empty(self.code, self.shape, COMPLEX if isinstance(other, Complex) or COMPLEX in (self.kind, kind_in(other)) else self.kind)
         given = (lambda place: (self[place],)) if other is None else (lambda place: (self[place], entry_of(other, place)))
         each(self.code, self.shape, lambda place: out.__setitem__(place, function(*given(place))))
         return out
@@ -163,6 +171,11 @@ def _bounds(part: slice, length: Any) -> tuple[Any, Any]:
     return first, min(last, length) if isinstance(last, int) and isinstance(length, int) else last
 
 
+def kind_in(x: Any) -> str:
+    """Return the kind of the entries of an array; "" of a number."""
+    return x.kind if isinstance(x, Array) else ""
+
+
 def entry_of(x: Any, place: Any) -> Any:
     """Return the entry of an array at a place, or a number itself."""
     return x[place] if isinstance(x, Array) else x
@@ -185,7 +198,8 @@ def empty(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
     size: Any = 1
     for length in shape:
         size = size * length
-    return Array(code.effect("alloc", POINTER, (code.as_kind(size, INTEGER),)), kind, shape, contiguous(shape))
+    words = 2 * size if kind == COMPLEX else size
+    return Array(code.effect("alloc", POINTER, (code.as_kind(words, INTEGER),)), kind, shape, contiguous(shape))
 
 
 def zeros(code: Code, shape: Any, kind: str = FLOAT64) -> Array:

@@ -116,8 +116,13 @@ class Value:
 
     @property
     def real(self) -> "Value":
-        """The number itself: none is complex."""
+        """The number itself."""
         return self
+
+    @property
+    def imag(self) -> float:
+        """Its imaginary part."""
+        return 0.0
 
 
 class If:
@@ -309,6 +314,8 @@ class Code:
         """Return the truth of a comparison."""
         if x is None or y is None:
             return op == "ne"
+        if type(x) not in NUMBERS or type(y) not in NUMBERS:
+            return NotImplemented
         kind = common(kind_of(x), kind_of(y))
         kind = INTEGER if kind == TRUTH else kind
         return self.emit(op, TRUTH, (self.as_kind(x, kind), self.as_kind(y, kind)))
@@ -343,6 +350,8 @@ class Code:
             return tuple(self.select(test, a, b) for a, b in zip(x, y, strict=True))
         if not isinstance(x, tuple(NUMBERS)):
             return x.merged(y, lambda a, b: self.select(test, a, b))
+        if not isinstance(y, tuple(NUMBERS)):
+            return y.merged(x, lambda a, b: self.select(test, b, a))
         kind = common(kind_of(x), kind_of(y))
         x, y = self.as_kind(x, kind), self.as_kind(y, kind)
         return x if x is y else self.emit("select", kind, (self.as_kind(test, TRUTH), x, y))
@@ -351,6 +360,8 @@ class Code:
         """Return a power: of a known whole exponent by products, in the order of squarings, otherwise by the function of the platform."""
         if isinstance(exponent, Value) and exponent.op == "const" and exponent.kind == INTEGER:
             exponent = exponent.args[0]
+        if type(exponent) not in NUMBERS:
+            return NotImplemented
         if not isinstance(exponent, int):
             kind = common(kind_of(x), kind_of(exponent), FLOAT32)
             return self.emit("pow", kind, (self.as_kind(x, kind), self.as_kind(exponent, kind)))

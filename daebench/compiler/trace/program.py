@@ -7,6 +7,7 @@ from typing import Any
 
 from daebench.compiler.trace import foreign
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
+from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex, function_of
 from daebench.compiler.trace.follow import Steered
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
@@ -38,9 +39,9 @@ class Kind:
     def __init__(self, code: Code, kind: str) -> None:
         self.code, self.kind = code, kind
 
-    def __call__(self, x: Any) -> Value:
+    def __call__(self, x: Any) -> Any:
         """Return a number of this type."""
-        return self.code.as_kind(x, self.kind)
+        return as_complex(self.code, x) if self.kind == COMPLEX else self.code.as_kind(x, self.kind)
 
 
 class Sized:
@@ -147,6 +148,8 @@ class Program:
         def given(made: Function, form: Any) -> Any:
             if isinstance(form, tuple):
                 return tuple([given(made, part) for part in form])
+            if form == COMPLEX:
+                return Complex(self.code, *(self._parameter(made, FLOAT64) for _ in range(2)))
             if not isinstance(form, list):
                 return form and self._parameter(made, form)
             kind, axes, ordered = form
@@ -188,6 +191,7 @@ def _moduli(x: Any) -> Any:
 def names(code: Code) -> dict[str, Any]:
     """Return the names that generated modules take from Python and NumPy, as functions of values."""
     kinds = {"float64": Kind(code, FLOAT64), "float32": Kind(code, FLOAT32), "int64": Kind(code, INTEGER), "bool_": Kind(code, TRUTH)}
+    kinds["complex128"] = Kind(code, COMPLEX)
 
     def holding(make: Callable[..., Array]) -> Callable[..., Array]:
         return lambda shape, dtype=FLOAT64: make(code, shape, getattr(dtype, "kind", dtype))
@@ -201,13 +205,13 @@ def names(code: Code) -> dict[str, Any]:
         "nan": float("nan"),
         "absolute": _moduli,
     }
-    numpy |= {name: code.function_of(function) for name, function in MATHEMATICS.items()}
+    numpy |= {name: function_of(code, function) for name, function in MATHEMATICS.items()}
     numpy["isfinite"] = lambda x: (x - x) == 0.0
     return (
         numpy
         | foreign.names(code)
         | {
-            "numpy": types.SimpleNamespace(**numpy, complex128=None),
+            "numpy": types.SimpleNamespace(**numpy),
             "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
             "abs": _moduli,
             "max": lambda *args: code.extreme("gt", args),

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
+from daebench.compiler.trace.complex import Complex, as_complex
 from daebench.compiler.trace.ir import INTEGER, POINTER, Code, Value, common, kind_of
 
 
@@ -11,6 +12,8 @@ def parts_of(x: Any) -> list[Any]:
     """Return the numbers and pointers of a structure, side by side; lengths of arrays that are known belong to its pattern."""
     if isinstance(x, tuple):
         return [part for entry in x for part in parts_of(entry)]
+    if isinstance(x, Complex):
+        return [x.real, x.imag]
     if isinstance(x, Array):
         return [x.pointer, *(length for length in (*x.shape, *x.strides) if isinstance(length, Value))]
     return [] if x is None else [x]
@@ -20,6 +23,8 @@ def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
     """Return a structure like x of other numbers and pointers."""
     if isinstance(x, tuple):
         return tuple([rebuilt(entry, parts) for entry in x])
+    if isinstance(x, Complex):
+        return Complex(x.code, next(parts), next(parts))
     if isinstance(x, Array):
         pointer = next(parts)
         shape, strides = ([next(parts) if isinstance(n, Value) else n for n in row] for row in (x.shape, x.strides))
@@ -31,6 +36,8 @@ def pattern_of(x: Any) -> Any:
     """Return what two structures have in common if their parts can stand for each other."""
     if isinstance(x, tuple):
         return tuple([pattern_of(entry) for entry in x])
+    if isinstance(x, Complex):
+        return "complex"
     if isinstance(x, Array):
         return x.kind, *(tuple(None if isinstance(length, Value) else length for length in row) for row in (x.shape, x.strides))
     return x if x is None or isinstance(x, str) else "number"
@@ -43,6 +50,13 @@ def sized(code: Code, x: Any) -> Any:
     if isinstance(x, Array):
         return Array(x.pointer, x.kind, *([code.as_kind(length, INTEGER) for length in row] for row in (x.shape, x.strides)))
     return x
+
+
+def promoted(code: Code, x: Any, like: Any) -> Any:
+    """Return a structure whose numbers are complex where those of another are."""
+    if isinstance(x, tuple) and isinstance(like, tuple) and len(x) == len(like):
+        return tuple([promoted(code, *both) for both in zip(x, like, strict=True)])
+    return as_complex(code, x) if isinstance(like, Complex) and pattern_of(x) == "number" else x
 
 
 def arrays_of(x: Any) -> list[Array]:
@@ -88,6 +102,8 @@ def united(
     given : sequence of list
         Values of the results at the end of each block, to which those of this value are appended.
     """
+    for like in structures if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]) else ():
+        structures = [promoted(code, x, like) for x in structures]
     if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):
         structures = [sized(code, x) for x in structures]
         if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):

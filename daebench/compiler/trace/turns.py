@@ -13,6 +13,7 @@ from daebench.compiler.trace.structure import (
     converted,
     parts_of,
     pattern_of,
+    promoted,
     rebuilt,
     same,
     sized,
@@ -207,7 +208,7 @@ class Turns:
                 continue
             form = pattern_of(self.begun[name])
             if pattern_of(names[name]) != form:
-                names[name] = sized(self.code, names[name])
+                names[name] = sized(self.code, promoted(self.code, names[name], self.begun[name]))
             if pattern_of(names[name]) != form:
                 self._expect_form(name, names[name])
                 good = False
@@ -225,7 +226,7 @@ class Turns:
 
     def _expect_form(self, name: str, found: Any) -> None:
         """Expect the lengths of arrays to change, or a name without a value yet to be of another form."""
-        lengths = sized(self.code, self.begun[name])
+        lengths = sized(self.code, promoted(self.code, self.begun[name], found))
         if pattern_of(lengths) == pattern_of(found):
             self.begun[name] = lengths
         elif name not in self.names:
