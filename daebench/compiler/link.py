@@ -10,7 +10,6 @@ import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING
 
 from daebench.compiler import codegen
 from daebench.compiler.constrained import loops
@@ -25,14 +24,12 @@ from daebench.compiler.operators import Lowering
 from daebench.compiler.single_forces import FORCES, in_single
 from daebench.compiler.specialise import Specialise
 from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of
+from daebench.compiler.wrapper import Wrapper
 from daebench.compiler.written import written
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels.claims import MAPPED
 from daebench.schemes.kernels.language import ROUNDINGS
-from daebench.systems.files.package import text_of as text_of_file
-
-if TYPE_CHECKING:
-    from daebench.compiler.definition import Wrapper
+from daebench.systems.files.package import text_of
 
 _WORK = {name: name for name in ("H_p", "H_q", "g", "G")}
 _WORK |= dict.fromkeys(("H_pp", "H_qp", "H_pq", "H_qq", "Gv_p", "Gv_q", "curvature", "a_p", "L_qv"), "second")
@@ -112,7 +109,7 @@ def _read(module: str, text: str, constants: tuple[tuple[str, bool | int | float
 @cache
 def _declared(module: str) -> SourceFile:
     """Return a file of the scheme language as syntax; its declarations are the same for every problem."""
-    return SourceFile(module, text_of_file(module), {})
+    return SourceFile(module, text_of(module), {})
 
 
 class Linker:
@@ -171,7 +168,7 @@ class Linker:
         self.work: dict[str, list[int]] = {}
         self.tracer = derivation.tracer(self)
 
-    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool, wrapper: "Wrapper | None" = None) -> str:
+    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool, wrapper: Wrapper | None = None) -> str:
         """Return the source of a module with these functions, each given as (file, name), and all functions that they need.
 
         With a wrapper, they are only called by its functions.
@@ -254,7 +251,7 @@ class Linker:
     def file(self, module: str) -> SourceFile:
         """Return a source file as syntax."""
         if module not in self.files:
-            self.files[module] = _read(module, text_of_file(module), tuple(sorted(self.constants.items())))
+            self.files[module] = _read(module, text_of(module), tuple(sorted(self.constants.items())))
         return self.files[module]
 
     def lowered(self, module: str, name: str) -> ast.FunctionDef:

@@ -42,12 +42,12 @@ def test_a_function_is_another_where_something_that_it_reads_or_calls_is(name):
 
 def test_kernels_of_a_problem_share_functions_and_nothing_that_differs():
     where = ivp("spherical-fast")
-    bare, monitored = (FixedStep("rattle").kernel(where, "complex128", watch, count=False) for watch in ((), ("energy",)))
-    dual = FixedStep("rattle").kernel(where, "dual2", (), count=False)
+    bare, monitored = (FixedStep("rattle").kernel(where, "dual2", watch, count=False) for watch in ((), ("energy",)))
+    lanes = FixedStep("rattle").kernel(where, "lanes4", (), count=False)
     assert bare.g is monitored.g
     assert bare.newton_judge is monitored.newton_judge
-    assert bare.newton_judge is not dual.newton_judge
-    assert bare.newton_judge.py_func.__qualname__ != dual.newton_judge.py_func.__qualname__
+    assert bare.newton_judge is not lanes.newton_judge
+    assert bare.newton_judge.py_func.__qualname__ != lanes.newton_judge.py_func.__qualname__
     assert bare.monitored_errors is not monitored.monitored_errors
     assert bare.integrate is not monitored.integrate
 

@@ -96,19 +96,19 @@ def kept(tmp_path, monkeypatch):
 
 def compilations(monkeypatch):
     """Return a list to which each compilation adds."""
-    made, compiled = [], native.Native._compiled
+    made, compiled = [], native._Function._compiled
 
-    def noted(self, form):
+    def noted(self, form, letters):
         made.append(form)
-        return compiled(self, form)
+        return compiled(self, form, letters)
 
-    monkeypatch.setattr(native.Native, "_compiled", noted)
+    monkeypatch.setattr(native._Function, "_compiled", noted)
     return made
 
 
 def again(root):
     """Return the same function as a later process has it: nothing of it is in memory."""
-    return native.Native(root._module, root._source, root._name, cached=True)
+    return native.Native(root._function._module, root._function._source, root._function._name, cached=True)
 
 
 CHANGES = {
@@ -140,7 +140,7 @@ def test_a_damaged_file_is_made_anew_and_the_number_is_right(kept, monkeypatch):
     root, other = cube(3), cube(5)
     assert (root(2.0), other(2.0)) == (14.0, 18.0)
     made = compilations(monkeypatch)
-    (file,) = (path for path in kept.glob("*.o") if path.name.startswith(Path(root._module.__file__).stem))
+    (file,) = (path for path in kept.glob("*.o") if path.name.startswith(Path(root._function._module.__file__).stem))
     content = file.read_bytes()
     for name, damage in cache_damage.FAMILY.items():
         file.write_bytes(damage(content))
@@ -178,7 +178,7 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
     source = f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{text}\n'
     root, a = generated("sums", f"sums {next(_count)}", lambda _: source).root, np.ones(1000)
     assert root(a, 10**5)[0] == 2.0  # memory is given back after each turn
-    monkeypatch.setattr(native, "LEAST_MEMORY", 2**13)
+    monkeypatch.setattr(native, "LEAST", 2**13)
     monkeypatch.setattr(native, "PARTS", 3)
     monkeypatch.setattr(native, "_memories", type(native._memories)())
     with pytest.raises(RunFailed, match=r"new arrays of a step need more than the 0 MiB set aside for them"):

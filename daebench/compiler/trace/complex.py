@@ -44,7 +44,7 @@ class Complex:
         raise TypeError("a number that is only known at run time stands where none can be tested")
 
     @_of_numbers
-    def __add__(self, other: Any) -> "Complex":
+    def __add__(self, other: Any) -> Any:
         if _is_real(other):
             return Complex(self.code, self.real + other, self.imag)
         return self.merged(other, lambda a, b: a + b)
@@ -52,17 +52,18 @@ class Complex:
     __radd__ = __add__
 
     @_of_numbers
-    def __sub__(self, other: Any) -> "Complex":
+    def __sub__(self, other: Any) -> Any:
         if _is_real(other):
             return Complex(self.code, self.real - other, self.imag)
         return self.merged(other, lambda a, b: a - b)
 
     @_of_numbers
-    def __rsub__(self, other: Any) -> "Complex":
-        return self.of(other) - self if not _is_real(other) else Complex(self.code, other - self.real, -self.imag)
+    def __rsub__(self, other: Any) -> Any:
+        y = self.of(other)
+        return Complex(self.code, y.real - self.real, -self.imag if _is_real(other) else y.imag - self.imag)
 
     @_of_numbers
-    def __mul__(self, other: Any) -> "Complex":
+    def __mul__(self, other: Any) -> Any:
         if _is_real(other):
             return Complex(self.code, self.real * other, self.imag * other)
         y = self.of(other)
@@ -71,7 +72,7 @@ class Complex:
     __rmul__ = __mul__
 
     @_of_numbers
-    def __truediv__(self, other: Any) -> "Complex":
+    def __truediv__(self, other: Any) -> Any:
         """Return the quotient, by Smith (1962), Algorithm 116, Comm. ACM 5."""
         if _is_real(other):
             return Complex(self.code, self.code.quotient(self.real, other), self.code.quotient(self.imag, other))
@@ -84,7 +85,7 @@ class Complex:
         return Complex(self.code, self.code.quotient(real, below), self.code.quotient(imag, below))
 
     @_of_numbers
-    def __rtruediv__(self, other: Any) -> "Complex":
+    def __rtruediv__(self, other: Any) -> Any:
         return self.of(other) / self
 
     def __neg__(self) -> "Complex":
@@ -103,7 +104,7 @@ class Complex:
         return _exp(self.code, _log(self.code, self) * exponent)
 
     @_of_numbers
-    def __rpow__(self, base: Any) -> "Complex":
+    def __rpow__(self, base: Any) -> Any:
         return _exp(self.code, self * _log(self.code, self.of(base)))
 
     def __eq__(self, other: object) -> Any:

@@ -7,8 +7,8 @@ side for any type of numbers, so that no formula of the derivative of a least-sq
 from daebench.compiler import codegen
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
-from daebench.compiler.definition import Wrapper
 from daebench.compiler.linear import health
+from daebench.compiler.wrapper import Wrapper
 from daebench.compiler.written import text_of
 from daebench.methods.formulations.residuals import JACOBIAN, RESIDUAL
 

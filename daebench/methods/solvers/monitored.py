@@ -96,7 +96,7 @@ class Monitored:
     @cached_property
     def functions(self) -> types.ModuleType:
         """The generated module: ``conserved``, ``independent`` and ``explained``, or ``look_callback`` where they are compiled."""
-        from daebench.compiler.definition import Wrapper
+        from daebench.compiler.wrapper import Wrapper
 
         ivp, constrained = self.posed.ivp, isinstance(self.posed, Dae)
         roots: list[str | tuple[str, str]] = [(KERNEL, self._kernel)]
