@@ -47,18 +47,6 @@ SIGNATURES = {
 }
 """Types of C of the callbacks, by the name of the generated function: see :data:`daebench.compiler.trace.foreign.KINDS`."""
 
-NUMBA = {
-    name: "{}({})".format(*(", ".join({"i": "int32", "d": "float64", "p": "uintp"}[x] for x in part) for part in (of[0], of[1:])))
-    for name, of in SIGNATURES.items()
-}
-"""The same as numba writes them, for functions of complex numbers."""
-
-IMPORTS = """from numba import carray, farray
-from daebench.compiler.foreign import numbers_of_matrix, numbers_of_vector, real_pointer
-from daebench.compiler.linked_only import linked_only
-from daebench.compiler.machine_code import callback, inlined
-"""
-
 IMPLICIT = """
 def residual_callback(t, y, yp, res, user):
     health = residual(t, {vector}(user, y), {n}), {vector}(user, yp), {n}), {vector}(user, res), {n}), {par})

@@ -23,7 +23,7 @@ from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
 from daebench.compiler.single_forces import FORCES, in_single
 from daebench.compiler.specialise import Specialise
-from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated, parameters_of
+from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated
 from daebench.compiler.wrapper import Wrapper
 from daebench.compiler.written import written
 from daebench.errors import InvalidProblem
@@ -40,8 +40,6 @@ _WORK |= dict.fromkeys(("solve_stages_twice_d", "solve_2d"), "solve") | {"K_y": 
 _UNCOUNTED = ("rows",)  # M^-1 on rows of G: counted as part of the algebra
 _OF_NUMBERS = ("sqrt",)  # functions of numbers of any type, which each module imports
 _PLAIN = ("worst", "total", "no_work", "plus_work", *_OF_NUMBERS)
-FEW = 16
-"""Positions, the time among them, up to which that is done in problems in time: of many it takes long to compile, and gains little."""
 HEADER = """\"\"\"{title}\"\"\"
 
 import numpy
@@ -193,46 +191,21 @@ class Linker:
         lines.append(f"ELEMENTWISE = {elementwise}")
         if self.options.loops:
             lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
-        beside = [wrapper.source(self.derivation)] if wrapper else []
+        texts = [body, *([wrapper.source(self.derivation)] if wrapper else [])]
         if self._recorded:
-            return written(title, wrapper.roots if wrapper else names, [body, *beside], lines[1:])
+            return written(title, wrapper.roots if wrapper else names, texts, lines[1:])
         if self.options.compiled:
-            body = self._decorated(body, names, lines, cached, within=wrapper is not None)
+            constants = dict(line.split(" = ", 1) for line in lines[1:])
+            tuples = isinstance(self.algebra, Values)
+            texts = [decorated(body, names, cached, constants, threaded=self.number.threaded, tuples=tuples)]
             lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
-            beside = [wrapper.decorated(self.derivation, cached=cached)] if wrapper else []
         lines[1:1] = self.number.imports
-        return "\n".join([*lines, "\n", "\n\n".join([body, *beside]), ""])
-
-    def _decorated(self, body: str, names: Sequence[str], lines: Sequence[str], cached: bool, *, within: bool) -> str:
-        """Return functions decorated for numba; ``lines`` are those of the constants that they read."""
-        constants = dict(line.split(" = ", 1) for line in lines[1:])
-        shared = within or bool(self.tracer and not self.scheme)
-        public, inlined = () if shared else names, self.number.width > 0 or self._of_few_in_time or self._inlined
-        tuples = isinstance(self.algebra, Values)
-        body = decorated(body, public, cached, constants, inlined=inlined, threaded=self.number.threaded, tuples=tuples)
-        return body + "".join(self._called_from_python(name, cached) for name in names if shared and not within)
+        return "\n".join([*lines, "\n", "\n\n".join(texts), ""])
 
     @property
     def _recorded(self) -> bool:
         """Whether the functions of the module are recorded, and printed for LLVM."""
         return self.options.compiled and self.number.kind in ("float64", "float32", "mixed", "complex128")
-
-    @property
-    def _of_few_in_time(self) -> bool:
-        """Whether functions are inlined into their callers, so that g, G and H_q at one place share terms that depend only on the time."""
-        return bool(self.constants["EXTENDED"]) and self.derivation.d <= FEW
-
-    @property
-    def _inlined(self) -> bool:
-        """Whether the scheme's file says that all its functions are inlined into its step, as suits a scheme without iterations."""
-        return bool(self.scheme) and "INLINED" in self.file(str(self.scheme)).literals
-
-    def _called_from_python(self, name: str, cached: bool) -> str:
-        """Return the source of a function that calls a shared one and takes its name. Loops over nodes are shared: they compile slowly."""
-        (node,) = ast.parse(self.emitted[name]).body
-        assert isinstance(node, ast.FunctionDef)
-        arguments, options = ", ".join(parameters_of(node)), f"error_model='numpy'{', cache=True' * cached}"
-        return f"\n\n{name}_shared = {name}\n\n@njit({options})\ndef {name}({arguments}):\n    return {name}_shared({arguments})\n"
 
     def _given_all(self, name: str) -> str:
         """Return the source of a function that is called from outside, for which the data of scheme and form are appended to ``par``."""

@@ -6,16 +6,14 @@ under the key of the other. Here each function has one sealed file for each of i
 
 import hashlib
 import pickle
-from collections.abc import Callable, Mapping
-from functools import cached_property
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import llvmlite
 import numba
 import numpy
-from numba.core import caching, serialize, sigutils
-from numba.core.ccallback import CFunc
+from numba.core import caching, serialize
 from numba.core.compiler import CompileResult
 
 from daebench.compiler import sealed
@@ -38,46 +36,6 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
         return compiled
 
     return made
-
-
-def inlined(function: Any) -> Any:
-    """Return a function that is inlined into its callers before they are compiled. It is never compiled alone, which halves the time."""
-    return numba.njit(error_model="numpy", inline="always")(function)
-
-
-class Callback:
-    """A function of a generated module as a C function, compiled when its address is first asked for.
-
-    Parameters
-    ----------
-    function : function
-        The function.
-    signature : str
-        Its C types, as ``numba.cfunc`` takes them.
-    cached : bool
-        Whether the machine code is stored beside the file of the function.
-    options : mapping of str to object
-        Options of the compilation.
-    """
-
-    def __init__(self, function: Any, signature: str, cached: bool, options: Mapping[str, Any]) -> None:
-        self._function, self._signature, self._cached, self._options = function, signature, cached, options
-
-    @cached_property
-    def address(self) -> int:
-        """Its address, which is valid as long as this object exists."""
-        signature = sigutils.normalize_signature(self._signature)
-        compiled: Any = CFunc(self._function, signature, locals={}, options=dict(self._options), pipeline_class=Pipeline)
-        if self._cached:
-            compiled._cache = MachineCode(self._function)
-        compiled.compile()
-        self._compiled = compiled
-        return int(compiled.address)
-
-
-def callback(signature: str, *, cache: bool = False, **options: Any) -> Callable[[Any], Callback]:
-    """Return the decorator of a function that C calls; with ``cache`` the machine code is stored beside the file of the function."""
-    return lambda function: Callback(function, signature, cache, options)
 
 
 class MachineCode(caching._Cache):  # type: ignore[misc]

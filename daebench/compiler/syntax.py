@@ -3,9 +3,7 @@
 import ast
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from functools import cache, reduce
-from types import MappingProxyType
 from typing import Any
 
 LANGUAGE = "daebench.schemes.kernels.language"
@@ -88,73 +86,28 @@ def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
 
 
-NONE: Mapping[str, str] = MappingProxyType({})
-
-
 def decorated(
-    body: str,
-    roots: Sequence[str],
-    cached: bool,
-    constants: Mapping[str, str] = NONE,
-    callbacks: Mapping[str, str] = NONE,
-    *,
-    inlined: bool = False,
-    threaded: bool = False,
-    tuples: bool = False,
+    body: str, roots: Sequence[str], cached: bool, constants: Mapping[str, str], *, threaded: bool = False, tuples: bool = False
 ) -> str:
     """Decorate each function for numba; only the roots, with everything else inside them, are stored on disk and can be called from Python.
 
-    ``callbacks`` are the signatures of the functions that C calls. They call copies of the roots.
-
     The wrapper of a function for Python takes as long to compile as a small function itself. Functions other than roots are named by their
     text, and are shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of
-    constants that they read. With ``inlined``, functions of at most :data:`INLINED` operations, with all that they call, are inlined into
-    their callers; LLVM would call some. With ``threaded`` the roots release the interpreter lock. With ``tuples`` vectors are tuples, and
-    functions that make no array are compiled without the counts of references to arrays, which takes less time.
+    constants that they read. Functions of at most :data:`INLINED` operations, with all that they call, are inlined into their callers; LLVM
+    would call some. With ``threaded`` the roots release the interpreter lock. With ``tuples`` vectors are tuples, and functions that make
+    no array are compiled without counts of references to arrays, which takes less time.
     """
-    tree = _apart(ast.parse(body), set(roots), callbacks)
+    tree = ast.parse(body)
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
     options = f"error_model='numpy'{', cache=True' * cached}{', nogil=True' * threaded}"
     hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
     size = cache(lambda name: _operations(functions[name], lambda called: size(called) if called in functions else 0))
     numeric = cache(lambda name: all(f in _of_numbers() or (f in functions and numeric(f)) for f in _callees(functions[name])))
-    short = {name for name in functions if inlined and size(name) <= INLINED}
-    more = {name: ", inlined=True" * (name in short) + ", numeric=True" * (tuples and numeric(name)) for name in functions}
-    decorators = {name: f"njit({options})" if name in roots else f"shared({hashed(name)!r}{more[name]})" for name in functions}
-    decorators |= _within(functions, callbacks)
-    decorators |= {name: f"callback({signature!r}, {options})" for name, signature in callbacks.items() if name in functions}
+    more = {name: ", inlined=True" * (size(name) <= INLINED) + ", numeric=True" * (tuples and numeric(name)) for name in functions}
     for name, node in functions.items():
-        node.decorator_list = [ast.parse(decorators[name], mode="eval").body]
+        decorator = f"njit({options})" if name in roots else f"shared({hashed(name)!r}{more[name]})"
+        node.decorator_list = [ast.parse(decorator, mode="eval").body]
     return ast.unparse(tree)
-
-
-def _apart(tree: ast.Module, roots: AbstractSet[str], callbacks: Mapping[str, str]) -> ast.Module:
-    """Make callbacks call copies of the roots, and these copies of further roots, for which no wrapper for Python is compiled.
-
-    A copy has one caller, into which it is inlined, see :func:`_within`.
-    """
-    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    waiting = [functions[name] for name in callbacks if name in functions]
-    while waiting:
-        caller, copies = waiting.pop(), dict[str, ast.FunctionDef]()
-        for node in ast.walk(caller):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in functions.keys() & roots:
-                copy = copies.setdefault(node.func.id, copied(functions[node.func.id]))
-                node.func.id = copy.name = f"{functions[node.func.id].name}_in_{caller.name}"
-        tree.body += copies.values()
-        waiting += copies.values()
-    return tree
-
-
-def _within(functions: Mapping[str, ast.FunctionDef], callbacks: Mapping[str, str]) -> dict[str, str]:
-    """Return how the functions that callbacks need are compiled: functions called from one place are inlined there."""
-    needed, waiting = dict[str, int](), [name for name in callbacks if name in functions]
-    while waiting:
-        calls = (node.func for node in ast.walk(functions[waiting.pop()]) if isinstance(node, ast.Call))
-        for name in [called.id for called in calls if isinstance(called, ast.Name) and called.id in functions]:
-            waiting += [] if name in needed else [name]
-            needed[name] = needed.get(name, 0) + 1
-    return {name: "inlined" if places == 1 else "linked_only" for name, places in needed.items()}
 
 
 @cache

@@ -6,9 +6,6 @@ from daebench.schemes.kernels.newton import linear
 from daebench.schemes.kernels.rattle_step import CHOICES, choices, rattle_step
 from daebench.schemes.kernels.spaces import Jacobian, Multiplier, Number, Report, Rows, Step, Vector
 
-INLINED = 1
-"""All functions are inlined into the step: terms that depend only on masses and distances then leave the loop over steps."""
-
 Space = tuple[Number, Number, Number]
 Plane = tuple[Number, Number]
 

@@ -52,43 +52,6 @@ def test_kernels_of_a_problem_share_functions_and_nothing_that_differs():
     assert bare.integrate is not monitored.integrate
 
 
-CALLED_BACK = """
-def rates(x):
-    return 2.0 * x
-
-def rhs(x):
-    return rates(x)
-
-def residual(x):
-    return rhs(x) - 1.0
-
-def rhs_callback(x):
-    return rhs(x)
-
-def residual_callback(x):
-    return residual(x)
-"""
-
-
-def test_functions_that_python_calls_are_kept_though_c_calls_others_that_need_them():
-    how, roots, callbacks = {}, ("rhs", "residual"), {"rhs_callback": "double(double)", "residual_callback": "double(double)"}
-
-    def noted(kind):
-        return lambda function: how.setdefault(function.__name__, kind) and function
-
-    kinds = {"linked_only": noted("linked_only"), "inlined": noted("inlined"), "callback": lambda *_, **__: noted("callback")}
-    made = kinds | {"njit": lambda *, cache, **_: noted("kept" if cache else "not kept"), "shared": lambda _: noted("shared")}
-    exec(decorated(CALLED_BACK, roots, True, callbacks=callbacks), made)
-    assert {name: how[name] for name in roots} == dict.fromkeys(roots, "kept")
-    assert how["rates"] == "linked_only"
-    copies = set(how) - {"rates", *roots, *callbacks}
-    assert {how[name] for name in copies} == {"inlined"}
-    for name in [*copies, *callbacks]:
-        assert not set(made[name].__code__.co_names) & set(roots)
-    assert made["rhs_callback"](3.0) == 6.0
-    assert made["residual_callback"](3.0) == 5.0
-
-
 PROGRAM = """
 import sys
 from daebench.compiler.cache import generated
@@ -104,7 +67,7 @@ def root(x):
 
 for asked in sys.argv[1:]:
     inner, root = asked.split(";")
-    text = decorated(BODY.format(inner=inner, root=root), ["root"], True)
+    text = decorated(BODY.format(inner=inner, root=root), ["root"], True, {})
     header = "from daebench.compiler.sharing import shared\\nfrom daebench.compiler.machine_code import njit\\n\\n"
     module = generated("small", asked, lambda _: header + text)
     print(module.root(2.0), sum(module.root.stats.cache_hits.values()))

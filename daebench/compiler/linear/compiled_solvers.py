@@ -31,32 +31,22 @@ def eliminating() -> str:
     return _in_place("eliminate(A, B)", "elimination")
 
 
-def _texts() -> dict[str, str]:
-    return {"eliminate": eliminating(), "least_squares": _in_place("least_squares(A, B, dependent)", "least_squares")}
-
-
 @cache
-def _solvers(kind: str) -> types.ModuleType:
-    """Return the module of solvers for arrays of a kind of NumPy."""
-    return generated("solvers_complex", "solvers", _complex) if kind == "c" else generated("solvers", "solvers", _real)
+def _solvers() -> types.ModuleType:
+    """Return the module of solvers, for arrays of real or complex numbers."""
 
+    def build(cached: bool) -> str:
+        texts = {"eliminate": eliminating(), "least_squares": _in_place("least_squares(A, B, dependent)", "least_squares")}
+        return written(TITLE, tuple(texts), list(texts.values()))
 
-def _real(cached: bool) -> str:
-    texts = _texts()
-    return written(TITLE, tuple(texts), list(texts.values()))
-
-
-def _complex(cached: bool) -> str:
-    names = "from daebench.compiler.machine_code import njit\nfrom numpy import arange, empty, inf, sqrt, zeros\n"
-    decorator = f"@njit(error_model='numpy'{', cache=True' * cached})"
-    return "\n\n".join([f'"""{TITLE}"""', names, *(f"{decorator}\n{text}" for text in _texts().values())])
+    return generated("solvers", "solvers", build)
 
 
 def eliminate(A: Any, B: Any) -> float:
     """Replace B, shape(n, k), by X with A X = B, for A, shape(n, n); return the smallest relative pivot."""
-    return float(_solvers(B.dtype.kind).eliminate(A, B))
+    return float(_solvers().eliminate(A, B))
 
 
 def least_squares(A: Any, B: Any, dependent: float) -> float:
     """Replace B, shape(n, 1), by the least solution of A X = B in the sense of least squares; return the smallest relative pivot."""
-    return float(_solvers(B.dtype.kind).least_squares(A, B, dependent))
+    return float(_solvers().least_squares(A, B, dependent))

@@ -54,7 +54,7 @@ def written(precision: str, d: int, parameters: int, *, compiled: bool) -> Wrapp
     texts = [_right_side(d, parameters), functions]
     if compiled:
         texts.append(called_back(2 * d, parameters, *called))
-    return Wrapper("\n\n".join([text_of(health.finite), text_of(health.finite_matrix), *texts]), roots, called_back=compiled)
+    return Wrapper("\n\n".join([text_of(health.finite), text_of(health.finite_matrix), *texts]), roots)
 
 
 def _right_side(d: int, parameters: int) -> str:

@@ -104,7 +104,7 @@ class Monitored:
             roots = ["H", "g", "Gv", "independence"] if ivp.arrays else [*roots, "independence"]
         elif ivp.facts.DOMAIN:
             roots.append("inside")
-        wrapper = Wrapper(self._text(), (), True, _momenta if constrained and ivp.arrays else None)
+        wrapper = Wrapper(self._text(), (), _momenta if constrained and ivp.arrays else None)
         options: dict[str, Any] = {"wrapper": wrapper, "compiled": self.compiled, "singular": ivp.singular}
         options |= {"loops": True} if self._loops else {}
         return ivp.source.linked("monitored", f"What is monitored of {ivp.problem}.", roots, **options)

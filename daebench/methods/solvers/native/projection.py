@@ -32,7 +32,7 @@ def projection(posed: Dae) -> types.ModuleType:
     """Return the module with ``projection_callback``, for a problem as HLW (1.18)."""
     ivp = posed.ivp
     kernel = "of_velocities" if posed.mechanical else "of_momenta"
-    wrapper = Wrapper(_text(posed.d, len(ivp.par), kernel), (), called_back=True)
+    wrapper = Wrapper(_text(posed.d, len(ivp.par), kernel), ())
     title = f"The projection of steps of {ivp.problem}."
     return ivp.source.linked("projection", title, [(KERNEL, kernel)], wrapper=wrapper)
 
