@@ -183,6 +183,9 @@ WRITTEN = (advance, passed_by, put_out, step, usual, keep, note, look_again)
 
 def compiled() -> types.ModuleType:
     """Return the module of ``advance`` and ``look_again``, compiled, and kept with other machine code."""
-    texts = [constants(sys.modules[__name__]), *map(text_of, WRITTEN)]
-    title, roots = "The loop over the steps of IDA or CVODE.", ("advance", "look_again")
-    return generated("sundials_steps", "steps of IDA and CVODE", lambda cached: written(title, roots, texts))
+
+    def build(cached: bool) -> str:
+        texts = [constants(sys.modules[__name__]), *map(text_of, WRITTEN)]
+        return written("The loop over the steps of IDA or CVODE.", ("advance", "look_again"), texts)
+
+    return generated("sundials_steps", "steps of IDA and CVODE", build)
