@@ -6,9 +6,18 @@ from typing import Any
 
 from daebench.compiler.print.needed import Needed
 from daebench.compiler.trace.complex import COMPLEX
-from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, VECTOR, Call, Function, If, Leave, Loop, Region, Value
 
-TYPES = {FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINTER: "ptr", COMPLEX: "{double, double}"}
+
+class _Types(dict[str, str]):
+    """Types by the kinds of values; those of vectors are made."""
+
+    def __missing__(self, kind: str) -> str:
+        of = "i1" if kind[0] == TRUTH else "double"
+        return f"<{kind.lstrip(TRUTH + VECTOR)} x {of}>"
+
+
+TYPES = _Types({FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINTER: "ptr", COMPLEX: "{double, double}"})
 BYTES = {FLOAT64: 8, FLOAT32: 4, INTEGER: 8, TRUTH: 1, COMPLEX: 16}
 SUFFIXES = {FLOAT64: "f64", FLOAT32: "f32"}
 
@@ -182,6 +191,8 @@ def _leaves(block: Sequence[Any]) -> Iterable[Any]:
 
 
 def _number(x: float, kind: str) -> str:
+    if kind[0] == VECTOR:
+        return f"<{', '.join([f'double {_number(x, FLOAT64)}'] * int(kind[1:]))}>"
     if kind == FLOAT32:
         (x,) = unpack("<f", pack("<f", x))
     if kind in SUFFIXES:
@@ -309,6 +320,55 @@ class _Printer:
         ]
         self._named(value, f"select i1 {full}, ptr {base}, ptr {top}")
 
+    def _of_vectors(self, value: Value) -> None:
+        """Print an operation on vectors of one kind, entry by entry."""
+        kind = TYPES[value.args[-1].kind]
+        self._named(value, f"{ENTRYWISE[value.op]} {kind} {', '.join(map(self._at, value.args))}")
+
+    def _vabs(self, value: Value) -> None:
+        kind, name = TYPES[value.kind], f"llvm.fabs.{value.kind}f64"
+        self.text.declarations.add(f"declare {kind} @{name}({kind}) memory(none) nounwind willreturn")
+        self._named(value, f"call {kind} @{name}({kind} {self._at(value.args[0])})")
+
+    def _vscale(self, value: Value) -> None:
+        factor, vector = value.args
+        kind, first, everywhere = TYPES[value.kind], self._fresh(), self._fresh()
+        self.lines.append(f"{first} = insertelement {kind} undef, double {self._at(factor)}, i32 0")
+        places = f"<{value.kind[1:]} x i32> zeroinitializer"
+        self.lines.append(f"{everywhere} = shufflevector {kind} {first}, {kind} undef, {places}")
+        self._named(value, f"fmul {kind} {everywhere}, {self._at(vector)}")
+
+    def _vset(self, value: Value) -> None:
+        kind, whole = TYPES[value.kind], "undef"
+        for k, entry in enumerate(value.args):
+            name = self._fresh()
+            self.lines.append(f"{name} = insertelement {kind} {whole}, double {self._at(entry)}, i32 {k}")
+            whole = name
+        self.names[value] = whole
+
+    def _vget(self, value: Value) -> None:
+        vector, k = value.args
+        self._named(value, f"extractelement {TYPES[vector.kind]} {self._at(vector)}, i32 {k}")
+
+    def _vselect(self, value: Value) -> None:
+        self._named(value, "select " + ", ".join(f"{TYPES[x.kind]} {self._at(x)}" for x in value.args))
+
+    def _mall(self, value: Value) -> None:
+        """Print whether all of a vector of truths are true."""
+        (truths,) = value.args
+        bits, word = self._fresh(), f"i{truths.kind.lstrip(TRUTH + VECTOR)}"
+        self.lines.append(f"{bits} = bitcast {TYPES[truths.kind]} {self._at(truths)} to {word}")
+        self._named(value, f"icmp eq {word} {bits}, -1")
+
+    def _vload(self, value: Value) -> None:
+        pointer, index = value.args
+        self._named(value, f"load {TYPES[value.kind]}, ptr {self._address(pointer, index, FLOAT64)}, align 8")
+
+    def _vstore(self, value: Value) -> None:
+        pointer, index, what = value.args
+        place = self._address(pointer, index, FLOAT64)
+        self.lines.append(f"store {TYPES[what.kind]} {self._at(what)}, ptr {place}, align 8")
+
     def _itop(self, value: Value) -> None:
         self._named(value, f"inttoptr i64 {self._at(value.args[0])} to ptr")
 
@@ -413,6 +473,10 @@ class _Printer:
                 self._named(result, f"extractvalue {kind} {name}, {k}")
 
 
+ENTRYWISE = {"vadd": "fadd", "vsub": "fsub", "vmul": "fmul", "vneg": "fneg", "mand": "and", "mor": "or"}
+ENTRYWISE |= {"vle": "fcmp ole", "vge": "fcmp oge", "vlt": "fcmp olt"}
+"""Operations on vectors, entry by entry."""
+
 _NODES: Mapping[type, Any] = {
     If: _Printer._if,
     Region: _Printer._region,
@@ -427,6 +491,15 @@ _SPECIAL: Mapping[str, Any] = {
     "store": _Printer._store,
     "offset": _Printer._offset,
     "alloc": _Printer._alloc,
+    **dict.fromkeys(ENTRYWISE, _Printer._of_vectors),
+    "vabs": _Printer._vabs,
+    "vscale": _Printer._vscale,
+    "vset": _Printer._vset,
+    "vget": _Printer._vget,
+    "vselect": _Printer._vselect,
+    "mall": _Printer._mall,
+    "vload": _Printer._vload,
+    "vstore": _Printer._vstore,
     "itop": _Printer._itop,
     "ccall": _Printer._ccall,
     "mark": _Printer._mark,

@@ -117,6 +117,10 @@ class Array:
                 offset = offset + (length + at if isinstance(at, int) and at < 0 else at) * stride
         return offset, shape, strides
 
+    def entry(self, index: Any) -> tuple[Value, Value]:
+        """Return the pointer, and how many entries behind it that of this index is."""
+        return self.pointer, self._integer(self._place(index)[0])
+
     def copy(self) -> "Array":
         """Return a new array with the same entries."""
         return self._each(lambda x: x)

@@ -19,6 +19,9 @@ from typing import Any
 FLOAT64, FLOAT32, INTEGER, TRUTH, POINTER = "d", "s", "i", "b", "p"
 """Kinds of values."""
 
+VECTOR = "v"
+"""Beginning of the kinds of vectors of doubles, as v4; bv4 are truths of as many entries."""
+
 ORDER = (TRUTH, INTEGER, FLOAT32, FLOAT64)
 """Kinds of numbers from the narrowest to the widest."""
 
@@ -202,8 +205,8 @@ def kind_of(x: Any) -> str:
 
 def common(*kinds: str) -> str:
     """Return the kind of the sum of numbers of these kinds: whole numbers with those of single precision give double precision."""
-    if POINTER in kinds:
-        return POINTER
+    if POINTER in kinds or kinds[0][0] == VECTOR:
+        return kinds[0] if kinds[0][0] == VECTOR else POINTER
     if FLOAT32 in kinds and INTEGER in kinds:
         return FLOAT64
     return max(kinds, key=ORDER.index)
@@ -260,8 +263,9 @@ class Code:
 
     def constant(self, x: Any, kind: str) -> Value:
         """Return the value of a known number; equal bits are one value."""
-        typed = float(x) if kind in FLOATS else int(x)
-        key = kind, pack("<d", typed) if kind in FLOATS else typed
+        real = kind in FLOATS or kind[0] == VECTOR
+        typed = float(x) if real else int(x)
+        key = kind, pack("<d", typed) if real else typed
         value = self.constants.get(key)
         if value is None:
             value = self.constants[key] = Value(self, "const", kind, (typed,))

@@ -5,9 +5,11 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from daebench.compiler.trace import foreign
+from daebench.compiler.trace import dual, foreign
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
-from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex, function_of
+from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
+from daebench.compiler.trace.complex import function_of as complex_function
+from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.follow import Steered
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
@@ -184,6 +186,26 @@ def _table(code: Code, rows: Any) -> Array:
     return Array(pointer, kind, array.shape, strides, entries if array.ndim == 1 else None)
 
 
+def _function(code: Code, name: str) -> Callable[..., Any]:
+    """Return a function of numbers of any type."""
+    plain = complex_function(code, name)
+
+    def called(*args: Any) -> Any:
+        return dual.function_of(code, name, args) if any(isinstance(x, Dual) for x in args) else plain(*args)
+
+    return called
+
+
+def _extreme(code: Code, op: str, args: Sequence[Any]) -> Any:
+    args = args[0] if len(args) == 1 else args
+    if not any(isinstance(x, Dual) for x in args):
+        return code.extreme(op, args)
+    found = args[0]
+    for x in args[1:]:
+        found = dual.extreme(code, op, found, x) if isinstance(found, Dual) or isinstance(x, Dual) else code.extreme(op, (found, x))
+    return found
+
+
 def _moduli(x: Any) -> Any:
     return abs(x)
 
@@ -205,17 +227,18 @@ def names(code: Code) -> dict[str, Any]:
         "nan": float("nan"),
         "absolute": _moduli,
     }
-    numpy |= {name: function_of(code, function) for name, function in MATHEMATICS.items()}
+    numpy |= {name: _function(code, function) for name, function in MATHEMATICS.items()}
     numpy["isfinite"] = lambda x: (x - x) == 0.0
     return (
         numpy
         | foreign.names(code)
+        | dual.names(code)
         | {
             "numpy": types.SimpleNamespace(**numpy),
             "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
             "abs": _moduli,
-            "max": lambda *args: code.extreme("gt", args),
-            "min": lambda *args: code.extreme("lt", args),
+            "max": lambda *args: _extreme(code, "gt", args),
+            "min": lambda *args: _extreme(code, "lt", args),
             "bool": lambda x: code.as_kind(x, TRUTH) if isinstance(x, Value) else bool(x),
             "float": lambda x: code.as_kind(x, FLOAT64) if isinstance(x, Value) else float(x),
             "int": lambda x: code.as_kind(x, INTEGER) if isinstance(x, Value) else int(x),

@@ -5,6 +5,7 @@ from typing import Any
 
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.complex import Complex, as_complex
+from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.ir import INTEGER, POINTER, Code, Value, common, kind_of
 
 
@@ -14,6 +15,8 @@ def parts_of(x: Any) -> list[Any]:
         return [part for entry in x for part in parts_of(entry)]
     if isinstance(x, Complex):
         return [x.real, x.imag]
+    if isinstance(x, Dual):
+        return [x.value, x.tangents]
     if isinstance(x, Array):
         return [x.pointer, *(length for length in (*x.shape, *x.strides) if isinstance(length, Value))]
     return [] if x is None else [x]
@@ -25,6 +28,8 @@ def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
         return tuple([rebuilt(entry, parts) for entry in x])
     if isinstance(x, Complex):
         return Complex(x.code, next(parts), next(parts))
+    if isinstance(x, Dual):
+        return Dual(x.code, next(parts), next(parts))
     if isinstance(x, Array):
         pointer = next(parts)
         shape, strides = ([next(parts) if isinstance(n, Value) else n for n in row] for row in (x.shape, x.strides))
@@ -38,6 +43,8 @@ def pattern_of(x: Any) -> Any:
         return tuple([pattern_of(entry) for entry in x])
     if isinstance(x, Complex):
         return "complex"
+    if isinstance(x, Dual):
+        return x.kind
     if isinstance(x, Array):
         return x.kind, *(tuple(None if isinstance(length, Value) else length for length in row) for row in (x.shape, x.strides))
     return x if x is None or isinstance(x, str) else "number"
@@ -53,10 +60,12 @@ def sized(code: Code, x: Any) -> Any:
 
 
 def promoted(code: Code, x: Any, like: Any) -> Any:
-    """Return a structure whose numbers are complex where those of another are."""
+    """Return a structure whose numbers are complex, or have derivatives, where those of another are or have."""
     if isinstance(x, tuple) and isinstance(like, tuple) and len(x) == len(like):
         return tuple([promoted(code, *both) for both in zip(x, like, strict=True)])
-    return as_complex(code, x) if isinstance(like, Complex) and pattern_of(x) == "number" else x
+    if pattern_of(x) != "number" or not isinstance(like, Complex | Dual):
+        return x
+    return as_complex(code, x) if isinstance(like, Complex) else like.of(x)
 
 
 def arrays_of(x: Any) -> list[Array]:

@@ -1,0 +1,318 @@
+"""Dual numbers in a program: a value, and its derivatives in k directions as one vector, which follow by the rules of calculus.
+
+Values are computed as those of real numbers are.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import wraps
+from typing import Any
+
+from daebench.compiler.trace.arrays import Array
+from daebench.compiler.trace.ir import FLOAT64, TRUTH, VECTOR, Code, Value
+
+SETTLED = 16 * 2.0**-52
+"""Derivatives have converged if an iteration changes them by at most this fraction of their size."""
+
+STALLED = 1e4 * 2.0**-52
+"""They have also converged if the change is no smaller than in the iteration before and at most this fraction of values and derivatives."""
+
+
+def _of_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """Return an operation of two numbers, which leaves others, arrays say, to these."""
+
+    @wraps(operation)
+    def found(x: Any, y: Any) -> Any:
+        return operation(x, y) if isinstance(y, Value | int | float | Dual) else NotImplemented
+
+    return found
+
+
+class Dual:
+    """A number with derivatives: a value, and a value whose kind is a vector."""
+
+    __slots__ = ("code", "tangents", "value")
+
+    def __init__(self, code: Code, value: Any, tangents: Value) -> None:
+        self.code, self.value, self.tangents = code, code.as_kind(value, FLOAT64), tangents
+
+    @property
+    def kind(self) -> str:
+        """Kind of its derivatives."""
+        return self.tangents.kind
+
+    @property
+    def real(self) -> Value:
+        """Its value, as the real part of a complex number."""
+        return self.value
+
+    def of(self, x: Any) -> "Dual":
+        """Return a number with derivatives, those of a real one being 0."""
+        return x if isinstance(x, Dual) else Dual(self.code, x, self.code.constant(0.0, self.kind))
+
+    def merged(self, other: Any, merge: Callable[[Any, Any], Any]) -> "Dual":
+        """Return the number whose parts are made of those of two."""
+        y = self.of(other)
+        return Dual(self.code, merge(self.value, y.value), merge(self.tangents, y.tangents))
+
+    def __bool__(self) -> bool:
+        raise TypeError("a number that is only known at run time stands where none can be tested")
+
+    def _vector(self, op: str, *args: Any) -> Value:
+        return self.code.emit(op, self.kind, args)
+
+    def _times(self, factor: Any, tangents: Value) -> Value:
+        return self._vector("vscale", self.code.as_kind(factor, FLOAT64), tangents)
+
+    def chained(self, value: Any, slope: Any) -> "Dual":
+        """Return the number f(x), given the values of f and of f' here."""
+        return Dual(self.code, value, self._times(slope, self.tangents))
+
+    @_of_numbers
+    def __add__(self, y: Any) -> Any:
+        if not isinstance(y, Dual):
+            return Dual(self.code, self.value + y, self.tangents)
+        return Dual(self.code, self.value + y.value, self._vector("vadd", self.tangents, y.tangents))
+
+    @_of_numbers
+    def __radd__(self, x: Any) -> Any:
+        return Dual(self.code, x + self.value, self.tangents)
+
+    @_of_numbers
+    def __sub__(self, y: Any) -> Any:
+        if not isinstance(y, Dual):
+            return Dual(self.code, self.value - y, self.tangents)
+        return Dual(self.code, self.value - y.value, self._vector("vsub", self.tangents, y.tangents))
+
+    @_of_numbers
+    def __rsub__(self, x: Any) -> Any:
+        return Dual(self.code, x - self.value, self._vector("vneg", self.tangents))
+
+    @_of_numbers
+    def __mul__(self, y: Any) -> Any:
+        if not isinstance(y, Dual):
+            return self.chained(self.value * y, y)
+        terms = self._times(y.value, self.tangents), self._times(self.value, y.tangents)
+        return Dual(self.code, self.value * y.value, self._vector("vadd", *terms))
+
+    @_of_numbers
+    def __rmul__(self, x: Any) -> Any:
+        return self.chained(x * self.value, x)
+
+    @_of_numbers
+    def __truediv__(self, y: Any) -> Any:
+        if not isinstance(y, Dual):
+            return self.chained(self.code.quotient(self.value, y), self.code.quotient(1.0, y))
+        value, inverse = self.value / y.value, 1.0 / y.value
+        return Dual(self.code, value, self._times(inverse, self._vector("vsub", self.tangents, self._times(value, y.tangents))))
+
+    @_of_numbers
+    def __rtruediv__(self, x: Any) -> Any:
+        value, inverse = x / self.value, 1.0 / self.value
+        return Dual(self.code, value, self._times(inverse, self._vector("vneg", self._times(value, self.tangents))))
+
+    def __neg__(self) -> "Dual":
+        return Dual(self.code, -self.value, self._vector("vneg", self.tangents))
+
+    def __pos__(self) -> "Dual":
+        return self
+
+    def __abs__(self) -> "Dual":
+        return self.chained(abs(self.value), self.code.select(self.value >= 0.0, 1.0, -1.0))
+
+    @_of_numbers
+    def __pow__(self, y: Any) -> Any:
+        power = self.code.function_of("pow")
+        if not isinstance(y, Dual):
+            return self.chained(self.code.power(self.value, y), y * power(self.value, y - 1.0))
+        a, b = self.value, y.value
+        return self.chained(power(a, b), b * power(a, b - 1.0)) + y.chained(0.0, self.code.function_of("log")(a) * power(a, b))
+
+    @_of_numbers
+    def __rpow__(self, x: Any) -> Any:
+        power = self.code.function_of("pow")(x, self.value)
+        return self.chained(power, self.code.function_of("log")(x) * power)
+
+    def __lt__(self, other: Any) -> Any:
+        return self.value < value(other)
+
+    def __le__(self, other: Any) -> Any:
+        return self.value <= value(other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self.value > value(other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self.value >= value(other)
+
+    def __eq__(self, other: object) -> Any:
+        return self.value == value(other)
+
+    def __ne__(self, other: object) -> Any:
+        return self.value != value(other)
+
+    __hash__ = object.__hash__
+
+
+Function = Callable[[str], Callable[..., Any]]
+
+SLOPES: Mapping[str, Callable[[Function, Any], Any]] = {
+    "sqrt": lambda f, x: 0.5 / f("sqrt")(x),
+    "exp": lambda f, x: f("exp")(x),
+    "expm1": lambda f, x: f("exp")(x),
+    "log": lambda f, x: 1.0 / x,
+    "log1p": lambda f, x: 1.0 / (1.0 + x),
+    "log10": lambda f, x: 0.4342944819032518 / x,
+    "sin": lambda f, x: f("cos")(x),
+    "cos": lambda f, x: -f("sin")(x),
+    "tan": lambda f, x: 1.0 / f("cos")(x) ** 2,
+    "asin": lambda f, x: 1.0 / f("sqrt")((1.0 - x) * (1.0 + x)),
+    "acos": lambda f, x: -1.0 / f("sqrt")((1.0 - x) * (1.0 + x)),
+    "atan": lambda f, x: 1.0 / (1.0 + x * x),
+    "sinh": lambda f, x: f("cosh")(x),
+    "cosh": lambda f, x: f("sinh")(x),
+    "tanh": lambda f, x: 1.0 / f("cosh")(x) ** 2,
+    "asinh": lambda f, x: 1.0 / f("sqrt")(1.0 + x * x),
+    "acosh": lambda f, x: 1.0 / (f("sqrt")(x - 1.0) * f("sqrt")(x + 1.0)),
+    "atanh": lambda f, x: 1.0 / ((1.0 - x) * (1.0 + x)),
+}
+"""Derivatives of functions of one number, by the names of the platform."""
+
+
+def function_of(code: Code, name: str, args: tuple[Any, ...]) -> Any:
+    """Return a function of numbers of which at least one has derivatives."""
+    if name == "atan2":
+        y, x = args
+        a, b = value(x), value(y)
+        square = a * a + b * b
+        like = x if isinstance(x, Dual) else y
+        turned = like.of(y).chained(code.function_of("atan2")(b, a), a / square)
+        return turned + like.of(x).chained(0.0, -b / square)
+    if name not in SLOPES:
+        raise TypeError(f"{name} is no function of dual numbers")
+    (x,) = args
+    return x.chained(code.function_of(name)(x.value), SLOPES[name](code.function_of, x.value))
+
+
+def extreme(code: Code, op: str, x: Any, y: Any) -> Any:
+    """Return the larger or smaller of two numbers. If one is real, the derivatives are those of the other.
+
+    Kernels use it only for sizes: changes of q are measured against max(LENGTH, |q|), and those of dq against |dq|.
+    """
+    if isinstance(x, Dual) and isinstance(y, Dual):
+        return code.select(code.compare(op, x.value, y.value), x, y)
+    dual = x if isinstance(x, Dual) else y
+    return dual.chained(code.extreme(op, (value(x), value(y))), 1.0)
+
+
+def value(x: Any) -> Any:
+    """Return the value of a number."""
+    return x.value if isinstance(x, Dual) else x
+
+
+def _entries(x: Dual) -> Iterator[Value]:
+    """Return the derivatives."""
+    return (x.code.emit("vget", FLOAT64, (x.tangents, k)) for k in range(int(x.kind[1:])))
+
+
+def _itemwise(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a function of nested tuples that is applied to each number."""
+
+    def of(x: Any) -> Any:
+        return tuple([of(item) for item in x]) if isinstance(x, tuple) else function(x)
+
+    return of
+
+
+def with_tangents(x: Any, y: Any) -> Any:
+    """Return the values of x with the derivatives of y, a nested tuple of the same form."""
+    if isinstance(y, tuple):
+        return tuple([with_tangents(*both) for both in zip(x, y, strict=True)])
+    return Dual(y.code, value(x), y.tangents) if isinstance(y, Dual) else x
+
+
+def rescaled(x: Any, factor: Any) -> Any:
+    """Return a nested tuple with the same values and derivatives times a factor."""
+    return _itemwise(lambda item: item.chained(item.value, factor) if isinstance(item, Dual) else item)(x)
+
+
+def square(x: Any, units: Any) -> Any:
+    """Return the sum of the squares of first derivatives times units, a nested tuple of numbers of the same form."""
+    if not isinstance(x, tuple):
+        return (next(_entries(x)) * units) ** 2 if isinstance(x, Dual) else 0.0
+    terms = [square(*both) for both in zip(x, units, strict=True)]
+    return sum(terms[1:], terms[0]) if terms else 0.0
+
+
+def modulus(x: Any) -> Any:
+    """Return |x|, with the absolute values of the derivatives too. Norms, which measure increments, are sums of these."""
+    return Dual(x.code, abs(x.value), x.code.emit("vabs", x.kind, (x.tangents,))) if isinstance(x, Dual) else abs(x)
+
+
+def put(array: Array, i: Any, j: Any, x: Any) -> None:
+    """Write the derivatives of a number into a row of an array from [i, j] on. For a real number nothing is written."""
+    if isinstance(x, Dual):
+        x.code.effect("vstore", "", (*array.entry((i, j)), x.tangents))
+
+
+def take(array: Array, i: Any, j: Any, x: Any, k: int) -> Dual:
+    """Return the number with value x whose k derivatives are in a row of an array from [i, j] on."""
+    return Dual(array.code, x, array.code.effect("vload", f"{VECTOR}{k}", array.entry((i, j))))
+
+
+def spread(array: Array, i: Any, j: Any, x: Any) -> None:
+    """Write the derivatives of a number into an array at [0, i, j], [1, i, j] and so on. For a real number nothing is written."""
+    for c, entry in enumerate(_entries(x) if isinstance(x, Dual) else ()):
+        array[c, i, j] = entry
+
+
+def unsettled(size: Any, scale: Any, last: Any) -> Any:
+    """Return the change in an iteration; its derivatives are -1 in directions in which they have converged, now or before.
+
+    ``size`` is the change in this iteration, ``scale`` the size that it is measured against, ``last`` the result for the one before.
+    """
+    if not isinstance(size, Dual):
+        return size
+    code, kind, change = size.code, size.kind, size.tangents
+    before, part, mask = size.of(last).tangents, size.of(scale).tangents, f"{TRUTH}{size.kind}"
+
+    def vector(op: str, *args: Any) -> Value:
+        return code.emit(op, mask if op in ("vle", "vge", "mand", "mor") else kind, args)
+
+    settled = vector("vle", change, vector("vmul", code.constant(SETTLED, kind), part))
+    whole = vector("vscale", code.as_kind(value(scale), FLOAT64), code.constant(1.0, kind))
+    small = vector("vmul", code.constant(STALLED, kind), vector("vadd", part, whole))
+    stalled = vector("mand", vector("vge", change, before), vector("vle", change, small))
+    return Dual(code, size.value, vector("vselect", vector("mor", settled, stalled), code.constant(-1.0, kind), change))
+
+
+def _all_below(bound: float) -> Callable[[Any], Any]:
+    """Return the function that tells whether all derivatives of a number are below a bound."""
+
+    def told(x: Any) -> Any:
+        if not isinstance(x, Dual):
+            return True
+        below = x.code.emit("vlt", f"{TRUTH}{x.kind}", (x.tangents, x.code.constant(bound, x.kind)))
+        return x.code.emit("mall", TRUTH, (below,))
+
+    return told
+
+
+def names(code: Code) -> dict[str, Callable[..., Any]]:
+    """Return what generated modules of dual numbers call, by its names there."""
+
+    def lifted(x: Any, dx: Any) -> Any:
+        """Return a nested tuple of real numbers with derivatives: in place of each number, a tuple of k derivatives or None."""
+        if dx is None:
+            return x
+        if isinstance(x, tuple):
+            return tuple([lifted(*both) for both in zip(x, dx, strict=True)])
+        return Dual(code, x, code.emit("vset", f"{VECTOR}{len(dx)}", tuple(code.as_kind(entry, FLOAT64) for entry in dx)))
+
+    functions = (with_tangents, rescaled, square, modulus, put, take, spread, unsettled, value, lifted)
+    return {function.__name__: function for function in functions} | {
+        "values": _itemwise(value),
+        "tangents": _itemwise(lambda x: tuple(_entries(x)) if isinstance(x, Dual) else None),
+        "at_rest": _all_below(0.0),
+        "finite_tangents": _all_below(float("inf")),
+        "select": code.select,
+    }
