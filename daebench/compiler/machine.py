@@ -102,7 +102,7 @@ FUNCTIONS: tuple[str, ...] = (
     "acosh",
     "atanh",
 )
-FUNCTIONS += ("exp", "expm1", "log", "log1p", "log10", "pow", "cbrt", "hypot", "fmod")
+FUNCTIONS += ("exp", "exp2", "expm1", "log", "log1p", "log2", "log10", "pow", "cbrt", "hypot", "fmod")
 """Functions of C on doubles that machine code may call; those on floats have an f behind their names."""
 
 

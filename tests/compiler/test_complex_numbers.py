@@ -20,7 +20,8 @@ def compiled(text):
 
 
 POINTS = [0.3 + 0.2j, 0.3 - 0.2j, -0.6 + 0.5j, -0.6 - 0.5j, 0.9 + 1e-9j, 1.7 + 0.4j, -2.3 + 0.7j, 4.0 - 3.0j]
-NAMES = {name: getattr(mpmath, name) for name in FUNCTIONS if name != "log10"} | {"log10": lambda z: mpmath.log(z, 10)}
+NAMES = {"log10": lambda z: mpmath.log(z, 10), "log2": lambda z: mpmath.log(z, 2), "exp2": lambda z: mpmath.mpf(2) ** z}
+NAMES |= {name: getattr(mpmath, name) for name in FUNCTIONS if name not in NAMES}
 
 
 @pytest.mark.parametrize("name", NAMES)

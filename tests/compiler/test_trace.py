@@ -8,6 +8,7 @@ import numpy as np
 import on_arrays
 import pytest
 import steered
+from sympy.printing.numpy import NumPyPrinter
 
 from daebench.compiler.cache import RECORDED, generated
 from daebench.errors import InvalidProblem
@@ -59,6 +60,23 @@ def test_machine_code_gives_the_bits_of_python(name):
             assert bits(fast(x, y)) == bits(expected), (x, y)
         compared += 1
     assert compared > 50
+
+
+KINKED = {"ceil", "floor", "isinf", "isnan", "sign"}
+PRINTED = {"sinc"} | {name.removeprefix("numpy.") for name in NumPyPrinter().known_functions.values() if name.startswith("numpy.")} - KINKED
+
+
+@pytest.mark.parametrize("name", sorted(PRINTED))
+def test_every_smooth_function_that_definitions_may_contain_is_that_of_numpy(name):
+    function = getattr(np, name)
+    arguments = ["x", "y"][: function.nin] if isinstance(function, np.ufunc) else ["x"]
+    fast, compared = native(f"def root({', '.join(arguments)}):\n    return {name}({', '.join(arguments)})"), 0
+    for numbers in itertools.product((-2.5, -0.4, 0.0, 0.3, 0.9, 1.7, 4.0, 8.5), repeat=len(arguments)):
+        with np.errstate(all="ignore"):
+            expected = function(*numbers)
+        assert np.allclose(fast(*numbers), expected, rtol=4e-16, atol=1e-17, equal_nan=True), numbers
+        compared += np.isfinite(expected)
+    assert compared > 2
 
 
 @pytest.mark.parametrize("name", roots(on_arrays, ["a", "n"]))

@@ -202,9 +202,11 @@ def _acosh(code: Code, z: Complex) -> Complex:
 FUNCTIONS: Mapping[str, Callable[[Code, Complex], Any]] = {
     "sqrt": _sqrt,
     "exp": _exp,
+    "exp2": lambda code, z: _exp(code, z * log(2.0)),
     "expm1": _expm1,
     "log": _log,
     "log1p": _log1p,
+    "log2": lambda code, z: _log(code, z) / log(2.0),
     "log10": lambda code, z: _log(code, z) / log(10.0),
     "sin": _sin,
     "cos": _cos,

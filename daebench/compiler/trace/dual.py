@@ -158,9 +158,11 @@ Function = Callable[[str], Callable[..., Any]]
 SLOPES: Mapping[str, Callable[[Function, Any], Any]] = {
     "sqrt": lambda f, x: 0.5 / f("sqrt")(x),
     "exp": lambda f, x: f("exp")(x),
+    "exp2": lambda f, x: 0.6931471805599453 * f("exp2")(x),
     "expm1": lambda f, x: f("exp")(x),
     "log": lambda f, x: 1.0 / x,
     "log1p": lambda f, x: 1.0 / (1.0 + x),
+    "log2": lambda f, x: 1.4426950408889634 / x,
     "log10": lambda f, x: 0.4342944819032518 / x,
     "sin": lambda f, x: f("cos")(x),
     "cos": lambda f, x: -f("sin")(x),

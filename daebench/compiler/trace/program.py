@@ -3,6 +3,7 @@
 import re
 import types
 from collections.abc import Callable, Sequence
+from math import log, pi
 from typing import Any
 
 from daebench.compiler.trace import dual, foreign
@@ -26,7 +27,7 @@ MATHEMATICS = {
 }
 MATHEMATICS |= {"arctan2": "atan2", "atan2": "atan2", "hypot": "hypot", "log10": "log10", "cbrt": "cbrt", "arcsinh": "asinh"}
 MATHEMATICS |= {f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan")} | {name: name for name in ("asin", "acos", "atan")}
-MATHEMATICS |= {"arccosh": "acosh", "arctanh": "atanh"}
+MATHEMATICS |= {"arccosh": "acosh", "arctanh": "atanh", "exp2": "exp2", "log2": "log2"}
 """Functions of numbers by their names in modules, with the names of the platform."""
 
 _FUNCTION = re.compile(r"^def (\w+)\(([^\n]*)\):(?:\n(?:[ \t][^\n]*)?)*", re.M)
@@ -206,6 +207,24 @@ def _extreme(code: Code, op: str, args: Sequence[Any]) -> Any:
     return found
 
 
+def _composed(code: Code) -> dict[str, Callable[..., Any]]:
+    """Return the functions of NumPy that the platform does not have, made of those that it has."""
+    sin, exp, exp2, log1p = (_function(code, name) for name in ("sin", "exp", "exp2", "log1p"))
+
+    def sinc(x: Any) -> Any:
+        angle = pi * code.select(x == 0.0, 1e-20, x)
+        return sin(angle) / angle
+
+    def below(x: Any, y: Any) -> Any:
+        return -abs(x - y)
+
+    return {
+        "sinc": sinc,
+        "logaddexp": lambda x, y: _extreme(code, "gt", (x, y)) + log1p(exp(below(x, y))),
+        "logaddexp2": lambda x, y: _extreme(code, "gt", (x, y)) + log1p(exp2(below(x, y))) / log(2.0),
+    }
+
+
 def _moduli(x: Any) -> Any:
     return abs(x)
 
@@ -228,6 +247,7 @@ def names(code: Code) -> dict[str, Any]:
         "absolute": _moduli,
     }
     numpy |= {name: _function(code, function) for name, function in MATHEMATICS.items()}
+    numpy |= _composed(code)
     numpy["isfinite"] = lambda x: (x - x) == 0.0
     return (
         numpy
