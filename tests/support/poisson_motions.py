@@ -16,7 +16,7 @@ def plain_module(ivp, formulation, multipliers):
     """The generated source run as it stands, with ``njit`` standing for nothing, made once."""
     key = (ivp.problem, len(ivp.y0), formulation, multipliers)
     if key not in _kept:
-        text = poisson_residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers, cached=False)
+        text = poisson_residuals.source("Uncompiled.", ivp.source.derivation, formulation, multipliers)
         _kept[key] = uncompiled.run(text, "uncompiled")
     return _kept[key]
 

@@ -261,6 +261,7 @@ def names(code: Code) -> dict[str, Any]:
             "min": lambda *args: _extreme(code, "lt", args),
             "bool": lambda x: code.as_kind(x, TRUTH) if isinstance(x, Value) else bool(x),
             "float": lambda x: code.as_kind(x, FLOAT64) if isinstance(x, Value) else float(x),
+            "complex": lambda real, imag=0.0: Complex(code, real, imag),
             "int": lambda x: code.as_kind(x, INTEGER) if isinstance(x, Value) else int(x),
             CHOSEN: code.select,
             BOTH: code.both,

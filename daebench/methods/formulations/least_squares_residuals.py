@@ -29,7 +29,7 @@ def rhs_jacobian(t, y, JJ, par):
     for i in range(n):
         moved[i] = y[i]
     for j in range(n):
-        moved[j] = y[j] + {STEP}j
+        moved[j] = complex(y[j], {STEP})
         pivot = right_side(moved, column, par)
         health, lost = min(health, pivot), lost + 0.0 * pivot
         moved[j] = y[j]
