@@ -193,7 +193,7 @@ class Linker:
         if self.options.loops:
             lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
         if self._native:
-            lines = [lines[0].partition("\n\nimport")[0], "\nimport numpy\n", *lines[1:], f"NATIVE = {tuple(names)}"]
+            lines = [f'"""{title}"""\n\nimport numpy\n', *lines[1:], f"NATIVE = {tuple(names)}"]
             return "\n".join([*lines, f"{RECORDED.lstrip()}\n", body, ""])
         if self.options.compiled:
             body = self._decorated(body, names, lines, cached, within=within)

@@ -1,0 +1,45 @@
+"""Memory for the new arrays of one call of machine code."""
+
+import ctypes
+import mmap
+import threading
+from collections.abc import Iterable
+from typing import Any
+
+from daebench.errors import RunFailed
+
+LEAST, PARTS = 2**26, 256
+"""Bytes for new arrays: at least so many, and so many times those of the arrays that are given. Pages that are not used cost nothing."""
+
+
+class Memory:
+    """Memory for new arrays of one call."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | getattr(mmap, "MAP_NORESERVE", 0)
+        self._map = mmap.mmap(-1, size, flags=flags)
+        self._start = ctypes.addressof((ctypes.c_char * size).from_buffer(self._map))
+        self._words = (ctypes.c_int64 * 4)()
+
+    def begun(self) -> int:
+        """Return the address of where its next array goes, its end, its beginning, and whether it was too small; all of it is free."""
+        self._words[:] = [self._start, self._start + self.size, self._start, 0]
+        return ctypes.addressof(self._words)
+
+    def require_enough(self) -> None:
+        """Raise :class:`RunFailed` if it was too small."""
+        if self._words[3]:
+            raise RunFailed(f"new arrays of a step need more than the {self.size >> 20} MiB set aside for them; use a smaller problem.")
+
+
+_memories = threading.local()
+
+
+def memory_for(arrays: Iterable[Any]) -> Memory:
+    """Return memory of this thread for a call with these arrays."""
+    size = max(LEAST, PARTS * sum(array.nbytes for array in arrays))
+    memory: Memory | None = getattr(_memories, "memory", None)
+    if memory is None or memory.size < size:
+        memory = _memories.memory = Memory(size)
+    return memory
