@@ -2,6 +2,9 @@
 
 import ctypes
 import mmap
+import threading
+from collections.abc import Iterable
+from typing import Any
 
 from daebench.errors import RunFailed
 
@@ -36,3 +39,15 @@ class Memory:
         """Raise :class:`RunFailed` if it was too small."""
         if self._words[3]:
             raise RunFailed(f"new arrays of a step need more than the {self.size >> 20} MiB set aside for them; use a smaller problem.")
+
+
+_memories = threading.local()
+
+
+def memory_for(arrays: Iterable[Any]) -> Memory:
+    """Return memory of this thread for a call with these arrays."""
+    size = max(LEAST, PARTS * sum(array.nbytes for array in arrays))
+    memory: Memory | None = getattr(_memories, "memory", None)
+    if memory is None or memory.size < size:
+        memory = _memories.memory = Memory(size)
+    return memory

@@ -13,7 +13,7 @@ import cache_damage
 import numpy as np
 import pytest
 
-from daebench.compiler import machine, native, sealed
+from daebench.compiler import machine, memory, native, sealed
 from daebench.compiler.cache import RECORDED, CacheWarning, generated
 from daebench.errors import RunFailed
 
@@ -178,8 +178,8 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
     source = f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{text}\n'
     root, a = generated("sums", f"sums {next(_count)}", lambda _: source).root, np.ones(1000)
     assert root(a, 10**5)[0] == 2.0  # memory is given back after each turn
-    monkeypatch.setattr(native, "LEAST", 2**13)
-    monkeypatch.setattr(native, "PARTS", 3)
-    monkeypatch.setattr(native, "_memories", type(native._memories)())
+    monkeypatch.setattr(memory, "LEAST", 2**13)
+    monkeypatch.setattr(memory, "PARTS", 3)
+    monkeypatch.setattr(memory, "_memories", type(memory._memories)())
     with pytest.raises(RunFailed, match=r"new arrays of a step need more than the 0 MiB set aside for them"):
         root(a, 10)

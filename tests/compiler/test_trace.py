@@ -77,6 +77,8 @@ def test_every_smooth_function_that_definitions_may_contain_is_that_of_numpy(nam
         assert np.allclose(fast(*numbers), expected, rtol=4e-16, atol=1e-17, equal_nan=True), numbers
         compared += np.isfinite(expected)
     assert compared > 2
+    fast(*map(np.float32, numbers))
+    assert list(fast.kinds.values()) == ["d", "s"]
 
 
 @pytest.mark.parametrize("name", roots(on_arrays, ["a", "n"]))

@@ -80,7 +80,7 @@ class Text:
         self.allocating: set[Function] = set()
         self.functions: list[str] = []
 
-    def add(self, function: Function, linkage: str = "internal") -> None:
+    def add(self, function: Function) -> None:
         """Add a function; those that it calls were added before."""
         if any(node.op in MEMORY if type(node) is Value else node.function in self.allocating for node in _leaves(function.block)):
             self.allocating.add(function)
@@ -93,8 +93,8 @@ class Text:
         attribute = "alwaysinline " if length < SHORT else "noinline " if length > LONGEST else ""
         parameters = [f"{TYPES[p.kind]} %a{k}" for k, p in enumerate(function.parameters)]
         parameters += ["ptr %arena"] * (function in self.allocating)
-        head = f"define {linkage} {result_type(function)} @{function.name}({', '.join(parameters)}) nounwind"
-        self.functions.append("\n".join([f"{head} {attribute if linkage == 'internal' else ''}{{", "entry:", *lines, "}"]))
+        head = f"define internal {result_type(function)} @{function.name}({', '.join(parameters)}) nounwind {attribute}{{"
+        self.functions.append("\n".join([head, "entry:", *lines, "}"]))
 
     def entry(self, function: Function, name: str) -> None:
         """Add a function without result: it takes arguments from an array of words, and puts results into another.

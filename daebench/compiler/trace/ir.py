@@ -32,6 +32,14 @@ class NeedsKnown(TypeError):
     """A number that is only known at run time stands where a known one is needed."""
 
 
+def _operators(method: str, *op: str) -> tuple[Any, Any]:
+    """Return an operator of values, which a method of the program records, and the same with its operands exchanged."""
+    return (
+        lambda self, other: getattr(self.code, method)(*op, self, other),
+        lambda self, other: getattr(self.code, method)(*op, other, self),
+    )
+
+
 class Value:
     """One operation, and its result. Python's operators on it record further operations in its program."""
 
@@ -43,35 +51,21 @@ class Value:
     def __bool__(self) -> bool:
         raise TypeError("a number that is only known at run time stands where none can be tested")
 
-    def __add__(self, other: Any) -> Any:
-        return self.code.arithmetic("add", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self.code.arithmetic("add", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self.code.arithmetic("sub", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self.code.arithmetic("sub", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self.code.arithmetic("mul", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self.code.arithmetic("mul", other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self.code.quotient(self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self.code.quotient(other, self)
-
-    def __floordiv__(self, other: Any) -> Any:
-        return self.code.whole("floordiv", self, other)
-
-    def __mod__(self, other: Any) -> Any:
-        return self.code.whole("mod", self, other)
+    __add__, __radd__ = _operators("arithmetic", "add")
+    __sub__, __rsub__ = _operators("arithmetic", "sub")
+    __mul__, __rmul__ = _operators("arithmetic", "mul")
+    __truediv__, __rtruediv__ = _operators("quotient")
+    __floordiv__ = _operators("whole", "floordiv")[0]
+    __mod__ = _operators("whole", "mod")[0]
+    __lt__ = _operators("compare", "lt")[0]
+    __le__ = _operators("compare", "le")[0]
+    __gt__ = _operators("compare", "gt")[0]
+    __ge__ = _operators("compare", "ge")[0]
+    __eq__ = _operators("compare", "eq")[0]
+    __ne__ = _operators("compare", "ne")[0]
+    __pow__, __rpow__ = _operators("power")
+    __or__, __ror__ = _operators("either")
+    __hash__ = object.__hash__
 
     def __neg__(self) -> Any:
         return self.code.emit("neg", self.kind, (self,))
@@ -84,38 +78,6 @@ class Value:
 
     def __abs__(self) -> Any:
         return self.code.emit("abs", self.kind, (self,)) if self.kind in FLOATS else self.code.select(self < 0, -self, self)
-
-    def __pow__(self, exponent: Any) -> Any:
-        return self.code.power(self, exponent)
-
-    def __rpow__(self, base: Any) -> Any:
-        return self.code.power(base, self)
-
-    def __or__(self, other: Any) -> Any:
-        return self.code.either(self, other)
-
-    def __ror__(self, other: Any) -> Any:
-        return self.code.either(other, self)
-
-    def __lt__(self, other: Any) -> Any:
-        return self.code.compare("lt", self, other)
-
-    def __le__(self, other: Any) -> Any:
-        return self.code.compare("le", self, other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self.code.compare("gt", self, other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.code.compare("ge", self, other)
-
-    def __eq__(self, other: object) -> Any:
-        return self.code.compare("eq", self, other)
-
-    def __ne__(self, other: object) -> Any:
-        return self.code.compare("ne", self, other)
-
-    __hash__ = object.__hash__
 
     @property
     def real(self) -> "Value":

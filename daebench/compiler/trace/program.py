@@ -12,7 +12,7 @@ from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
 from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.follow import Steered
-from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value, kind_of
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
 from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
 
@@ -212,7 +212,7 @@ def _composed(code: Code) -> dict[str, Callable[..., Any]]:
     sin, exp, exp2, log1p = (_function(code, name) for name in ("sin", "exp", "exp2", "log1p"))
 
     def sinc(x: Any) -> Any:
-        angle = pi * code.select(x == 0.0, 1e-20, x)
+        angle = code.as_kind(pi, kind_of(x)) * code.select(x == 0.0, code.as_kind(1e-20, kind_of(x)), x)
         return sin(angle) / angle
 
     def below(x: Any, y: Any) -> Any:
@@ -221,7 +221,7 @@ def _composed(code: Code) -> dict[str, Callable[..., Any]]:
     return {
         "sinc": sinc,
         "logaddexp": lambda x, y: _extreme(code, "gt", (x, y)) + log1p(exp(below(x, y))),
-        "logaddexp2": lambda x, y: _extreme(code, "gt", (x, y)) + log1p(exp2(below(x, y))) / log(2.0),
+        "logaddexp2": lambda x, y: _extreme(code, "gt", (x, y)) + log1p(exp2(below(x, y))) / code.as_kind(log(2.0), kind_of(x)),
     }
 
 

@@ -1,0 +1,212 @@
+"""Calls of machine code from Python: arguments of one form as words, and results put together of words."""
+
+import ctypes
+import struct
+import time
+from collections.abc import Iterator, Sequence
+from itertools import chain, count
+from typing import Any
+from weakref import ref
+
+import numpy as np
+
+from daebench.compiler.memory import memory_for
+
+FORMATS = {"d": "d", "s": "f4x", "i": "q", "b": "q", "z": "dd"}
+"""How numbers of each kind are packed into words."""
+
+DTYPES = {
+    "d": np.dtype(np.float64),
+    "s": np.dtype(np.float32),
+    "i": np.dtype(np.int64),
+    "b": np.dtype(np.bool_),
+    "z": np.dtype(np.complex128),
+}
+
+
+def form_of(x: Any) -> Any:
+    """Return the form of an argument: a letter, a tuple of forms, or of an array its type, its axes, and whether rows follow each other."""
+    if isinstance(x, tuple):
+        return tuple(map(form_of, x))
+    if isinstance(x, np.ndarray):
+        return f"{x.dtype.kind}{x.itemsize}", x.ndim, x.flags.c_contiguous
+    if x is None or isinstance(x, bool | np.bool_):
+        return x if x is None else "b"
+    if isinstance(x, int | np.integer):
+        return "i"
+    if isinstance(x, float):
+        return "d"
+    if isinstance(x, np.float32):
+        return "s"
+    if isinstance(x, complex):
+        return "z"
+    raise TypeError(f"{x!r} is no number that machine code takes")
+
+
+ARRAYS = {"f8": "d", "f4": "s", "i8": "i", "u8": "i", "c16": "z"}
+"""Kinds of entries, by what NumPy says of a type."""
+
+
+def given(form: Any) -> Any:
+    """Return a form as :meth:`daebench.compiler.trace.program.Program.entry` takes it."""
+    if _of_array(form):
+        return [ARRAYS[form[0]], *form[1:]]
+    return tuple(map(given, form)) if isinstance(form, tuple) else form
+
+
+def described(x: Any) -> Any:
+    """Return a description of a result: null for a number of the program, a list, a known number, or an array."""
+    from daebench.compiler.trace.arrays import Array
+    from daebench.compiler.trace.complex import Complex
+    from daebench.compiler.trace.ir import Value
+
+    if isinstance(x, tuple):
+        return [described(entry) for entry in x]
+    if isinstance(x, Complex):
+        return {"parts": [described(x.real), described(x.imag)]}
+    if isinstance(x, Array):
+        lengths = [[None if isinstance(length, Value) else length for length in row] for row in (x.shape, x.strides)]
+        return {"kind": x.kind, "shape": lengths[0], "strides": lengths[1]}
+    return None if isinstance(x, Value) else {"is": x}
+
+
+class Entry:
+    """A function for arguments of one form, at an address.
+
+    What takes arguments apart and puts results together is written out for the form: a run may call its kernel for a few steps at a time.
+    """
+
+    def __init__(self, form: Any, head: dict[str, Any], address: int) -> None:
+        self.kinds, self._allocates = head["kinds"], head["allocates"]
+        letters = _packed(form), (FORMATS.get(kind, "q") for kind in self.kinds)
+        self._packed, self._found = (struct.Struct("=" + "".join(each)) for each in letters)
+        self._buffer = ctypes.c_char * (self._found.size + 8)
+        self._places: list[_Place] = []
+        pattern, words, checks = self._pattern(form, count())
+        space: dict[str, Any] = {f"place{k}": place for k, place in enumerate(self._places)}
+        space |= {"array": _array, "bool": bool, "complex": complex, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
+        space |= {"floats": (float, np.float64), "bools": (bool, np.bool_), "complexes": (complex, np.complex128), "float32": np.float32}
+        space |= {"pack": self._packed.pack, "Other": _Other}
+        space |= {"call": ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)}
+        found = f"({_together(head['results'], self.kinds, count())})"
+        guard = f"    if not ({' and '.join(checks)}): raise Other\n" if checks else ""
+        text = f"def taken(x):\n    {pattern} = x\n{guard}    return pack({', '.join(words)})\ndef together(v):\n    return {found}\n"
+        exec(text, space)
+        self._call, self._taken, self._together = space["call"], space["taken"], space["together"]
+
+    def _pattern(self, form: Any, leaves: Iterator[int]) -> tuple[str, list[str], list[str]]:
+        """Return what an argument is unpacked to, the words that it is packed into, and tests of its form."""
+        if not isinstance(form, tuple):
+            name = f"x{next(leaves)}"
+            if form is None:
+                return name, [], [f"{name} is None"]
+            if form == "z":
+                return name, [f"{name}.real", f"{name}.imag"], [f"type({name}) in complexes"]
+            tests = {"s": f"type({name}) is float32", "b": f"type({name}) in bools", "d": f"type({name}) in floats"}
+            return name, [name], [tests[form]] if form in tests else []
+        if _of_array(form):
+            name, k = f"x{next(leaves)}", len(self._places)
+            self._places.append(_Place(form))
+            return name, [f"*place{k}({name})"], []
+        parts = [self._pattern(part, leaves) for part in form]
+        words, checks = (list(chain.from_iterable(part[k] for part in parts)) for k in (1, 2))
+        return f"[{', '.join(part[0] for part in parts)}]", words, checks
+
+    def words(self, args: tuple[Any, ...]) -> bytes | None:
+        """Return arguments in words; None if they are of another form."""
+        try:
+            words: bytes = self._taken(args)
+        except (_Other, TypeError, ValueError, struct.error):
+            return None
+        return words
+
+    def __call__(self, words: bytes, args: tuple[Any, ...]) -> tuple[Any, float]:
+        """Return the result for these arguments, and the CPU time of the machine code."""
+        found = self._buffer()
+        memory = memory_for(arrays_in(args)) if self._allocates else None
+        place, free = ctypes.addressof(found), memory.begun() if memory else 0
+        began = time.thread_time()
+        self._call(words, place, free)
+        seconds = time.thread_time() - began
+        if memory:
+            memory.require_enough()
+        return self._together(self._found.unpack_from(found)), seconds
+
+
+class _Other(Exception):
+    """An argument is of another form."""
+
+
+_NOTHING = ctypes.c_char * 0
+"""What can be had of every array that can be written to: its address costs a third of what NumPy's takes."""
+
+
+class _Place:
+    """Where the array of one argument is, with its lengths: asked for only where it is another array than before."""
+
+    def __init__(self, form: tuple[Any, ...]) -> None:
+        self.dtype, self.axes, self.ordered = np.dtype(form[0]), form[1], form[2]
+        self.last: tuple[Any, tuple[int, ...]] = (lambda: None, ())
+
+    def __call__(self, x: Any) -> tuple[int, ...]:
+        """Return where an array is, its lengths, and its strides in entries unless they follow from the lengths."""
+        last, words = self.last
+        if last() is x:
+            return words
+        if type(x) is not np.ndarray or x.dtype != self.dtype or x.ndim != self.axes or x.flags.c_contiguous != self.ordered:
+            raise _Other
+        place = ctypes.addressof(_NOTHING.from_buffer(x.data)) if self.ordered and x.flags.writeable else x.ctypes.data
+        strides = () if self.ordered else tuple(stride // x.itemsize for stride in x.strides)
+        words = (place, *x.shape, *strides)
+        self.last = ref(x), words
+        return words
+
+
+def _packed(form: Any) -> Iterator[str]:
+    if _of_array(form):
+        yield "q" * (1 + form[1] * (1 if form[2] else 2))
+    elif isinstance(form, tuple):
+        for part in form:
+            yield from _packed(part)
+    elif form:
+        yield FORMATS[form]
+
+
+def _of_array(form: Any) -> bool:
+    return isinstance(form, tuple) and len(form) == 3 and isinstance(form[1], int)
+
+
+def _together(description: Any, kinds: str, places: Iterator[int]) -> str:
+    """Return the source of a result, given its numbers as v."""
+    if description is None:
+        k = next(places)
+        return f"bool(v[{k}])" if kinds[k] == "b" else f"v[{k}]"
+    if isinstance(description, list):
+        return f"({''.join(f'{_together(part, kinds, places)}, ' for part in description)})"
+    if "parts" in description:
+        return f"complex({', '.join(_together(part, kinds, places) for part in description['parts'])})"
+    if "is" in description:
+        return f"({description['is']!r})"
+    pointer = f"v[{next(places)}]"
+    rows = [[f"v[{next(places)}]" if n is None else str(n) for n in description[row]] for row in ("shape", "strides")]
+    shape, strides = (f"[{', '.join(row)}]" for row in rows)
+    return f"array({pointer}, DTYPES[{description['kind']!r}], {shape}, {strides})"
+
+
+def _array(place: int, dtype: Any, shape: Sequence[int], strides: Sequence[int]) -> Any:
+    """Return a copy of an array at an address."""
+    if 0 in shape:
+        return np.empty(shape, dtype)
+    extent = 1 + sum((n - 1) * stride for n, stride in zip(shape, strides, strict=True))
+    raw = (ctypes.c_char * (extent * dtype.itemsize)).from_address(place)
+    view = np.lib.stride_tricks.as_strided(np.frombuffer(raw, dtype), shape, [dtype.itemsize * stride for stride in strides])
+    return view.copy()
+
+
+def arrays_in(x: Any) -> Iterator[Any]:
+    """Return the arrays in a nested tuple."""
+    if isinstance(x, tuple):
+        for part in x:
+            yield from arrays_in(part)
+    elif isinstance(x, np.ndarray):
+        yield x
