@@ -205,7 +205,7 @@ class Linker:
     @property
     def _recorded(self) -> bool:
         """Whether the functions of the module are recorded, and printed for LLVM."""
-        return self.options.compiled and self.number.kind in ("float64", "float32", "mixed", "complex128", "dual", "tangent")
+        return self.options.compiled
 
     def _given_all(self, name: str) -> str:
         """Return the source of a function that is called from outside, for which the data of scheme and form are appended to ``par``."""

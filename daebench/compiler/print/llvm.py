@@ -6,15 +6,14 @@ from typing import Any
 
 from daebench.compiler.print.needed import Needed
 from daebench.compiler.trace.complex import COMPLEX
-from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, VECTOR, Call, Function, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
 
 
 class _Types(dict[str, str]):
     """Types by the kinds of values; those of vectors are made."""
 
     def __missing__(self, kind: str) -> str:
-        of = "i1" if kind[0] == TRUTH else "double"
-        return f"<{kind.lstrip(TRUTH + VECTOR)} x {of}>"
+        return f"<{kind[1:]} x {self[kind[0]]}>"
 
 
 TYPES = _Types({FLOAT64: "double", FLOAT32: "float", INTEGER: "i64", TRUTH: "i1", POINTER: "ptr", COMPLEX: "{double, double}"})
@@ -35,32 +34,23 @@ SHORT, LONGEST = 40, 2000
 
 
 def _formats() -> dict[tuple[str, str], str]:
-    """Return the text of an operation, by its name and the kind of its first argument."""
-    made = {
-        ("and", TRUTH): "and i1 {0}, {1}",
-        ("or", TRUTH): "or i1 {0}, {1}",
-        ("not", TRUTH): "xor i1 {0}, true",
-        ("neg", INTEGER): "sub i64 0, {0}",
-        ("floordiv", INTEGER): "sdiv i64 {0}, {1}",
-        ("mod", INTEGER): "srem i64 {0}, {1}",
-        ("itod", INTEGER): "sitofp i64 {0} to double",
-        ("itos", INTEGER): "sitofp i64 {0} to float",
-        ("btoi", TRUTH): "zext i1 {0} to i64",
-        ("btod", TRUTH): "uitofp i1 {0} to double",
-        ("btos", TRUTH): "uitofp i1 {0} to float",
-        ("dtoi", FLOAT64): "fptosi double {0} to i64",
-        ("stoi", FLOAT32): "fptosi float {0} to i64",
-        ("dtos", FLOAT64): "fptrunc double {0} to float",
-        ("stod", FLOAT32): "fpext float {0} to double",
-    }
-    for kind, name in ((FLOAT64, "double"), (FLOAT32, "float")):
-        made |= {(op, kind): f"f{op} {name} {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")}
-        made |= {("neg", kind): f"fneg {name} {{0}}", ("mod", kind): f"frem {name} {{0}}, {{1}}"}
+    """Return the text of an operation on numbers of type {T} with a result of type {R}, by its name and the kind of its first argument."""
+    made = {("and", TRUTH): "and {T} {0}, {1}", ("or", TRUTH): "or {T} {0}, {1}", ("neg", INTEGER): "sub {T} zeroinitializer, {0}"}
+    made |= {("floordiv", INTEGER): "sdiv {T} {0}, {1}", ("mod", INTEGER): "srem {T} {0}, {1}"}
+    floats = (FLOAT64, FLOAT32)
+    conversions = {"sitofp": (INTEGER, floats), "zext": (TRUTH, INTEGER), "uitofp": (TRUTH, floats)}
+    conversions |= {"fptrunc": (FLOAT64, FLOAT32), "fpext": (FLOAT32, FLOAT64)}
+    pairs = [(name, (of, to)) for name, (of, several) in conversions.items() for to in several]
+    pairs += [("fptosi", (of, INTEGER)) for of in floats]
+    made |= {(f"{of}to{to}", of): f"{name} {{T}} {{0}} to {{R}}" for name, (of, to) in pairs}
+    for kind in floats:
+        made |= {(op, kind): f"f{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")}
+        made |= {("neg", kind): "fneg {T} {0}", ("mod", kind): "frem {T} {0}, {1}"}
         orders = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
-        made |= {(op, kind): f"fcmp {order} {name} {{0}}, {{1}}" for op, order in orders.items()}
-    made |= {(op, INTEGER): f"{op} i64 {{0}}, {{1}}" for op in ("add", "sub", "mul")}
+        made |= {(op, kind): f"fcmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
+    made |= {(op, INTEGER): f"{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul")}
     orders = {"lt": "slt", "le": "sle", "gt": "sgt", "ge": "sge", "eq": "eq", "ne": "ne"}
-    return made | {(op, INTEGER): f"icmp {order} i64 {{0}}, {{1}}" for op, order in orders.items()}
+    return made | {(op, INTEGER): f"icmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
 
 
 FORMATS: Mapping[tuple[str, str], str] = _formats()
@@ -79,6 +69,7 @@ class Text:
         self.effective: set[Function] = set()
         self.allocating: set[Function] = set()
         self.functions: list[str] = []
+        self.entrywise: dict[str, str] = {}
 
     def add(self, function: Function) -> None:
         """Add a function; those that it calls were added before."""
@@ -161,7 +152,20 @@ class Text:
     def whole(self) -> str:
         """Return the text of all."""
         tables = [table for _, table in self.tables.values()]
-        return "\n".join([*sorted(self.declarations), *tables, *self.functions, BRANCHES])
+        return "\n".join([*sorted(self.declarations), *tables, *self.entrywise.values(), *self.functions, BRANCHES])
+
+    def function(self, op: str, kind: str, count: int) -> str:
+        """Return the name of a function of numbers or vectors; one that LLVM does not know is called for one entry after another."""
+        known, length = op in INTRINSIC, f"v{kind[1:]}" * (len(kind) > 1)
+        name = f"llvm.{op}.{length}{SUFFIXES[kind[0]]}" if known else op + "f" * (kind[0] == FLOAT32)
+        if known or not length:
+            types = ", ".join([TYPES[kind]] * count)
+            self.declarations.add(f"declare {TYPES[kind]} @{name}({types}) memory(none) nounwind willreturn")
+            return name
+        entrywise = f"{name}.{length}"
+        if entrywise not in self.entrywise:
+            self.entrywise[entrywise] = _entrywise(entrywise, self.function(op, kind[0], count), kind, count)
+        return entrywise
 
     def table(self, value: Value) -> str:
         """Return the name of a table of constants."""
@@ -171,6 +175,19 @@ class Text:
             content = ", ".join(f"{kind_name} {_number(entry, kind)}" for entry in entries)
             self.tables[value] = name, f"{name} = private constant [{len(entries)} x {kind_name}] [{content}]"
         return self.tables[value][0]
+
+
+def _entrywise(name: str, function: str, kind: str, count: int) -> str:
+    """Return the text of a function of vectors that calls one of numbers for each entry."""
+    whole, number, given = TYPES[kind], TYPES[kind[0]], range(count)
+    lines, result = [], "undef"
+    for k in range(int(kind[1:])):
+        lines += [f"%x{j}_{k} = extractelement {whole} %a{j}, i32 {k}" for j in given]
+        lines.append(f"%y{k} = call {number} @{function}({', '.join(f'{number} %x{j}_{k}' for j in given)})")
+        lines.append(f"%r{k} = insertelement {whole} {result}, {number} %y{k}, i32 {k}")
+        result = f"%r{k}"
+    head = f"define internal {whole} @{name}({', '.join(f'{whole} %a{j}' for j in given)}) noinline memory(none) nounwind willreturn {{"
+    return "\n".join([head, *lines, f"ret {whole} {result}", "}"])
 
 
 def result_type(function: Function) -> str:
@@ -191,8 +208,8 @@ def _leaves(block: Sequence[Any]) -> Iterable[Any]:
 
 
 def _number(x: float, kind: str) -> str:
-    if kind[0] == VECTOR:
-        return f"<{', '.join([f'double {_number(x, FLOAT64)}'] * int(kind[1:]))}>"
+    if len(kind) > 1:
+        return f"<{', '.join([f'{TYPES[kind[0]]} {_number(x, kind[0])}'] * int(kind[1:]))}>"
     if kind == FLOAT32:
         (x,) = unpack("<f", pack("<f", x))
     if kind in SUFFIXES:
@@ -206,6 +223,7 @@ class _Printer:
     def __init__(self, text: Text, function: Function, need: Needed) -> None:
         self.text, self.function, self.need = text, function, need
         self.lines: list[str] = []
+        self.slots: list[str] = []
         self.names: dict[Value, str] = {p: f"%a{k}" for k, p in enumerate(function.parameters)}
         self.count, self.label = 0, "entry"
         self.arrivals: dict[Region, tuple[str, list[tuple[str, list[str]]]]] = {}
@@ -219,7 +237,7 @@ class _Printer:
             self.lines.append(f"{name} = insertvalue {kind} {whole}, {TYPES[result.kind]} {self._at(result)}, {k}")
             whole = name
         self.lines.append(f"ret {kind} {whole}" if self.function.results else "ret {} zeroinitializer")
-        return self.lines
+        return self.slots + self.lines
 
     def _fresh(self) -> str:
         self.count += 1
@@ -261,19 +279,20 @@ class _Printer:
         self.lines.append(f"br label %{label}")
 
     def _value(self, value: Value) -> None:
-        form = FORMATS.get((value.op, value.args[0].kind)) if value.args and isinstance(value.args[0], Value) else None
+        form = FORMATS.get((value.op, value.args[0].kind[0])) if value.args and isinstance(value.args[0], Value) else None
         if form is not None:
             name = self.names[value] = self._fresh()
-            self.lines.append(f"{name} = {form.format(*map(self._at, value.args))}")
+            self.lines.append(f"{name} = {form.format(*map(self._at, value.args), T=TYPES[value.args[0].kind], R=TYPES[value.kind])}")
         elif value.op in _SPECIAL:
             _SPECIAL[value.op](self, value)
         else:
             self._function(value)
 
     def _select(self, value: Value) -> None:
-        test, *sides = map(self._at, value.args)
-        kind = TYPES[value.kind]
-        self._named(value, f"select i1 {test}, {kind} {sides[0]}, {kind} {sides[1]}")
+        self._named(value, "select " + ", ".join(f"{TYPES[x.kind]} {self._at(x)}" for x in value.args))
+
+    def _not(self, value: Value) -> None:
+        self._named(value, f"xor {TYPES[value.kind]} {self._at(value.args[0])}, {_number(1, value.kind)}")
 
     def _named(self, value: Value, text: str) -> None:
         name = self.names[value] = self._fresh()
@@ -289,11 +308,18 @@ class _Printer:
 
     def _load(self, value: Value) -> None:
         pointer, index = value.args
-        self._named(value, f"load {TYPES[value.kind]}, ptr {self._address(pointer, index, value.kind)}")
+        place = self._address(pointer, index, value.kind[0])
+        self._named(value, f"load {TYPES[value.kind]}, ptr {place}{self._aligned(value.kind)}")
 
     def _store(self, value: Value) -> None:
         pointer, index, what = value.args
-        self.lines.append(f"store {TYPES[what.kind]} {self._at(what)}, ptr {self._address(pointer, index, what.kind)}")
+        place = self._address(pointer, index, what.kind[0])
+        self.lines.append(f"store {TYPES[what.kind]} {self._at(what)}, ptr {place}{self._aligned(what.kind)}")
+
+    @staticmethod
+    def _aligned(kind: str) -> str:
+        """Return that a vector lies where its entries may."""
+        return f", align {BYTES[kind[0]]}" if len(kind) > 1 else ""
 
     def _offset(self, value: Value) -> None:
         pointer, index, kind = value.args
@@ -320,29 +346,16 @@ class _Printer:
         ]
         self._named(value, f"select i1 {full}, ptr {base}, ptr {top}")
 
-    def _of_vectors(self, value: Value) -> None:
-        """Print an operation on vectors of one kind, entry by entry."""
-        kind = TYPES[value.args[-1].kind]
-        self._named(value, f"{ENTRYWISE[value.op]} {kind} {', '.join(map(self._at, value.args))}")
-
-    def _vabs(self, value: Value) -> None:
-        kind, name = TYPES[value.kind], f"llvm.fabs.{value.kind}f64"
-        self.text.declarations.add(f"declare {kind} @{name}({kind}) memory(none) nounwind willreturn")
-        self._named(value, f"call {kind} @{name}({kind} {self._at(value.args[0])})")
-
-    def _vscale(self, value: Value) -> None:
-        factor, vector = value.args
-        kind, first, everywhere = TYPES[value.kind], self._fresh(), self._fresh()
-        self.lines.append(f"{first} = insertelement {kind} undef, double {self._at(factor)}, i32 0")
-        places = f"<{value.kind[1:]} x i32> zeroinitializer"
-        self.lines.append(f"{everywhere} = shufflevector {kind} {first}, {kind} undef, {places}")
-        self._named(value, f"fmul {kind} {everywhere}, {self._at(vector)}")
+    def _splat(self, value: Value) -> None:
+        (number,), kind, first = value.args, TYPES[value.kind], self._fresh()
+        self.lines.append(f"{first} = insertelement {kind} undef, {TYPES[number.kind]} {self._at(number)}, i32 0")
+        self._named(value, f"shufflevector {kind} {first}, {kind} undef, <{value.kind[1:]} x i32> zeroinitializer")
 
     def _vset(self, value: Value) -> None:
         kind, whole = TYPES[value.kind], "undef"
         for k, entry in enumerate(value.args):
             name = self._fresh()
-            self.lines.append(f"{name} = insertelement {kind} {whole}, double {self._at(entry)}, i32 {k}")
+            self.lines.append(f"{name} = insertelement {kind} {whole}, {TYPES[entry.kind]} {self._at(entry)}, i32 {k}")
             whole = name
         self.names[value] = whole
 
@@ -350,24 +363,21 @@ class _Printer:
         vector, k = value.args
         self._named(value, f"extractelement {TYPES[vector.kind]} {self._at(vector)}, i32 {k}")
 
-    def _vselect(self, value: Value) -> None:
-        self._named(value, "select " + ", ".join(f"{TYPES[x.kind]} {self._at(x)}" for x in value.args))
-
-    def _mall(self, value: Value) -> None:
-        """Print whether all of a vector of truths are true."""
-        (truths,) = value.args
-        bits, word = self._fresh(), f"i{truths.kind.lstrip(TRUTH + VECTOR)}"
+    def _any(self, value: Value) -> None:
+        """Print whether one of a vector of truths is true."""
+        (truths,), bits = value.args, self._fresh()
+        word = f"i{truths.kind[1:]}"
         self.lines.append(f"{bits} = bitcast {TYPES[truths.kind]} {self._at(truths)} to {word}")
-        self._named(value, f"icmp eq {word} {bits}, -1")
+        self._named(value, f"icmp ne {word} {bits}, 0")
 
-    def _vload(self, value: Value) -> None:
-        pointer, index = value.args
-        self._named(value, f"load {TYPES[value.kind]}, ptr {self._address(pointer, index, FLOAT64)}, align 8")
+    def _slot(self, value: Value) -> None:
+        """Print a place in memory for so many words, at the beginning of the function."""
+        name = self.names[value] = self._fresh()
+        self.slots.append(f"{name} = alloca i64, i64 {value.args[0]}, align 64")
 
-    def _vstore(self, value: Value) -> None:
-        pointer, index, what = value.args
-        place = self._address(pointer, index, FLOAT64)
-        self.lines.append(f"store {TYPES[what.kind]} {self._at(what)}, ptr {place}, align 8")
+    def _seen(self, value: Value) -> None:
+        """Print that a place is read and written here as far as LLVM knows, which then does not hold its content in registers."""
+        self.lines.append(f'call void asm sideeffect "", "r,~{{memory}}"(ptr {self._at(value.args[0])})')
 
     def _itop(self, value: Value) -> None:
         self._named(value, f"inttoptr i64 {self._at(value.args[0])} to ptr")
@@ -405,11 +415,8 @@ class _Printer:
 
     def _function(self, value: Value) -> None:
         """Print the call of a function of numbers."""
-        kind, suffix = TYPES[value.kind], SUFFIXES[value.kind]
-        op = "fabs" if value.op == "abs" else value.op
-        name = f"llvm.{op}.{suffix}" if op in INTRINSIC else op + "f" * (value.kind == FLOAT32)
-        types = ", ".join([kind] * len(value.args))
-        self.text.declarations.add(f"declare {kind} @{name}({types}) memory(none) nounwind willreturn")
+        kind = TYPES[value.kind]
+        name = self.text.function("fabs" if value.op == "abs" else value.op, value.kind, len(value.args))
         self._named(value, f"call {kind} @{name}({', '.join(f'{kind} {self._at(x)}' for x in value.args)})")
 
     def _phis(self, results: Sequence[Value], came: Sequence[tuple[str, Sequence[str]]]) -> None:
@@ -473,10 +480,6 @@ class _Printer:
                 self._named(result, f"extractvalue {kind} {name}, {k}")
 
 
-ENTRYWISE = {"vadd": "fadd", "vsub": "fsub", "vmul": "fmul", "vneg": "fneg", "mand": "and", "mor": "or"}
-ENTRYWISE |= {"vle": "fcmp ole", "vge": "fcmp oge", "vlt": "fcmp olt"}
-"""Operations on vectors, entry by entry."""
-
 _NODES: Mapping[type, Any] = {
     If: _Printer._if,
     Region: _Printer._region,
@@ -491,15 +494,13 @@ _SPECIAL: Mapping[str, Any] = {
     "store": _Printer._store,
     "offset": _Printer._offset,
     "alloc": _Printer._alloc,
-    **dict.fromkeys(ENTRYWISE, _Printer._of_vectors),
-    "vabs": _Printer._vabs,
-    "vscale": _Printer._vscale,
+    "not": _Printer._not,
+    "splat": _Printer._splat,
     "vset": _Printer._vset,
     "vget": _Printer._vget,
-    "vselect": _Printer._vselect,
-    "mall": _Printer._mall,
-    "vload": _Printer._vload,
-    "vstore": _Printer._vstore,
+    "any": _Printer._any,
+    "slot": _Printer._slot,
+    "seen": _Printer._seen,
     "itop": _Printer._itop,
     "ccall": _Printer._ccall,
     "mark": _Printer._mark,

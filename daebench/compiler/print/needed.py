@@ -6,7 +6,7 @@ from typing import Any
 from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value
 from daebench.compiler.trace.turns import unchanged
 
-EFFECTS = frozenset(("store", "move", "release", "ccall", "vstore"))
+EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
 """Operations that are needed though nothing reads their result."""
 
 

@@ -8,7 +8,7 @@ from functools import wraps
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT64, TRUTH, VECTOR, Code, Value
+from daebench.compiler.trace.ir import FLOAT64, TRUTH, Code, Value
 
 SETTLED = 16 * 2.0**-52
 """Derivatives have converged if an iteration changes them by at most this fraction of their size."""
@@ -57,21 +57,15 @@ class Dual:
     def __bool__(self) -> bool:
         raise TypeError("a number that is only known at run time stands where none can be tested")
 
-    def _vector(self, op: str, *args: Any) -> Value:
-        return self.code.emit(op, self.kind, args)
-
-    def _times(self, factor: Any, tangents: Value) -> Value:
-        return self._vector("vscale", self.code.as_kind(factor, FLOAT64), tangents)
-
     def chained(self, value: Any, slope: Any) -> "Dual":
         """Return the number f(x), given the values of f and of f' here."""
-        return Dual(self.code, value, self._times(slope, self.tangents))
+        return Dual(self.code, value, slope * self.tangents)
 
     @_of_numbers
     def __add__(self, y: Any) -> Any:
         if not isinstance(y, Dual):
             return Dual(self.code, self.value + y, self.tangents)
-        return Dual(self.code, self.value + y.value, self._vector("vadd", self.tangents, y.tangents))
+        return Dual(self.code, self.value + y.value, self.tangents + y.tangents)
 
     @_of_numbers
     def __radd__(self, x: Any) -> Any:
@@ -81,18 +75,17 @@ class Dual:
     def __sub__(self, y: Any) -> Any:
         if not isinstance(y, Dual):
             return Dual(self.code, self.value - y, self.tangents)
-        return Dual(self.code, self.value - y.value, self._vector("vsub", self.tangents, y.tangents))
+        return Dual(self.code, self.value - y.value, self.tangents - y.tangents)
 
     @_of_numbers
     def __rsub__(self, x: Any) -> Any:
-        return Dual(self.code, x - self.value, self._vector("vneg", self.tangents))
+        return Dual(self.code, x - self.value, -self.tangents)
 
     @_of_numbers
     def __mul__(self, y: Any) -> Any:
         if not isinstance(y, Dual):
             return self.chained(self.value * y, y)
-        terms = self._times(y.value, self.tangents), self._times(self.value, y.tangents)
-        return Dual(self.code, self.value * y.value, self._vector("vadd", *terms))
+        return Dual(self.code, self.value * y.value, y.value * self.tangents + self.value * y.tangents)
 
     @_of_numbers
     def __rmul__(self, x: Any) -> Any:
@@ -103,15 +96,15 @@ class Dual:
         if not isinstance(y, Dual):
             return self.chained(self.code.quotient(self.value, y), self.code.quotient(1.0, y))
         value, inverse = self.value / y.value, 1.0 / y.value
-        return Dual(self.code, value, self._times(inverse, self._vector("vsub", self.tangents, self._times(value, y.tangents))))
+        return Dual(self.code, value, inverse * (self.tangents - value * y.tangents))
 
     @_of_numbers
     def __rtruediv__(self, x: Any) -> Any:
         value, inverse = x / self.value, 1.0 / self.value
-        return Dual(self.code, value, self._times(inverse, self._vector("vneg", self._times(value, self.tangents))))
+        return Dual(self.code, value, inverse * -(value * self.tangents))
 
     def __neg__(self) -> "Dual":
-        return Dual(self.code, -self.value, self._vector("vneg", self.tangents))
+        return Dual(self.code, -self.value, -self.tangents)
 
     def __pos__(self) -> "Dual":
         return self
@@ -247,18 +240,18 @@ def square(x: Any, units: Any) -> Any:
 
 def modulus(x: Any) -> Any:
     """Return |x|, with the absolute values of the derivatives too. Norms, which measure increments, are sums of these."""
-    return Dual(x.code, abs(x.value), x.code.emit("vabs", x.kind, (x.tangents,))) if isinstance(x, Dual) else abs(x)
+    return Dual(x.code, abs(x.value), abs(x.tangents)) if isinstance(x, Dual) else abs(x)
 
 
 def put(array: Array, i: Any, j: Any, x: Any) -> None:
     """Write the derivatives of a number into a row of an array from [i, j] on. For a real number nothing is written."""
     if isinstance(x, Dual):
-        x.code.effect("vstore", "", (*array.entry((i, j)), x.tangents))
+        x.code.effect("store", "", (*array.entry((i, j)), x.tangents))
 
 
 def take(array: Array, i: Any, j: Any, x: Any, k: int) -> Dual:
     """Return the number with value x whose k derivatives are in a row of an array from [i, j] on."""
-    return Dual(array.code, x, array.code.effect("vload", f"{VECTOR}{k}", array.entry((i, j))))
+    return Dual(array.code, x, array.code.effect("load", f"{FLOAT64}{k}", array.entry((i, j))))
 
 
 def spread(array: Array, i: Any, j: Any, x: Any) -> None:
@@ -274,17 +267,11 @@ def unsettled(size: Any, scale: Any, last: Any) -> Any:
     """
     if not isinstance(size, Dual):
         return size
-    code, kind, change = size.code, size.kind, size.tangents
-    before, part, mask = size.of(last).tangents, size.of(scale).tangents, f"{TRUTH}{size.kind}"
-
-    def vector(op: str, *args: Any) -> Value:
-        return code.emit(op, mask if op in ("vle", "vge", "mand", "mor") else kind, args)
-
-    settled = vector("vle", change, vector("vmul", code.constant(SETTLED, kind), part))
-    whole = vector("vscale", code.as_kind(value(scale), FLOAT64), code.constant(1.0, kind))
-    small = vector("vmul", code.constant(STALLED, kind), vector("vadd", part, whole))
-    stalled = vector("mand", vector("vge", change, before), vector("vle", change, small))
-    return Dual(code, size.value, vector("vselect", vector("mor", settled, stalled), code.constant(-1.0, kind), change))
+    code, change = size.code, size.tangents
+    before, part = size.of(last).tangents, size.of(scale).tangents
+    stalled = code.both(change >= before, change <= STALLED * (part + value(scale)))
+    settled = code.either(change <= SETTLED * part, stalled)
+    return Dual(code, size.value, code.select(settled, -1.0, change))
 
 
 def _all_below(bound: float) -> Callable[[Any], Any]:
@@ -293,8 +280,7 @@ def _all_below(bound: float) -> Callable[[Any], Any]:
     def told(x: Any) -> Any:
         if not isinstance(x, Dual):
             return True
-        below = x.code.emit("vlt", f"{TRUTH}{x.kind}", (x.tangents, x.code.constant(bound, x.kind)))
-        return x.code.emit("mall", TRUTH, (below,))
+        return x.code.negated(x.code.emit("any", TRUTH, (x.code.negated(x.tangents < bound),)))
 
     return told
 
@@ -308,7 +294,7 @@ def names(code: Code) -> dict[str, Callable[..., Any]]:
             return x
         if isinstance(x, tuple):
             return tuple([lifted(*both) for both in zip(x, dx, strict=True)])
-        return Dual(code, x, code.emit("vset", f"{VECTOR}{len(dx)}", tuple(code.as_kind(entry, FLOAT64) for entry in dx)))
+        return Dual(code, x, code.emit("vset", f"{FLOAT64}{len(dx)}", tuple(code.as_kind(entry, FLOAT64) for entry in dx)))
 
     functions = (with_tangents, rescaled, square, modulus, put, take, spread, unsettled, value, lifted)
     return {function.__name__: function for function in functions} | {

@@ -164,7 +164,7 @@ class _Follower:
             names[statement.target] = x
             if not self.followed(statement.body, names, ways):
                 return False
-        return True
+        return self.followed(statement.otherwise, names, ways)
 
     def _for(self, statement: Statement, names: Names, ways: Ways) -> bool:
         given = [self._value(code, names) for code in statement.code]
@@ -172,7 +172,7 @@ class _Follower:
         if not isinstance(step, int) or step == 0:
             raise TypeError(f"a step of range that is not known, in line {statement.line}")
         if isinstance(first, int) and isinstance(last, int) and not range(first, last, step):
-            return True
+            return self.followed(statement.otherwise, names, ways)
         try:
             return Turns(self, statement, names, ways, (first, last, step)).recorded()
         except NeedsKnown:  # an entry of a tuple, say

@@ -17,10 +17,7 @@ from struct import pack
 from typing import Any
 
 FLOAT64, FLOAT32, INTEGER, TRUTH, POINTER = "d", "s", "i", "b", "p"
-"""Kinds of values."""
-
-VECTOR = "v"
-"""Beginning of the kinds of vectors of doubles, as v4; bv4 are truths of as many entries."""
+"""Kinds of values. Vectors have the kind of their entries, and their number: d4 is a vector of four doubles."""
 
 ORDER = (TRUTH, INTEGER, FLOAT32, FLOAT64)
 """Kinds of numbers from the narrowest to the widest."""
@@ -64,6 +61,7 @@ class Value:
     __eq__ = _operators("compare", "eq")[0]
     __ne__ = _operators("compare", "ne")[0]
     __pow__, __rpow__ = _operators("power")
+    __and__, __rand__ = _operators("both")
     __or__, __ror__ = _operators("either")
     __hash__ = object.__hash__
 
@@ -77,7 +75,7 @@ class Value:
         return self
 
     def __abs__(self) -> Any:
-        return self.code.emit("abs", self.kind, (self,)) if self.kind in FLOATS else self.code.select(self < 0, -self, self)
+        return self.code.emit("abs", self.kind, (self,)) if self.kind[0] in FLOATS else self.code.select(self < 0, -self, self)
 
     @property
     def real(self) -> "Value":
@@ -167,11 +165,24 @@ def kind_of(x: Any) -> str:
 
 def common(*kinds: str) -> str:
     """Return the kind of the sum of numbers of these kinds: whole numbers with those of single precision give double precision."""
-    if POINTER in kinds or kinds[0][0] == VECTOR:
-        return kinds[0] if kinds[0][0] == VECTOR else POINTER
-    if FLOAT32 in kinds and INTEGER in kinds:
-        return FLOAT64
-    return max(kinds, key=ORDER.index)
+    if POINTER in kinds:
+        return POINTER
+    lengths = {kind[1:] for kind in kinds} - {""}
+    if len(lengths) > 1:
+        raise TypeError("vectors of different lengths meet")
+    entries = [kind[0] for kind in kinds]
+    widest = FLOAT64 if FLOAT32 in entries and INTEGER in entries else max(entries, key=ORDER.index)
+    return widest + "".join(lengths)
+
+
+def real(kind: str) -> str:
+    """Return a kind, or that of double precision in place of that of whole numbers and truths."""
+    return kind if kind[0] in FLOATS else FLOAT64 + kind[1:]
+
+
+def counting(kind: str) -> str:
+    """Return a kind, or that of whole numbers in place of that of truths."""
+    return INTEGER + kind[1:] if kind[0] == TRUTH else kind
 
 
 class Code:
@@ -225,9 +236,8 @@ class Code:
 
     def constant(self, x: Any, kind: str) -> Value:
         """Return the value of a known number; equal bits are one value."""
-        real = kind in FLOATS or kind[0] == VECTOR
-        typed = float(x) if real else int(x)
-        key = kind, pack("<d", typed) if real else typed
+        typed = float(x) if kind[0] in FLOATS else int(x)
+        key = kind, pack("<d", typed) if kind[0] in FLOATS else typed
         value = self.constants.get(key)
         if value is None:
             value = self.constants[key] = Value(self, "const", kind, (typed,))
@@ -241,20 +251,22 @@ class Code:
             return x
         if x.op == "const" and x.kind != POINTER:
             return self.constant(x.args[0], kind)
-        if kind == TRUTH:
+        if len(x.kind) == 1 < len(kind):
+            return self.emit("splat", kind, (self.as_kind(x, kind[0]),))
+        if x.kind[1:] != kind[1:]:
+            raise TypeError("a vector stands where one number is needed")
+        if kind[0] == TRUTH:
             return self.compare("ne", x, 0)  # type: ignore[no-any-return]
-        return self.emit(f"{x.kind}to{kind}", kind, (x,))
+        return self.emit(f"{x.kind[0]}to{kind[0]}", kind, (x,))
 
     def arithmetic(self, op: str, x: Any, y: Any) -> Any:
         """Return a sum, difference or product."""
         tx, ty = type(x), type(y)
-        if tx is Value and ty is Value and x.kind == y.kind and x.kind in FLOATS:
+        if tx is Value and ty is Value and x.kind == y.kind and x.kind[0] in FLOATS:
             return self.emit(op, x.kind, (x, y))
         if tx not in NUMBERS or ty not in NUMBERS:
             return NotImplemented
-        kind = common(kind_of(x), kind_of(y))
-        if kind == TRUTH:
-            kind = INTEGER
+        kind = counting(common(kind_of(x), kind_of(y)))
         if kind == INTEGER:
             known = _of_known(op, x, y)
             if known is not None:
@@ -265,14 +277,13 @@ class Code:
         """Return x / y."""
         if type(x) not in NUMBERS or type(y) not in NUMBERS:
             return NotImplemented
-        kind = common(kind_of(x), kind_of(y))
-        kind = kind if kind in FLOATS else FLOAT64
+        kind = real(common(kind_of(x), kind_of(y)))
         return self.emit("div", kind, (self.as_kind(x, kind), self.as_kind(y, kind)))
 
     def whole(self, op: str, x: Any, y: Any) -> Any:
         """Return x // y or x % y of numbers that are not negative."""
         kind = common(kind_of(x), kind_of(y))
-        if kind in FLOATS and op == "floordiv":
+        if kind[0] in FLOATS and op == "floordiv":
             raise TypeError("// is for whole numbers")
         return self.emit(op, kind, (self.as_kind(x, kind), self.as_kind(y, kind)))
 
@@ -282,29 +293,36 @@ class Code:
             return op == "ne"
         if type(x) not in NUMBERS or type(y) not in NUMBERS:
             return NotImplemented
-        kind = common(kind_of(x), kind_of(y))
-        kind = INTEGER if kind == TRUTH else kind
-        return self.emit(op, TRUTH, (self.as_kind(x, kind), self.as_kind(y, kind)))
+        kind = counting(common(kind_of(x), kind_of(y)))
+        return self.emit(op, TRUTH + kind[1:], (self.as_kind(x, kind), self.as_kind(y, kind)))
 
     def both(self, x: Any, y: Any) -> Any:
         """Return whether both are true; y has been computed."""
         if not isinstance(x, Value):
             return y if x else x
         if not isinstance(y, Value):
-            return self.as_kind(x, TRUTH) if y else False
-        return self.emit("and", TRUTH, (self.as_kind(x, TRUTH), self.as_kind(y, TRUTH)))
+            return self.truth(x) if y else False
+        return self._of_truths("and", x, y)
 
     def either(self, x: Any, y: Any) -> Any:
         """Return whether one of two is true; y has been computed."""
         if not isinstance(x, Value):
             return x if x else y
         if not isinstance(y, Value):
-            return True if y else self.as_kind(x, TRUTH)
-        return self.emit("or", TRUTH, (self.as_kind(x, TRUTH), self.as_kind(y, TRUTH)))
+            return True if y else self.truth(x)
+        return self._of_truths("or", x, y)
+
+    def truth(self, x: Value) -> Value:
+        """Return whether a number is not 0."""
+        return self.as_kind(x, TRUTH + x.kind[1:])
+
+    def _of_truths(self, op: str, x: Value, y: Value) -> Value:
+        kind = TRUTH + common(x.kind, y.kind)[1:]
+        return self.emit(op, kind, (self.as_kind(self.truth(x), kind), self.as_kind(self.truth(y), kind)))
 
     def negated(self, x: Any) -> Any:
         """Return whether x is false."""
-        return self.emit("not", TRUTH, (self.as_kind(x, TRUTH),)) if isinstance(x, Value) else not x
+        return self.emit("not", TRUTH + x.kind[1:], (self.truth(x),)) if isinstance(x, Value) else not x
 
     def select(self, test: Any, x: Any, y: Any) -> Any:
         """Return ``x if test else y``, number by number; both have been computed."""
@@ -319,8 +337,9 @@ class Code:
         if not isinstance(y, tuple(NUMBERS)):
             return y.merged(x, lambda a, b: self.select(test, b, a))
         kind = common(kind_of(x), kind_of(y))
+        kind = kind if kind == POINTER else kind[0] + common(kind, test.kind)[1:]
         x, y = self.as_kind(x, kind), self.as_kind(y, kind)
-        return x if x is y else self.emit("select", kind, (self.as_kind(test, TRUTH), x, y))
+        return x if x is y else self.emit("select", kind, (self.truth(test), x, y))
 
     def power(self, x: Any, exponent: Any) -> Any:
         """Return a power: of a known whole exponent by products, in the order of squarings, otherwise by the function of the platform."""
@@ -344,8 +363,7 @@ class Code:
         """Return the function of numbers of this name, sqrt or sin say, whose arguments are numbers of one kind."""
 
         def called(*args: Any) -> Value:
-            kind = common(*map(kind_of, args))
-            kind = kind if kind in FLOATS else FLOAT64
+            kind = real(common(*map(kind_of, args)))
             return self.emit(name, kind, tuple(self.as_kind(x, kind) for x in args))
 
         return called

@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from math import log, pi
 from typing import Any
 
-from daebench.compiler.trace import dual, foreign
+from daebench.compiler.trace import dual, foreign, lanes
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
 from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.follow import Steered
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value, kind_of
+from daebench.compiler.trace.shares import value_of
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
 from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
 
@@ -198,7 +199,7 @@ def _function(code: Code, name: str) -> Callable[..., Any]:
 
 
 def _extreme(code: Code, op: str, args: Sequence[Any]) -> Any:
-    args = args[0] if len(args) == 1 else args
+    args = [value_of(x) for x in (args[0] if len(args) == 1 else args)]
     if not any(isinstance(x, Dual) for x in args):
         return code.extreme(op, args)
     found = args[0]
@@ -253,6 +254,7 @@ def names(code: Code) -> dict[str, Any]:
         numpy
         | foreign.names(code)
         | dual.names(code)
+        | lanes.names(code)
         | {
             "numpy": types.SimpleNamespace(**numpy),
             "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),

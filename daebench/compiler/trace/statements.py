@@ -48,7 +48,7 @@ class Statement:
     target : str
         Name that a loop binds.
     body, otherwise : sequence of Statement
-        Statements inside.
+        Statements inside; the second are those where a test is false, or where a loop comes to its end.
     after, head : set of str
         Names that are read after it, and of a loop those that are read after a turn.
     """
@@ -247,7 +247,7 @@ class _Reader:
             test = ast.If(ast.UnaryOp(ast.Not(), node.test), [ast.Break()], [])
             body = self.body([test, *node.body])
             return [Statement(kind="while", line=line, binds=_bound(body), body=body)]
-        if isinstance(node, ast.For) and not node.orelse and isinstance(node.target, ast.Name):
+        if isinstance(node, ast.For) and isinstance(node.target, ast.Name):
             return self._for(node, node.target.id, line)
         if isinstance(node, ast.Break | ast.Continue):
             return [Statement(kind="break" if isinstance(node, ast.Break) else "continue", line=line)]
@@ -257,12 +257,13 @@ class _Reader:
         over = node.iter
         ranged = isinstance(over, ast.Call) and isinstance(over.func, ast.Name) and over.func.id == "range"
         values = [self._value(each, raw=True) for each in (over.args if ranged else [over])]  # type: ignore[attr-defined]
-        body = self.body(node.body)
+        body, otherwise = self.body(node.body), self.body(node.orelse)
         before = [each for value in values for each in value[2]]
         reads = set().union(*(value[1] for value in values))
-        code, binds = tuple(value[0] for value in values), _bound(body) | {target}
-        kind = "for" if ranged else "each"
-        return [*before, Statement(kind=kind, line=line, code=code, reads=reads, binds=binds, target=target, body=body)]
+        code, binds = tuple(value[0] for value in values), _bound(body) | _bound(otherwise) | {target}
+        made = Statement(kind="for" if ranged else "each", line=line, code=code, reads=reads, binds=binds, target=target, body=body)
+        made.otherwise = otherwise
+        return [*before, made]
 
 
 def _line(node: ast.stmt) -> int:
@@ -291,12 +292,14 @@ def _note_live(
             sides = (_note_live(side, live, broken, continued) for side in (each.body, each.otherwise))
             live = set(each.reads).union(*sides)
         else:
-            live = _note_loop(each, live)
+            live = _note_loop(each, live, broken, continued)
     return live
 
 
-def _note_loop(loop: Statement, live: AbstractSet[str]) -> AbstractSet[str]:
-    head = live if loop.kind != "while" else frozenset[str]()
+def _note_loop(
+    loop: Statement, live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]
+) -> AbstractSet[str]:
+    head = _note_live(loop.otherwise, live, broken, continued) if loop.kind != "while" else frozenset[str]()
     while True:
         more = head | (_note_live(loop.body, head, live, head) - {loop.target})
         if more == head:

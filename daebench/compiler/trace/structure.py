@@ -1,12 +1,13 @@
 """Values as functions hand them around, nested tuples of numbers and arrays: taken apart into numbers and pointers, and put together."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.complex import Complex, as_complex
 from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.ir import INTEGER, POINTER, Code, Value, common, kind_of
+from daebench.compiler.trace.shares import Share
 
 
 def parts_of(x: Any) -> list[Any]:
@@ -17,6 +18,8 @@ def parts_of(x: Any) -> list[Any]:
         return [x.real, x.imag]
     if isinstance(x, Dual):
         return [x.value, x.tangents]
+    if isinstance(x, Share):
+        return [x.first, *x.above, *x.below]
     if isinstance(x, Array):
         return [x.pointer, *(length for length in (*x.shape, *x.strides) if isinstance(length, Value))]
     return [] if x is None else [x]
@@ -30,6 +33,8 @@ def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
         return Complex(x.code, next(parts), next(parts))
     if isinstance(x, Dual):
         return Dual(x.code, next(parts), next(parts))
+    if isinstance(x, Share):
+        return Share(x.code, next(parts), [next(parts) for _ in x.above], [next(parts) for _ in x.below])
     if isinstance(x, Array):
         pointer = next(parts)
         shape, strides = ([next(parts) if isinstance(n, Value) else n for n in row] for row in (x.shape, x.strides))
@@ -45,6 +50,8 @@ def pattern_of(x: Any) -> Any:
         return "complex"
     if isinstance(x, Dual):
         return x.kind
+    if isinstance(x, Share):
+        return f"share of {len(x.above)}"
     if isinstance(x, Array):
         return x.kind, *(tuple(None if isinstance(length, Value) else length for length in row) for row in (x.shape, x.strides))
     return x if x is None or isinstance(x, str) else "number"
@@ -60,9 +67,11 @@ def sized(code: Code, x: Any) -> Any:
 
 
 def promoted(code: Code, x: Any, like: Any) -> Any:
-    """Return a structure whose numbers are complex, or have derivatives, where those of another are or have."""
+    """Return a structure whose numbers are complex, or have derivatives, where those of another are or have, and are divided if these are."""
     if isinstance(x, tuple) and isinstance(like, tuple) and len(x) == len(like):
         return tuple([promoted(code, *both) for both in zip(x, like, strict=True)])
+    if isinstance(x, Share) and pattern_of(x) != pattern_of(like):
+        return x.value
     if pattern_of(x) != "number" or not isinstance(like, Complex | Dual):
         return x
     return as_complex(code, x) if isinstance(like, Complex) else like.of(x)
@@ -112,7 +121,7 @@ def united(
         Values of the results at the end of each block, to which those of this value are appended.
     """
     for like in structures if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]) else ():
-        structures = [promoted(code, x, like) for x in structures]
+        structures = [at_end(code, end, lambda x=x, like=like: promoted(code, x, like)) for x, end in zip(structures, ends, strict=True)]
     if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):
         structures = [sized(code, x) for x in structures]
         if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):
@@ -131,11 +140,16 @@ def united(
     return rebuilt(structures[0], iter(parts))
 
 
+def at_end(code: Code, end: tuple[list[Any], bool], make: Callable[[], Any]) -> Any:
+    """Return what a function makes, with its operations at the end of a block."""
+    block, left = end
+    made: list[Any] = []
+    with code.inside(made):
+        found = make()
+    block[len(block) - left : len(block) - left] = made
+    return found
+
+
 def converted(code: Code, x: Any, kind: str, end: tuple[list[Any], bool]) -> Value:
     """Return a part as a number of a kind; if it has to be converted, that is done at the end of a block."""
-    if isinstance(x, Value) and x.kind != kind and x.op != "const" and kind != POINTER:
-        block, left = end
-        made = Value(code, f"{x.kind}to{kind}", kind, (x,))
-        block.insert(len(block) - left, made)
-        return made
-    return code.as_kind(x, kind)
+    return at_end(code, end, lambda: code.as_kind(x, kind))  # type: ignore[no-any-return]

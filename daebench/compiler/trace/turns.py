@@ -100,8 +100,8 @@ class Turns:
     ) -> None:
         self.follower, self.statement, self.names, self.ways = follower, statement, names, ways
         self.bounds, self.over, self.code = bounds, over, follower.code
-        read = statement.head | statement.after
-        self.carried = sorted(name for name in statement.binds & read if name != statement.target)
+        self.carried = sorted(name for name in statement.binds & statement.head if name != statement.target)
+        self.left = sorted(name for name in statement.binds & (statement.head | statement.after) if name != statement.target)
         if statement.target in statement.after:
             raise TypeError(f"{statement.target} is read behind the loop that binds it, in line {statement.line}")
         self.begun: Names = {name: names[name] for name in self.carried if name in names}
@@ -116,7 +116,7 @@ class Turns:
             try:
                 reached = self._attempt()
             except Unknown as unknown:
-                if unknown.name not in self.carried or unknown.name in self.begun:
+                if unknown.name not in self.left or unknown.name in self.begun:
                     raise
                 self.begun[unknown.name] = unset(self.code, unknown.structure)
             else:
@@ -135,7 +135,7 @@ class Turns:
             code.block.append(loop)
             with code.inside(loop.block):
                 index = self._head(loop, region, names)
-                ways = replace(self.ways, broken=(region, self.carried), missing=missing)
+                ways = replace(self.ways, broken=(region, self.left), missing=missing)
                 goes_on = self._turn(names, ways)
                 if goes_on and not (self._of_form(names) and self._of_kind(names)):
                     return None
@@ -175,9 +175,10 @@ class Turns:
         loop.initial.append(self.code.as_kind(first, INTEGER))
         test = If(index < last if step > 0 else index > last)
         test.falls[1] = False
-        leave = Leave(region, dict(self.at_head), test.blocks[1])
-        test.blocks[1].append(leave)
-        region.leaves.append(leave)
+        with self.code.inside(test.blocks[1]):
+            ended = dict(names)
+            if self.follower.followed(self.statement.otherwise, ended, self.ways):
+                leave(self.code, region, {name: ended[name] for name in self.left if name in ended})
         self.code.block.append(test)
         names[self.statement.target] = index if self.over is None else self.over[index]
         return index
@@ -294,7 +295,7 @@ class Turns:
     def _values_behind(self, region: Region, wanted: Any = None) -> Names:
         """Return the values of names behind a region, of those that all its departures bind."""
         leaves = region.leaves
-        names = [n for n in self.carried if (wanted is None or n in wanted) and all(n in leave.structure for leave in leaves)]
+        names = [n for n in self.left if (wanted is None or n in wanted) and all(n in leave.structure for leave in leaves)]
         for leave in leaves:
             leave.structure = tuple(leave.structure[name] for name in names)
         return dict(zip(names, behind(self.code, region), strict=True))
