@@ -61,10 +61,10 @@ def bench(
 
 
 def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, repeat: int, more: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return one row per method, and the rows of programs in C and of numba alone."""
+    """Return one row per method, and the rows of programs in C and of NumPy alone."""
     from daebench.methods.catalogue import schemes
     from daebench.methods.registry import poisson_registry
-    from daebench.studies.start_up import first_step, numba_alone
+    from daebench.studies.start_up import first_step, numpy_alone
     from daebench.studies.timing import hand_written, measure
 
     registry = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
@@ -78,5 +78,5 @@ def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, re
                 row["cold_seconds"], row["warm_seconds"] = first_step(problem, ivp.case, name, h, repeat=STARTS, **more)
             rows.append(row)
         rows += hand_written(ivp, rows, h=h, steps=steps, repeat=repeat)
-        rows.append({"method": "numba alone", "warm_seconds": numba_alone(repeat=STARTS)})
+        rows.append({"method": "NumPy alone", "warm_seconds": numpy_alone(repeat=STARTS)})
     return rows

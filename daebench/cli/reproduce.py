@@ -45,7 +45,7 @@ def reproduce(
 
 
 def _makers(versions: dict[str, str]) -> str:
-    return ", ".join(f"{name} {versions[name]}" for name in ("daebench", "numpy", "numba") if name in versions)
+    return ", ".join(f"{name} {versions[name]}" for name in ("daebench", "numpy", "numba", "llvmlite") if name in versions)
 
 
 def _told(runs: "Sequence[Reproduced]") -> list[str]:

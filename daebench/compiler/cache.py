@@ -20,7 +20,7 @@ GENERATORS = ("compiler", "joints", "methods", "runs", "schemes", "systems")
 """Packages that may determine the generated source. They are hashed whole, so that no file of them can be forgotten."""
 
 LONGEST = 80
-"""Maximum length of the readable part of a module's name: numba appends a kernel's name for its files, and 255 characters is the limit."""
+"""Maximum length of the readable part of a module's name: object files append a function's name and a key, and the limit is 255 letters."""
 
 END = "# end of module, SHA-256 "
 """Beginning of the last line of a generated file. The digest of the file's name and of all lines before follows."""
@@ -45,7 +45,7 @@ def toolchain() -> str:
     return f"{digest_of_packages(*GENERATORS)} sympy {version('sympy')} python {sys.version_info[:2]}"
 
 
-def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.ModuleType:
+def generated(stem: str, key: str, build: Callable[[], str]) -> types.ModuleType:
     """Return the module made by ``build``, from this process, from the cache directory, or newly written there.
 
     Parameters
@@ -55,7 +55,7 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     key : str
         Text that determines the content, together with :func:`toolchain`. It is hashed before anything is derived.
     build : callable
-        ``build(cached)`` returns the source; ``cached`` says whether numba may store its machine code beside the file.
+        Returns the source.
     """
     name = _name(stem, f"{key}\n{toolchain()}")
     if name in sys.modules:
@@ -63,11 +63,11 @@ def generated(stem: str, key: str, build: Callable[[bool], str]) -> types.Module
     path = cache_directory() / f"{name}.py"
     source = "" if (refused := _refusal(path.parent)) else _read(path)
     if not source and not refused:
-        source = f"{_with_names_used(build(True))}\n"
+        source = f"{_with_names_used(build())}\n"
         refused = _write(path, source)
     if refused:
         warn(refused)
-        return _execute(name, _with_names_used(build(False)), name)
+        return _execute(name, _with_names_used(build()), name)
     return _execute(name, source, str(path))
 
 
@@ -79,7 +79,7 @@ def _name(stem: str, text: str) -> str:
 
 
 def _with_names_used(source: str) -> str:
-    """Return a source that imports from NumPy only the names in its text, because numba processes all others too slowly."""
+    """Return a source that imports from NumPy only the names in its text: among all others are modules that take long to import."""
     import numpy
 
     used = sorted(set(re.findall(r"(?<![\w.])[A-Za-z_]\w*", source)) & set(numpy.__all__))

@@ -108,7 +108,7 @@ class Source:
     def facts(self) -> types.ModuleType:
         """Facts of the problem: sizes, names and initial values, see :func:`daebench.compiler.facts.facts`."""
 
-        def build(cached: bool) -> str:
+        def build() -> str:
             from daebench.compiler.same_definition import digest_of
 
             definition = self.derivation.definition
@@ -145,14 +145,14 @@ class Source:
             As for :class:`daebench.compiler.link.Options`.
         """
 
-        def build(cached: bool) -> str:
+        def build() -> str:
             from daebench.compiler.link import Linker, Options
             from daebench.compiler.syntax import LANGUAGE
 
             derivation = self.form(form)
             linker = Linker(derivation, Options(form=form, **options))
             named = [(LANGUAGE, root) if isinstance(root, str) else root for root in roots]
-            return linker.module(title, named, cached, wrapper)
+            return linker.module(title, named, wrapper)
 
         key = f"{self.key} functions {roots} {form} {wrapper} {sorted(options.items())}"
         return generated(f"{self.problem}_{stem}", key, build)

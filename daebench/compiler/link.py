@@ -18,12 +18,11 @@ from daebench.compiler.declared import Declarations
 from daebench.compiler.lanes.branches import straightened
 from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.loops import Loops
-from daebench.compiler.linear.tuples import Values
 from daebench.compiler.number_types import number_type
 from daebench.compiler.operators import Lowering
 from daebench.compiler.single_forces import FORCES, in_single
 from daebench.compiler.specialise import Specialise
-from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals, decorated
+from daebench.compiler.syntax import DATA, LANGUAGE, LANGUAGES, SourceFile, TypedLiterals
 from daebench.compiler.wrapper import Wrapper
 from daebench.compiler.written import written
 from daebench.errors import InvalidProblem
@@ -62,7 +61,7 @@ class Options:
     count : bool
         Whether evaluations, solves and iterations are counted.
     compiled : bool
-        Whether functions are compiled by numba; otherwise they run in Python.
+        Whether functions are compiled; otherwise they run in Python.
     form : str
         Form of the system whose right side the scheme is given: "" for (1.18), "local", "canonical", "stiff", "soft", "baumgarte" or
         "darboux".
@@ -166,7 +165,7 @@ class Linker:
         self.work: dict[str, list[int]] = {}
         self.tracer = derivation.tracer(self)
 
-    def module(self, title: str, roots: Sequence[tuple[str, str]], cached: bool, wrapper: Wrapper | None = None) -> str:
+    def module(self, title: str, roots: Sequence[tuple[str, str]], wrapper: Wrapper | None = None) -> str:
         """Return the source of a module with these functions, each given as (file, name), and all functions that they need.
 
         With a wrapper, they are only called by its functions.
@@ -192,20 +191,10 @@ class Linker:
         if self.options.loops:
             lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
         texts = [body, *([wrapper.source(self.derivation)] if wrapper else [])]
-        if self._recorded:
-            return written(title, wrapper.roots if wrapper else names, texts, lines[1:])
         if self.options.compiled:
-            constants = dict(line.split(" = ", 1) for line in lines[1:])
-            tuples = isinstance(self.algebra, Values)
-            texts = [decorated(body, names, cached, constants, threaded=self.number.threaded, tuples=tuples)]
-            lines.insert(1, "from daebench.compiler.sharing import shared\nfrom daebench.compiler.machine_code import njit\n")
+            return written(title, wrapper.roots if wrapper else names, texts, lines[1:])
         lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", "\n\n".join(texts), ""])
-
-    @property
-    def _recorded(self) -> bool:
-        """Whether the functions of the module are recorded, and printed for LLVM."""
-        return self.options.compiled
 
     def _given_all(self, name: str) -> str:
         """Return the source of a function that is called from outside, for which the data of scheme and form are appended to ``par``."""

@@ -17,22 +17,23 @@ _LOCK = Lock()
 """LLVM's own data are for one thread at a time."""
 
 
+def processor() -> tuple[str, str]:
+    """Return the name of this processor, and what it can do."""
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
 @cache
 def machine() -> str:
     """Return all on which machine code depends: the processor with what it can do, the platform, LLVM."""
-    features = ",".join(f"{name}{'+' if there else '-'}" for name, there in sorted(llvm.get_host_cpu_features().items()))
     version = ".".join(map(str, llvm.llvm_version_info))
-    return (
-        f"{llvm.get_process_triple()} {llvm.get_host_cpu_name()} {features} {sys.byteorder} LLVM {version} llvmlite {llvmlite.__version__}"
-    )
+    return " ".join([llvm.get_process_triple(), *processor(), sys.byteorder, f"LLVM {version} llvmlite {llvmlite.__version__}"])
 
 
 def _target() -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    features = llvm.get_host_cpu_features().flatten()
-    target = llvm.Target.from_triple(llvm.get_process_triple())
-    return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=SPEED, reloc="pic", codemodel="small")
+    (cpu, features), target = processor(), llvm.Target.from_triple(llvm.get_process_triple())
+    return target.create_target_machine(cpu=cpu, features=features, opt=SPEED, reloc="pic", codemodel="small")
 
 
 def object_file(text: str, *, loops: bool) -> bytes:

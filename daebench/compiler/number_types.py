@@ -1,7 +1,7 @@
 """Types of numbers that a module is linked for: types of NumPy, and types with a package in this compiler.
 
-Such a package has functions of its numbers, which generated modules import. Two of the packages add a type to numba, and have a file of
-entry points: since Python itself has no such numbers, ``integrate_dual`` replaces ``integrate``, and passes their parts separately.
+Modules of such a type call functions of its numbers. Two of the packages have a file of entry points: since Python itself has no such
+numbers, ``integrate_dual`` replaces ``integrate``, and passes their parts separately.
 """
 
 import ast
@@ -34,7 +34,7 @@ class NumberType:
     single_forces : bool
         Whether forces are computed in float32, in functions of ``dtype``.
     width : int
-        Number of derivatives, or of runs, in a number of a type added to numba; 0 for other types.
+        Number of derivatives, or of runs, in a number of such a type; 0 for other types.
     forces : str
         NumPy's name of the type in which forces H_q are evaluated, if it is another one.
     """
@@ -68,22 +68,22 @@ class NumberType:
         """Number of runs computed at once; 0 if there is one run."""
         return self.width if self.kind == "lanes" else 0
 
-    @property
-    def threaded(self) -> bool:
-        """Whether runs are distributed over threads."""
-        return self.kind in ("lanes", "tangent")
-
     @cached_property
     def functions(self) -> Sequence[str]:
-        """Functions of these numbers that modules import: those listed by ``nested.py`` of the package."""
+        """Functions of these numbers that modules call."""
         if not self.package:
             return ()
-        assigned = (node for node in ast.parse(text_of(f"{self.package}.nested")).body if isinstance(node, ast.Assign))
-        return next(list(ast.literal_eval(node.value)) for node in assigned if ast.unparse(node.targets[0]) == "__all__")
+        if self.kind == "columns":
+            from daebench.compiler.columns import nested
+
+            return nested.__all__
+        from daebench.compiler.trace import dual, lanes
+
+        return ["select", "negated", *(function.__name__ for function in (lanes if self.lanes else dual).FUNCTIONS)]
 
     @property
     def imports(self) -> list[str]:
-        """Lines at the beginning of a module."""
+        """Lines at the beginning of a module that is not compiled."""
         return [f"from {self.package}.nested import {', '.join(self.functions)}"] if self.package else []
 
     def entries(self, roots: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -41,7 +41,7 @@ def require_same(
     """
     digest = digest_of(definition)
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         with contextlib.redirect_stderr(io.StringIO()):  # its messages have been shown once
             for other in again():
                 _require_equal(problem, digest, digest_of(other))

@@ -1,8 +1,7 @@
 """Source files as syntax, and the small rewritings that the linker applies to them."""
 
 import ast
-import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache, reduce
 from typing import Any
 
@@ -84,68 +83,6 @@ def gathered(name: str, terms: Sequence[ast.expr]) -> ast.expr:
 def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
     """Return the call of a function by name."""
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
-
-
-def decorated(
-    body: str, roots: Sequence[str], cached: bool, constants: Mapping[str, str], *, threaded: bool = False, tuples: bool = False
-) -> str:
-    """Decorate each function for numba; only the roots, with everything else inside them, are stored on disk and can be called from Python.
-
-    The wrapper of a function for Python takes as long to compile as a small function itself. Functions other than roots are named by their
-    text, and are shared with modules in which it is the same, see :func:`daebench.compiler.sharing.shared`; ``constants`` are the texts of
-    constants that they read. Functions of at most :data:`INLINED` operations, with all that they call, are inlined into their callers; LLVM
-    would call some. With ``threaded`` the roots release the interpreter lock. With ``tuples`` vectors are tuples, and functions that make
-    no array are compiled without counts of references to arrays, which takes less time.
-    """
-    tree = ast.parse(body)
-    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    options = f"error_model='numpy'{', cache=True' * cached}{', nogil=True' * threaded}"
-    hashed = cache(lambda name: _hash(functions[name], [hashed(callee) for callee in _names(functions[name], functions)], constants))
-    size = cache(lambda name: _operations(functions[name], lambda called: size(called) if called in functions else 0))
-    numeric = cache(lambda name: all(f in _of_numbers() or (f in functions and numeric(f)) for f in _callees(functions[name])))
-    more = {name: ", inlined=True" * (size(name) <= INLINED) + ", numeric=True" * (tuples and numeric(name)) for name in functions}
-    for name, node in functions.items():
-        decorator = f"njit({options})" if name in roots else f"shared({hashed(name)!r}{more[name]})"
-        node.decorator_list = [ast.parse(decorator, mode="eval").body]
-    return ast.unparse(tree)
-
-
-@cache
-def _of_numbers() -> frozenset[str]:
-    """Return the names of functions whose values are numbers where those of their arguments are."""
-    import numpy
-
-    ufuncs = {name for name in numpy.__all__ if isinstance(getattr(numpy, name), numpy.ufunc)}
-    return frozenset(ufuncs | {"abs", "bool", "float", "int", "len", "max", "min", "range"})
-
-
-def _callees(node: ast.FunctionDef) -> list[str]:
-    """Return what a function calls, as source."""
-    return [ast.unparse(n.func) for n in ast.walk(node) if isinstance(n, ast.Call)]
-
-
-INLINED = 2000
-"""Number of operations of the longest function that is inlined into its callers."""
-
-
-def _operations(node: ast.FunctionDef, size: Callable[[str], int]) -> int:
-    """Return the number of operations of a function, including those of the functions that it calls; ``size`` gives their numbers."""
-    calls = [n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
-    return sum(isinstance(n, ast.BinOp | ast.UnaryOp | ast.Compare | ast.Call) for n in ast.walk(node)) + sum(map(size, calls))
-
-
-def _names(node: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> list[str]:
-    """Return which of some functions a function calls, or whose result form it uses, see :func:`daebench.compiler.lanes.nested.absent`."""
-    calls = [n for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
-    absent = [n.args[0] for n in calls if isinstance(n.func, ast.Name) and n.func.id == "absent"]
-    return sorted({n.id for n in (*(n.func for n in calls), *absent) if isinstance(n, ast.Name)} & set(functions))
-
-
-def _hash(node: ast.FunctionDef, called: Sequence[str], constants: Mapping[str, str]) -> str:
-    """Return the hash of a function's text, of the hashes of the functions that it calls, and of the constants that it reads."""
-    read = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)} & set(constants))
-    text = "\n".join([ast.unparse(node), *called, *(f"{name} = {constants[name]}" for name in read)])
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def copied(node: Any) -> Any:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from inspect import signature
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
-from daebench.compiler.sharing import uncollected
+from daebench.compiler.under_way import uncollected
 from daebench.errors import BadInput, LostMotion, positive, real, unknown, whole
 from daebench.methods.doubts import doubts
 from daebench.methods.initial_value_problem import initial_value_problem

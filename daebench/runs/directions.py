@@ -164,7 +164,7 @@ def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
     """Return the derivatives of a case's initial values with respect to all parameters: p and q, or y; each shape(d, parameters)."""
     names = STARTS[ivp.facts.KIND]
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         import sympy as sp
 
         from daebench.compiler import codegen

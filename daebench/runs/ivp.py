@@ -85,12 +85,12 @@ class InitialValueProblem:
     def functions(self, *names: str) -> types.ModuleType:
         """Return a module of functions of the problem with these names: of tuples and uncompiled, or, if vectors are arrays, compiled."""
 
-        def build(cached: bool) -> str:
+        def build() -> str:
             from daebench.compiler.link import Linker, Options
             from daebench.compiler.syntax import LANGUAGE
 
             linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=self.singular))
-            return linker.module(f"Functions of {self.problem}.", [(LANGUAGE, name) for name in names], cached)
+            return linker.module(f"Functions of {self.problem}.", [(LANGUAGE, name) for name in names])
 
         return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
 

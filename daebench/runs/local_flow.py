@@ -29,13 +29,13 @@ def functions(ivp: ConstrainedIvp, form: str = "local") -> types.ModuleType:
     if not ivp.facts.CHART:
         raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         from daebench.compiler.link import Linker, Options
         from daebench.compiler.syntax import LANGUAGE
 
         linker = Linker(ivp.source.form(form), Options(compiled=False, form=form))
         roots = [(LANGUAGE, name) for name in ("chart", "inverse_chart", *["two_form"] * (form == "local"))]
-        return linker.module(f"Chart of {ivp.problem}.", roots, cached)
+        return linker.module(f"Chart of {ivp.problem}.", roots)
 
     return generated(f"{ivp.problem}_chart", f"{ivp.source.key} {form} chart", build)
 

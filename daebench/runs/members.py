@@ -85,12 +85,12 @@ class Members:
         """Return a module of one of the problem's functions, which takes arrays with an entry for each member if possible."""
         ivp = self.ivp
 
-        def build(cached: bool) -> str:
+        def build() -> str:
             from daebench.compiler.link import Linker, Options
             from daebench.compiler.syntax import LANGUAGE
 
             linker = Linker(ivp.source.derivation, Options(precision="columns", compiled=False, singular=ivp.singular))
-            return linker.module(f"{name} of {ivp.problem}.", [(LANGUAGE, name)], cached)
+            return linker.module(f"{name} of {ivp.problem}.", [(LANGUAGE, name)])
 
         return generated(f"{ivp.problem}_{name}_columns", f"{ivp.source.key} columns {name} {ivp.singular}", build)
 

@@ -20,7 +20,7 @@ from daebench.runs.schema import Kind, Named, Text
 if TYPE_CHECKING:
     from daebench.runs.ivp import Ivp
 
-PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite", "pandas", "scikit-sundae", "heyoka", "solve_dae")
+PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "llvmlite", "pandas", "scikit-sundae", "heyoka", "solve_dae")
 """Packages on which numbers depend; those that are not installed are left out."""
 
 EXTRAS = ("heyoka", "solve_dae")

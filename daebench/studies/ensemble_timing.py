@@ -1,7 +1,6 @@
 """Members of an ensemble in lanes beside the same kernel for one run, a program in C, and heyoka's batch mode, taking turns."""
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -38,8 +37,8 @@ MEMBERS, SHARED, MANY, SPREAD = 64, 1024, 4096, 0.01
 LASTING = 0.4
 """How long a run that is shared out takes on one core, s."""
 
-NARROW = {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": ""}
-"""Variables of the environment that have vectors of AVX2 made, which hold four doubles."""
+NARROW = "from daebench.compiler import machine; machine.processor = lambda: ('haswell', '')"
+"""What has vectors of AVX2 made, which hold four doubles."""
 
 T_END, TOLERANCE = 100.0, 1e-15
 """End, s, and tolerance of the runs of heyoka."""
@@ -140,8 +139,9 @@ def measure_narrow(*, steps: int, repeat: int) -> list[dict[str, Any]] | None:
 
     if not llvm.get_host_cpu_features().get("avx512f"):
         return None
-    script = f"import json; from {__name__} import measure_ensembles; print(json.dumps(measure_ensembles(steps={steps}, repeat={repeat})))"
-    done = subprocess.run([sys.executable, "-c", script], env=os.environ | NARROW, capture_output=True, text=True, check=False)
+    asked = f"measure_ensembles(steps={steps}, repeat={repeat})"
+    script = f"{NARROW}; import json; from {__name__} import measure_ensembles; print(json.dumps({asked}))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     if done.returncode:
         raise DaebenchError(f"vectors of AVX2 cannot be timed: {done.stderr.strip().splitlines()[-1]}")
     rows: list[dict[str, Any]] = json.loads(done.stdout)

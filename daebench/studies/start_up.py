@@ -1,4 +1,4 @@
-"""What it costs to begin: seconds from a fresh process to the first step, on an empty cache and on a full one, beside numba alone."""
+"""What it costs to begin: seconds from a fresh process to the first step, on an empty cache and on a full one, beside NumPy alone."""
 
 import os
 import subprocess
@@ -16,16 +16,10 @@ import daebench
 daebench.run({problem!r}, case={case!r}, method={method!r}, h={h!r}, steps=1, every=0, watch=(), count=False{more}).complete()
 print(time.perf_counter() - began)
 """
-NUMBA_ALONE = """
+NUMPY_ALONE = """
 import time
 began = time.perf_counter()
-import numba
-
-@numba.njit(cache=True)
-def successor(x):
-    return x + 1.0
-
-successor(1.0)
+import numpy
 print(time.perf_counter() - began)
 """
 
@@ -42,10 +36,10 @@ def first_step(problem: str, case: str, method: str, h: float, *, repeat: int, *
         return cold, min(_seconds(script, folder) for _ in range(repeat))
 
 
-def numba_alone(*, repeat: int) -> float:
-    """Return the best wall-clock seconds from a fresh process to a call of the smallest cached numba function."""
+def numpy_alone(*, repeat: int) -> float:
+    """Return the best wall-clock seconds that a fresh process takes to load NumPy."""
     with tempfile.TemporaryDirectory() as folder:
-        script = _script(folder, NUMBA_ALONE)
+        script = _script(folder, NUMPY_ALONE)
         _seconds(script, folder)
         return min(_seconds(script, folder) for _ in range(repeat))
 

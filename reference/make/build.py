@@ -31,7 +31,7 @@ T_END, SPACING = 100, 8
 MOST = 100_000
 """Most outputs."""
 
-PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "numba")
+PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "llvmlite")
 
 Progress = Callable[[float, str], None]
 

@@ -118,7 +118,7 @@ def ask(daebench, tmp_path, monkeypatch):
     for name, text in (FILES | {"cross.py": CROSS}).items():
         (tmp_path / name).write_text(text)
     monkeypatch.setattr("daebench.studies.start_up.first_step", lambda *_, **__: (1.0, 0.5))
-    monkeypatch.setattr("daebench.studies.start_up.numba_alone", lambda **_: 0.25)
+    monkeypatch.setattr("daebench.studies.start_up.numpy_alone", lambda **_: 0.25)
     monkeypatch.setattr(process, "measured", in_this_process)
 
     def call(command, problem, method, *more):

@@ -1,10 +1,10 @@
-"""The functions of dual numbers that linked modules import from :mod:`daebench.compiler.dual.nested`, for numbers of a script."""
+"""The functions of dual numbers that linked modules call, see :mod:`daebench.compiler.trace.dual`, for numbers of a script."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from daebench.compiler.dual.nested import SETTLED, STALLED
 from daebench.compiler.javascript.numbers import Arithmetic, Dual, Number, is_zero, value_of
+from daebench.compiler.trace.dual import SETTLED, STALLED
 
 INFINITY = float("inf")
 

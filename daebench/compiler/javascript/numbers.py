@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from daebench.compiler.javascript.statements import Expression
+from daebench.compiler.trace.dual import SLOPES
 
 COMPARISONS = {"<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b}
 COMPARISONS |= {"===": lambda a, b: a == b, "!==": lambda a, b: a != b}
@@ -151,11 +152,11 @@ class Arithmetic:
         return a if a == b and type(a) is type(b) else self.made("?", test, a, b)
 
     def extreme(self, operation: str, a: Number, b: Number) -> Number:
-        """Return the larger, or the smaller, of two numbers; if they are unordered, the second, as numba does."""
+        """Return the larger, or the smaller, of two numbers; if they are unordered, the second."""
         return self.chosen(self.compare(operation, a, b), a, b)
 
     def power(self, a: Number, b: Number) -> Number:
-        """Return a^b: by products if b is an integer constant, as numba does."""
+        """Return a^b: by products, in the order of squarings, if b is an integer constant."""
         if not isinstance(b, Real | Dual) and float(b).is_integer() and isinstance(b, int):
             product, square, left = None, a, abs(b)
             while left:
@@ -174,16 +175,15 @@ class Arithmetic:
         """Return an elementary function of a number, with the derivative that dual numbers have."""
         if not isinstance(a, Dual):
             return self.made(ELEMENTARY[name], a)
-        import numpy as np
-
-        from daebench.compiler.dual.functions import ELEMENTARY as SLOPES
-
         value = self.elementary(name, a.value)
         if name in ("abs", "sign"):
             slope: Number = self.chosen(self.compare(">=", a.value, 0.0), 1.0, -1.0) if name == "abs" else 0.0
         else:
-            slope = SLOPES[getattr(np, name)](Symbol(self, a.value)).number
+            slope = SLOPES[name.replace("arc", "a")](self._of_symbols, Symbol(self, a.value)).number
         return Dual(value, tuple(self.times(slope, part) for part in a.parts))
+
+    def _of_symbols(self, name: str) -> Callable[["Symbol"], "Symbol"]:
+        return lambda x: Symbol(self, self.elementary(name, x.number))
 
 
 def is_zero(x: Number) -> bool:
@@ -192,7 +192,7 @@ def is_zero(x: Number) -> bool:
 
 
 class Symbol:
-    """A number with operators, and the functions of NumPy as methods. The derivatives of elementary functions are written with it."""
+    """A number with operators. The derivatives of elementary functions are written with it."""
 
     def __init__(self, arithmetic: Arithmetic, number: Number) -> None:
         self.arithmetic, self.number = arithmetic, number
@@ -230,8 +230,3 @@ class Symbol:
 
     def __pow__(self, exponent: int) -> "Symbol":
         return Symbol(self.arithmetic, self.arithmetic.power(self.number, exponent))
-
-    def __getattr__(self, name: str) -> Callable[[], "Symbol"]:
-        if name not in ELEMENTARY:
-            raise AttributeError(name)
-        return lambda: Symbol(self.arithmetic, self.arithmetic.elementary(name, self.number))

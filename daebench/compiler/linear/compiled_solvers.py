@@ -35,7 +35,7 @@ def eliminating() -> str:
 def _solvers() -> types.ModuleType:
     """Return the module of solvers, for arrays of real or complex numbers."""
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         texts = {"eliminate": eliminating(), "least_squares": _in_place("least_squares(A, B, dependent)", "least_squares")}
         return written(TITLE, tuple(texts), list(texts.values()))
 

@@ -22,7 +22,7 @@ class Target(NamedTuple):
     dtype : str
         Name of the number type.
     compiled : bool
-        Whether functions are compiled by numba.
+        Whether functions are compiled.
     stages : int
         Number of stages of the scheme.
     least_squares : bool
@@ -126,8 +126,7 @@ def _elimination(k: int, n: int, sides: Sequence[str], *, noted: bool) -> list[s
     """Source of step k: the row with the largest pivot is exchanged with row k, then the entries below the pivot are eliminated.
 
     A row is one tuple: its entries from column k on, its right sides, and, if there are several rows, its sums of moduli and its scale.
-    Rows are the only names that are assigned under a test. For each name that is assigned more than once numba takes a time that grows with
-    the length of the function. Exchanges have names if derivatives are computed from them, as they are from the factors.
+    Exchanges have names if derivatives are computed from them, as they are from the factors.
     """
     left, right = range(k + 1, n), n - k + len(sides)
     top, last = f"row{k}_{k}", right + n - k

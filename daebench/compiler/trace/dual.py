@@ -209,15 +209,6 @@ def _entries(x: Dual) -> Iterator[Value]:
     return (x.code.emit("vget", FLOAT64, (x.tangents, k)) for k in range(int(x.kind[1:])))
 
 
-def _itemwise(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return a function of nested tuples that is applied to each number."""
-
-    def of(x: Any) -> Any:
-        return tuple([of(item) for item in x]) if isinstance(x, tuple) else function(x)
-
-    return of
-
-
 def with_tangents(x: Any, y: Any) -> Any:
     """Return the values of x with the derivatives of y, a nested tuple of the same form."""
     if isinstance(y, tuple):
@@ -227,7 +218,9 @@ def with_tangents(x: Any, y: Any) -> Any:
 
 def rescaled(x: Any, factor: Any) -> Any:
     """Return a nested tuple with the same values and derivatives times a factor."""
-    return _itemwise(lambda item: item.chained(item.value, factor) if isinstance(item, Dual) else item)(x)
+    if isinstance(x, tuple):
+        return tuple([rescaled(item, factor) for item in x])
+    return x.chained(x.value, factor) if isinstance(x, Dual) else x
 
 
 def square(x: Any, units: Any) -> Any:
@@ -274,33 +267,58 @@ def unsettled(size: Any, scale: Any, last: Any) -> Any:
     return Dual(code, size.value, code.select(settled, -1.0, change))
 
 
-def _all_below(bound: float) -> Callable[[Any], Any]:
-    """Return the function that tells whether all derivatives of a number are below a bound."""
+def lifted(x: Any, dx: Any) -> Any:
+    """Return a nested tuple of real numbers with derivatives: in place of each number, a tuple of k derivatives or None."""
+    if dx is None:
+        return x
+    if isinstance(x, tuple):
+        return tuple([lifted(*both) for both in zip(x, dx, strict=True)])
+    code = next(number.code for number in (x, *dx) if isinstance(number, Value))
+    return Dual(code, x, code.emit("vset", f"{FLOAT64}{len(dx)}", tuple(code.as_kind(entry, FLOAT64) for entry in dx)))
 
-    def told(x: Any) -> Any:
-        if not isinstance(x, Dual):
-            return True
-        return x.code.negated(x.code.emit("any", TRUTH, (x.code.negated(x.tangents < bound),)))
 
-    return told
+def values(x: Any) -> Any:
+    """Return the values of the numbers in a nested tuple."""
+    return tuple([values(item) for item in x]) if isinstance(x, tuple) else value(x)
 
 
-def names(code: Code) -> dict[str, Callable[..., Any]]:
-    """Return what generated modules of dual numbers call, by its names there."""
+def tangents(x: Any) -> Any:
+    """Return the derivatives of the numbers in a nested tuple: in place of each number, a tuple of k derivatives or None."""
+    if isinstance(x, tuple):
+        return tuple([tangents(item) for item in x])
+    return tuple(_entries(x)) if isinstance(x, Dual) else None
 
-    def lifted(x: Any, dx: Any) -> Any:
-        """Return a nested tuple of real numbers with derivatives: in place of each number, a tuple of k derivatives or None."""
-        if dx is None:
-            return x
-        if isinstance(x, tuple):
-            return tuple([lifted(*both) for both in zip(x, dx, strict=True)])
-        return Dual(code, x, code.emit("vset", f"{FLOAT64}{len(dx)}", tuple(code.as_kind(entry, FLOAT64) for entry in dx)))
 
-    functions = (with_tangents, rescaled, square, modulus, put, take, spread, unsettled, value, lifted)
-    return {function.__name__: function for function in functions} | {
-        "values": _itemwise(value),
-        "tangents": _itemwise(lambda x: tuple(_entries(x)) if isinstance(x, Dual) else None),
-        "at_rest": _all_below(0.0),
-        "finite_tangents": _all_below(float("inf")),
-        "select": code.select,
-    }
+def at_rest(x: Any) -> Any:
+    """Return whether all derivatives of a number are negative."""
+    return _all_below(x, 0.0)
+
+
+def finite_tangents(x: Any) -> Any:
+    """Return whether all derivatives of a number are below infinity."""
+    return _all_below(x, float("inf"))
+
+
+def _all_below(x: Any, bound: float) -> Any:
+    if not isinstance(x, Dual):
+        return True
+    return x.code.negated(x.code.emit("any", TRUTH, (x.code.negated(x.tangents < bound),)))
+
+
+FUNCTIONS = (
+    with_tangents,
+    rescaled,
+    square,
+    modulus,
+    put,
+    take,
+    spread,
+    unsettled,
+    value,
+    lifted,
+    values,
+    tangents,
+    at_rest,
+    finite_tangents,
+)
+"""What generated modules of dual numbers call, besides ``select``."""

@@ -3,13 +3,12 @@
 Arrays of nested tuples have a column for each run: lane w of a block that begins at column b is in column b + w.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, kind_of
 from daebench.compiler.trace.shares import smallest_share, value_of
-from daebench.compiler.trace.structure import unset
+from daebench.compiler.trace.structure import parts_of, unset
 
 
 def take_all(like: Any, array: Array, row: Any, column: Any, width: int) -> Any:
@@ -128,31 +127,34 @@ def recall(slot: Slot) -> Any:
     return found(slot.like)
 
 
-def names(code: Code) -> dict[str, Callable[..., Any]]:
-    """Return what generated modules of lanes call, by its names there."""
+def anyof(truths: Any) -> Any:
+    """Return whether a truth value is true in any lane."""
+    return truths.code.emit("any", TRUTH, (truths,)) if _differ(truths) else truths
 
-    def anyof(truths: Any) -> Any:
-        """Return whether a truth value is true in any lane."""
-        return code.emit("any", TRUTH, (truths,)) if _differ(truths) else truths
 
-    def absent(function: Any, arguments: tuple[Any, ...]) -> Any:
-        """Return zeros in place of the result of a function, which is not called."""
-        sizes = getattr(getattr(function, "program", None), "sizes", {})
-        known = dict(sizes)
-        with code.inside([]):
-            result = unset(code, function(*arguments))
-        sizes.clear()
-        sizes.update(known)
-        return result
+def spoiled(live: Value, x: Any) -> Any:
+    """Return numbers with NaN in the inactive lanes, so that no iteration continues for them."""
+    if isinstance(x, tuple):
+        return tuple([spoiled(live, part) for part in x])
+    return live.code.select(live, x, float("nan")) if _differ(x) and kind_of(x)[0] == FLOAT64 else x
 
-    def spoiled(live: Any, x: Any) -> Any:
-        """Return numbers with NaN in the inactive lanes, so that no iteration continues for them."""
-        if isinstance(x, tuple):
-            return tuple([spoiled(live, part) for part in x])
-        return code.select(live, x, float("nan")) if _differ(x) and kind_of(x)[0] == FLOAT64 else x
 
-    functions = (take_all, put_all, length_of, mixed, entry_of, put, note, recall, smallest_share, anyof, absent, spoiled)
-    return {function.__name__: function for function in functions} | {
-        "held": lambda like, width: Slot(code, like, width),
-        "negated": code.negated,
-    }
+def absent(function: Any, arguments: tuple[Any, ...]) -> Any:
+    """Return zeros in place of the result of a function, which is not called."""
+    code = next(x.code for x in parts_of(arguments) if isinstance(x, Value))
+    sizes = getattr(getattr(function, "program", None), "sizes", {})
+    known = dict(sizes)
+    with code.inside([]):
+        result = unset(code, function(*arguments))
+    sizes.clear()
+    sizes.update(known)
+    return result
+
+
+def held(like: Any, width: int) -> Slot:
+    """Return a place in memory for nested tuples of the form of ``like``, with lanes in place of numbers."""
+    return Slot(next(x.code for x in parts_of(like) if isinstance(x, Value)), like, width)
+
+
+FUNCTIONS = (take_all, put_all, length_of, mixed, entry_of, put, held, note, recall, smallest_share, anyof, absent, spoiled)
+"""What generated modules of lanes call, besides ``select`` and ``negated``."""

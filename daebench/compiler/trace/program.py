@@ -253,8 +253,8 @@ def names(code: Code) -> dict[str, Any]:
     return (
         numpy
         | foreign.names(code)
-        | dual.names(code)
-        | lanes.names(code)
+        | {function.__name__: function for function in (*dual.FUNCTIONS, *lanes.FUNCTIONS)}
+        | {"select": code.select, "negated": code.negated}
         | {
             "numpy": types.SimpleNamespace(**numpy),
             "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),

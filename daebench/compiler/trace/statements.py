@@ -296,9 +296,7 @@ def _note_live(
     return live
 
 
-def _note_loop(
-    loop: Statement, live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]
-) -> AbstractSet[str]:
+def _note_loop(loop: Statement, live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]) -> AbstractSet[str]:
     head = _note_live(loop.otherwise, live, broken, continued) if loop.kind != "while" else frozenset[str]()
     while True:
         more = head | (_note_live(loop.body, head, live, head) - {loop.target})

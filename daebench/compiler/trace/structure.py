@@ -1,12 +1,13 @@
 """Values as functions hand them around, nested tuples of numbers and arrays: taken apart into numbers and pointers, and put together."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.complex import Complex, as_complex
 from daebench.compiler.trace.dual import Dual
-from daebench.compiler.trace.ir import INTEGER, POINTER, Code, Value, common, kind_of
+from daebench.compiler.trace.ir import INTEGER, Code, Value, common, kind_of
 from daebench.compiler.trace.shares import Share
 
 
@@ -67,7 +68,7 @@ def sized(code: Code, x: Any) -> Any:
 
 
 def promoted(code: Code, x: Any, like: Any) -> Any:
-    """Return a structure whose numbers are complex, or have derivatives, where those of another are or have, and are divided if these are."""
+    """Return a structure whose numbers are complex, have derivatives, or are divided, where those of another are."""
     if isinstance(x, tuple) and isinstance(like, tuple) and len(x) == len(like):
         return tuple([promoted(code, *both) for both in zip(x, like, strict=True)])
     if isinstance(x, Share) and pattern_of(x) != pattern_of(like):
@@ -121,7 +122,7 @@ def united(
         Values of the results at the end of each block, to which those of this value are appended.
     """
     for like in structures if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]) else ():
-        structures = [at_end(code, end, lambda x=x, like=like: promoted(code, x, like)) for x, end in zip(structures, ends, strict=True)]
+        structures = [at_end(code, end, partial(promoted, code, x, like)) for x, end in zip(structures, ends, strict=True)]
     if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):
         structures = [sized(code, x) for x in structures]
         if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):

@@ -100,7 +100,7 @@ def require_sound(ivp: Ivp) -> None:
         With the first fault.
     """
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         for finding in held(ivp):
             if finding.fault and finding.what not in LEFT_TO_RUNS:
                 raise InvalidProblem(finding.fault)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.compiler.sharing import uncollected
+from daebench.compiler.under_way import uncollected
 from daebench.diagnostics.manifold import constraint_jacobian
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod

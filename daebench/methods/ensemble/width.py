@@ -1,16 +1,17 @@
 """How many lanes this processor does best with: measured once, and kept in the cache directory."""
 
+import hashlib
 import json
 import time
 from contextlib import suppress
 from functools import cache
-from typing import Any
+from types import ModuleType
 
 import numpy as np
 
 from daebench.compiler import sealed
 from daebench.compiler.cache import cache_directory, toolchain
-from daebench.compiler.machine_code import MADE_BY
+from daebench.compiler.native import Native
 
 WIDTHS = (4, 8, 16, 32)
 """Numbers of lanes that are tried."""
@@ -24,12 +25,10 @@ REPEATS, ITERATIONS, COLUMNS = 5, 2000, 64
 @cache
 def best_width() -> int:
     """Return the number of lanes, from the cache directory or measured."""
-    import llvmlite.binding as llvm
-    from numba.core import config
+    from daebench.compiler.machine import machine, processor
 
-    processor = config.CPU_NAME or llvm.get_host_cpu_name()
-    purpose = "\n".join(["lanes", processor, str(config.CPU_FEATURES), toolchain(), *MADE_BY])
-    path = cache_directory() / f"daebench_generated_lanes_{processor}"
+    purpose = "\n".join(["lanes", toolchain(), machine()])
+    path = cache_directory() / f"daebench_generated_lanes_{processor()[0]}"
     content = sealed.read(path, purpose)
     if content is not None:
         return int(json.loads(content)["lanes"])
@@ -71,56 +70,43 @@ def measured() -> dict[int, float]:
     return times
 
 
-def _kernel(lanes: int) -> Any:
+def _kernel(lanes: int) -> Native:
     """Return a function that takes steps of points in the columns of an array."""
-    from numba import njit
-
-    from daebench.compiler.lanes.nested import put_all, take_all
-
-    step = _step()
-
-    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
-    def turned(numbers: Any, counts: Any, iterations: int) -> None:
-        for b in range(0, numbers.shape[1], lanes):
-            live = take_all(0, counts, 0, b, lanes) == 0
-            form = (0.0, 0.0, 0.0)
-            q, v = take_all((form, form), numbers, 0, b, lanes)
-            for _ in range(iterations):
-                q, v = step(q, v)
-            put_all(numbers, 0, b, live, (q, v))
-
-    return turned
+    source = f"LANES = {lanes}\n{POINTS}"
+    module = ModuleType(f"points_in_{lanes}_lanes", "points on spheres, to choose the number of lanes")
+    vars(module).update(__file__=module.__name__, __digest__=hashlib.sha256(source.encode()).hexdigest())
+    return Native(module, source, "turned", cached=False)
 
 
-def _step() -> Any:
-    """Return a step of RATTLE for a point on a sphere of radius sqrt 3."""
-    from numba import njit
+POINTS = """
+def along(w, x, y):
+    return w * x[0] + y[0], w * x[1] + y[1], w * x[2] + y[2]
 
-    from daebench.compiler.lanes.nested import anyof
+def product(x, y):
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 
-    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
-    def along(w: Any, x: Any, y: Any) -> Any:
-        return w * x[0] + y[0], w * x[1] + y[1], w * x[2] + y[2]
+def norm(x):
+    return abs(x[0]) + abs(x[1]) + abs(x[2])
 
-    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
-    def product(x: Any, y: Any) -> Any:
-        return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+def step(q0, v0):
+    dq, nu = (0.02 * v0[0], 0.02 * v0[1], 0.02 * v0[2]), 0.0 * v0[0]
+    for _ in range(9):
+        q = along(1.0, dq, q0)
+        change = (product(q, q) - 3.0) / (2.0 * product(q, q0))
+        back = change * q0[0], change * q0[1], change * q0[2]
+        dq, nu = along(-1.0, back, dq), nu + change
+        if not anyof((norm(back) > 1e-15 * max(1.0, norm(q))) & (norm(back) < numpy.inf)):
+            break
+    q1, v1 = along(1.0, dq, q0), along(-50.0 * nu, q0, v0)
+    return q1, along(-1.0 * product(q1, v1) / product(q1, q1), q1, v1)
 
-    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
-    def norm(x: Any) -> Any:
-        return abs(x[0]) + abs(x[1]) + abs(x[2])
-
-    @njit(error_model="numpy")  # type: ignore[untyped-decorator]
-    def step(q0: Any, v0: Any) -> Any:
-        dq, nu = (0.02 * v0[0], 0.02 * v0[1], 0.02 * v0[2]), 0.0 * v0[0]
-        for _ in range(9):
-            q = along(1.0, dq, q0)
-            change = (product(q, q) - 3.0) / (2.0 * product(q, q0))
-            back = change * q0[0], change * q0[1], change * q0[2]
-            dq, nu = along(-1.0, back, dq), nu + change
-            if not anyof((norm(back) > 1e-15 * max(1.0, norm(q))) & (norm(back) < np.inf)):
-                break
-        q1, v1 = along(1.0, dq, q0), along(-50.0 * nu, q0, v0)
-        return q1, along(-1.0 * product(q1, v1) / product(q1, q1), q1, v1)
-
-    return step
+def turned(numbers, counts, iterations):
+    for b in range(0, numbers.shape[1], LANES):
+        live = take_all(0, counts, 0, b, LANES) == 0
+        form = (0.0, 0.0, 0.0)
+        q, v = take_all((form, form), numbers, 0, b, LANES)
+        for _ in range(iterations):
+            q, v = step(q, v)
+        put_all(numbers, 0, b, live, (q, v))
+"""
+"""Steps of RATTLE for points on spheres of radius sqrt 3, in lanes."""

@@ -126,7 +126,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         key = self._key(ivp, structure)
         name = f"{ivp.problem}_{self.form}_{file}_{precision}"
         with compiling(f"{self.name} for {ivp.problem}"):
-            return generated(name, key, lambda cached: self._module(ivp, structure, cached=cached))
+            return generated(name, key, lambda: self._module(ivp, structure))
 
     def _key(self, ivp: Ivp, options: Mapping[str, Any]) -> str:
         """Return a text that is the same for problems and methods with the same generated module."""
@@ -134,9 +134,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, singular: str = "") -> str:
         """Return the text of a generated module for translation; unless ``singular`` says so, it does not monitor the rank of G."""
-        return self._module(
-            ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=singular), cached=False
-        )
+        return self._module(ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=singular))
 
     def _options(
         self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool, singular: str
@@ -146,10 +144,10 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         options |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
         return options | ({"loops": True} if self._in_loops(ivp, precision) else {})
 
-    def _module(self, ivp: Ivp, options: Mapping[str, Any], *, cached: bool) -> str:
+    def _module(self, ivp: Ivp, options: Mapping[str, Any]) -> str:
         """Return the text of a generated module."""
         linker, roots = self._linker(ivp, options)
-        return linker.module(f"{self.name} on {ivp.problem}, {options['precision']}.", roots, cached)
+        return linker.module(f"{self.name} on {ivp.problem}, {options['precision']}.", roots)
 
     def _linker(self, ivp: Ivp, options: Mapping[str, Any]) -> tuple["Linker", Sequence[tuple[str, str]]]:
         """Return the linker of a generated module, and the functions that the module needs."""

@@ -22,13 +22,13 @@ def unwritten(ivp: "ConstrainedIvp", file: str, **structure: Any) -> str:
         Form, stages and projection, as for :class:`daebench.compiler.link.Options`.
     """
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         from daebench.compiler.link import Linker, Options
 
         linker = Linker(ivp.source.derivation, Options(**structure), f"daebench.schemes.{file}")
         why = ""
         try:
-            linker.module("", [("daebench.schemes.kernels.loop", "integrate")], False)
+            linker.module("", [("daebench.schemes.kernels.loop", "integrate")])
         except InvalidProblem as error:
             why = str(error)
         return f'"""Whether {file} is loops over nodes of {ivp.problem}."""\n\nWHY = {why!r}\n'

@@ -35,7 +35,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     scheme, form, composition, projection, options, compensated
         As for :class:`daebench.methods.fixed_step.parts.Parts`.
     compiled : bool
-        Whether the kernel is compiled by numba.
+        Whether the kernel is compiled.
     sweeps : int
         Number of iterations after which Newton's iteration is ended, converged or not; 0 for convergence.
     roundings : float

@@ -44,7 +44,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     anyway : bool
         Whether a scheme may be run on a system outside of the class for which it is a Poisson integrator.
     compiled : bool
-        Whether the kernel is compiled by numba.
+        Whether the kernel is compiled.
 
     Raises
     ------

@@ -101,7 +101,7 @@ def script_of_functions(ivp: InitialValueProblem, names: Sequence[str]) -> str:
     from daebench.compiler.syntax import LANGUAGE
 
     linker = Linker(ivp.source.form(""), Options())
-    source = linker.module(f"Functions of {ivp.problem}.", [(LANGUAGE, name) for name in names], False)
+    source = linker.module(f"Functions of {ivp.problem}.", [(LANGUAGE, name) for name in names])
     return functions(source, names, [len(vector) for vector in ivp.start], nested(ivp.par))
 
 

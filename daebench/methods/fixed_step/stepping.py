@@ -9,8 +9,7 @@ import numpy as np
 
 from daebench.compiler.native import timed
 from daebench.compiler.number_types import number_type
-from daebench.compiler.sharing import uncollected
-from daebench.compiler.under_way import compiling
+from daebench.compiler.under_way import compiling, uncollected
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request

@@ -80,7 +80,7 @@ def refused(method: str, ivp: ConstrainedIvp) -> str | None:
 
 
 def _module(ivp: ConstrainedIvp, formulation: str, multipliers: str) -> types.ModuleType:
-    def build(cached: bool) -> str:
+    def build() -> str:
         from daebench.methods.formulations import chain_residuals
 
         title = f"{ivp.problem} as {formulation}, multipliers {multipliers}, node by node."

@@ -188,7 +188,7 @@ def free_numbers(formulation: str, given: Mapping[str, float]) -> dict[str, floa
 
 
 def _module(ivp: ConstrainedIvp, formulation: str, multipliers: str) -> types.ModuleType:
-    def build(cached: bool) -> str:
+    def build() -> str:
         from daebench.methods.formulations import residuals
 
         title = f"{ivp.problem} as {formulation}, multipliers {multipliers}."

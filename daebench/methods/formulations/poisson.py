@@ -89,7 +89,7 @@ def without_casimirs(ivp: Any) -> str:
 
 
 def _module(ivp: PoissonIvp, formulation: str, multipliers: str) -> types.ModuleType:
-    def build(cached: bool) -> str:
+    def build() -> str:
         from daebench.methods.formulations import poisson_residuals
 
         title = f"{ivp.problem} as {formulation}, multipliers {multipliers}."

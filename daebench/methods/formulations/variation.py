@@ -120,7 +120,7 @@ def _enlarged(
 def _module(dae: Posed, file: str, k: int) -> types.ModuleType:
     """Return the generated functions; ``file`` is that of their source."""
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         from daebench.methods.formulations import poisson_residuals, residuals
 
         written: Any = {"residuals": residuals, "poisson_residuals": poisson_residuals}[file]

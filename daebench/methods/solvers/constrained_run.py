@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.sharing import uncollected
+from daebench.compiler.under_way import uncollected
 from daebench.diagnostics.combined import combined
 from daebench.diagnostics.freedom import dependence, redundant
 from daebench.errors import BadInput, DaebenchError

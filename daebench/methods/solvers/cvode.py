@@ -21,7 +21,7 @@ class Cvode(OnReducedOde):
     variants = CVODE
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
-        from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
+        from daebench.methods.solvers.native import run as native  # llvmlite, which a list of methods does without
 
         family = native.BDF if self.variant == "bdf" else native.ADAMS
         rtol, atol = of_declared_unknowns(dae, tol, np.full(dae.n, tol))

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.compiler.sharing import uncollected
+from daebench.compiler.under_way import uncollected
 from daebench.errors import BadInput
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.monitor import Monitor, Stopped

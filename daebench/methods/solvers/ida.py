@@ -124,7 +124,7 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor, suppressed: N
     suppressed : ndarray of bool, shape(n,), optional
         Unknowns that IDA is told to be algebraic, and to leave out of its error test.
     """
-    from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
+    from daebench.methods.solvers.native import run as native  # llvmlite, which a list of methods does without
 
     settings = native.PLAIN if suppressed is None else native.Settings(suppressed=suppressed)
     return native.begin(posed, native.IDA, tol, atol, monitor, settings) or _called_from_python(posed, tol, atol, monitor)

@@ -10,7 +10,7 @@ from daebench.methods.formulations.constrained import Dae, pose
 from daebench.runs.ivp import ConstrainedIvp
 
 COMPILED = True
-"""Whether the right side is compiled by numba."""
+"""Whether the right side is compiled."""
 
 
 def reduced(ivp: ConstrainedIvp) -> Dae:

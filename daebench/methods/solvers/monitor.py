@@ -143,7 +143,7 @@ class Monitor:
         """
         began = time.thread_time()
         try:
-            self._look(t, np.array(y))  # a copy: a solver's own may be read-only, which numba takes for another type
+            self._look(t, np.array(y))  # a copy: a solver's own changes
         finally:
             self.aside += time.thread_time() - began
 

@@ -62,7 +62,7 @@ class ProjectedCvode(OnReducedOde):
             )
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
-        from daebench.methods.solvers.native import run as native  # numba, which a list of methods does without
+        from daebench.methods.solvers.native import run as native  # llvmlite, which a list of methods does without
         from daebench.methods.solvers.native.projection import projection
 
         length, _ = constrained_scales(dae.ivp, 0.0, rated=False)

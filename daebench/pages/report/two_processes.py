@@ -14,7 +14,7 @@ from daebench.studies.grid.schedulers import LOADED, local_processes
 Job = tuple[Callable[..., Any], tuple[Any, ...]]
 """A function of a module, and its arguments."""
 
-NEEDED = (*LOADED, "pandas", "scipy.integrate", "sympy", "daebench.pages.report.begun")
+NEEDED = (*LOADED, "pandas", "scipy.integrate", "sympy")
 """What the processes of a report need, in all of which kernels are compiled."""
 
 two_processes = partial(local_processes, 2, NEEDED)

@@ -4,7 +4,7 @@ import platform
 from importlib.metadata import version
 from importlib.util import find_spec
 
-PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "numba", "llvmlite", "pandas", "matplotlib", "scikit-sundae")
+PACKAGES = ("daebench", "numpy", "scipy", "sympy", "mpmath", "llvmlite", "pandas", "matplotlib", "scikit-sundae")
 PEERS = ("heyoka", "solve_dae")
 """Packages that methods come from where they are installed."""
 

@@ -84,7 +84,7 @@ def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
     """
     if code_version() != made_by:
         worker = f"a worker on {platform.node() or 'another machine'}"
-        raise BadInput(f"{worker} has another version of daebench, numba or another library than the study; install the same there.")
+        raise BadInput(f"{worker} has another version of daebench, NumPy or another library than the study; install the same there.")
     return tuple(stored_row(key, specification) for key, specification in batch)
 
 

@@ -131,7 +131,7 @@ def member_row(specification: MemberRuns) -> Row:
 
 def _threads() -> int:
     """Return how many threads members may take: one where processes are side by side, which their environment says."""
-    alone = all(os.environ.get(name) != "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS"))
+    alone = os.environ.get("OMP_NUM_THREADS") != "1"
     return cores() if alone else 1
 
 

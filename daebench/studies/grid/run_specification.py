@@ -23,7 +23,7 @@ from daebench.studies.initial_conditions import neighbour
 from daebench.systems.files import package
 from daebench.systems.renamed import OldAttribute, renamed_here
 
-DECIDING = ("numpy", "scipy", "numba", "llvmlite", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
+DECIDING = ("numpy", "scipy", "llvmlite", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
 
 SHOWING = ("cli", "draw", "pages", "reports")

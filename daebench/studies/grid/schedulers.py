@@ -34,10 +34,10 @@ from daebench.errors import BadInput
 from daebench.runs.machine import cores
 from daebench.studies.grid.tls import NO_TLS, Tls, security
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """What numerical libraries read: one thread for each process."""
 
-LOADED = ("numba", "scipy.linalg", "daebench.studies.grid.batches")
+LOADED = ("scipy.linalg", "daebench.compiler.machine", "daebench.compiler.trace.program", "daebench.studies.grid.batches")
 """What every process needs, loaded once by the server that they are forked from."""
 
 COMPUTES = "daebench.studies.grid.batches"
@@ -101,7 +101,7 @@ def _context(loaded: Sequence[str]) -> BaseContext:
 
 
 COLLECTED = (20_000, 50, 20)
-"""Thresholds of garbage collection. numba and SymPy make many objects: of 42 CPU-s of first steps 3.8 went into collection, now 2.7."""
+"""Thresholds of garbage collection: a compiler and SymPy make many objects, of which few become garbage."""
 
 
 def _begin_process() -> None:

@@ -184,7 +184,7 @@ WRITTEN = (advance, passed_by, put_out, step, usual, keep, note, look_again)
 def compiled() -> types.ModuleType:
     """Return the module of ``advance`` and ``look_again``, compiled, and kept with other machine code."""
 
-    def build(cached: bool) -> str:
+    def build() -> str:
         texts = [constants(sys.modules[__name__]), *map(text_of, WRITTEN)]
         return written("The loop over the steps of IDA or CVODE.", ("advance", "look_again"), texts)
 
