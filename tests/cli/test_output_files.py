@@ -8,13 +8,14 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
-from numba.core.compiler import Compiler
 
 from daebench.cli import console
 from daebench.cli.console import bar, print_table, printable
 from daebench.cli.endings import complain
-from daebench.compiler.machine_code import njit
+from daebench.compiler import machine
+from daebench.compiler.cache import generated
 from daebench.compiler.under_way import compiling, under_way
+from daebench.compiler.written import written
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.stepping import Run
@@ -166,17 +167,18 @@ def test_progress_names_what_is_compiled(get_ivp, monkeypatch):
     [
         ("rattle on double_pendulum, complex128.", "compiling rattle on double_pendulum, complex128"),
         ("./arm.py as index1, multipliers plain.\n\nMore of it.", "compiling ./arm.py as index1, multipliers plain"),
-        (None, "compiling functions"),
+        ("", "compiling functions"),
     ],
     ids=["derivatives", "formulation", "untitled"],
 )
-def test_whatever_is_compiled_is_named_by_the_module_that_it_is_in(title, said, monkeypatch):
-    seen, core = [], Compiler._compile_core
-    monkeypatch.setattr(Compiler, "_compile_core", lambda self: (seen.append(under_way()), core(self))[1])
-    for _ in ("alone", "within a run"):
-        scope = {"__doc__": title}
-        exec("def add(x): return x + 1", scope)
+def test_whatever_is_compiled_is_named_by_the_module_that_it_is_in(title, said, tmp_path, monkeypatch):
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    seen, made = [], machine.object_file
+    monkeypatch.setattr(machine, "object_file", lambda text, **how: (seen.append(under_way()), made(text, **how))[1])
+    for where in ("alone", "within a run"):
+        text = f"# {where}\ndef add(x):\n    return x + 1"
+        module = generated("add", where + title, lambda text=text: written(title, ("add",), [text]))
         with compiling("shake for ./arm.py") if seen else nullcontext():
-            assert njit()(scope["add"])(1.0) == 2.0
+            assert module.add(1.0) == 2.0
     assert seen == [said, "compiling shake for ./arm.py"]
     assert under_way() == ""

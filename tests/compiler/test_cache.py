@@ -11,6 +11,7 @@ from pathlib import Path
 
 import cache_damage
 import pytest
+from recorded import compiled
 
 import daebench
 from daebench.compiler import cache, sealed
@@ -22,14 +23,14 @@ import json, shutil, sys
 from pathlib import Path
 from cache_damage import FAMILY, folder, swapped
 from daebench.compiler.cache import generated
+from daebench.compiler.written import written
 
-HEADER = "from daebench.compiler.sharing import shared\\nfrom daebench.compiler.machine_code import njit\\n"
-TEXT = "@njit(error_model='numpy'{})\\ndef root(x):\\n    return x * x + {} * x\\n"
+TEXT = "def root(x):\\n    return x * x + {} * x\\n"
 
 def values():
     for name in [each for each in sys.modules if each.startswith("daebench_generated_small")]:
         del sys.modules[name]
-    modules = [generated("small", str(k), lambda cached, k=k: HEADER + TEXT.format(", cache=True" * cached, k)) for k in (1, 2)]
+    modules = [generated("small", str(k), lambda k=k: written("Small.", ("root",), [TEXT.format(k)])) for k in (1, 2)]
     return [module.root(2.0) for module in modules]
 
 kept, pristine = Path(sys.argv[1]), Path(sys.argv[2])
@@ -58,7 +59,7 @@ def in_a_process(program, *words, **environment):
 
 def test_a_generated_module_imports_the_names_of_numpy_that_it_uses_and_no_others(folder):
     source = '"""Some names."""\nfrom numpy import *\nfrom builtins import max\n\nvalue = max(2, 3) * cos(0.0) + fft.fft([1.0])[0].real\n'
-    module = generated("names", "of numpy", lambda cached: source)
+    module = generated("names", "of numpy", lambda: source)
     assert (module.value, module.max) == (4.0, max)
     assert {name for name in vars(module) if not name.startswith("__")} == {"value", "max", "cos", "fft"}
 
@@ -126,9 +127,9 @@ def test_a_run_survives_damage_of_every_file_at_once(tmp_path):
 AT_ONCE = """
 import sys
 from daebench.compiler.cache import generated
+from daebench.compiler.written import written
 
-HEADER = "from daebench.compiler.machine_code import njit\\n"
-module = generated("small", "at once", lambda _: HEADER + "@njit(error_model='numpy', cache=True)\\ndef root(x):\\n    return x * x\\n")
+module = generated("small", "at once", lambda: written("Small.", ("root",), ["def root(x):\\n    return x * x\\n"]))
 x = complex(sys.argv[1])
 print(module.root(x if x.imag else x.real))
 """
@@ -142,7 +143,7 @@ def test_processes_that_compile_for_two_types_at_once_do_not_spoil_each_other(tm
             done = list(pool.map(lambda word: in_a_process(AT_ONCE, word, DAEBENCH_CACHE=str(tmp_path)), words))
         assert [each.stderr for each in done] == [""] * processes
         assert [complex(each.stdout) for each in done] == [9, -9] * (processes // 2)
-    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".code", ".code", ".py"]
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".o", ".o", ".py"]
 
 
 @pytest.fixture
@@ -157,11 +158,12 @@ def kept(tmp_path, monkeypatch):
 
 
 def asked(key):
-    """Return the value of a generated module, and forget the module."""
-    module = generated("plain", key, lambda cached: f"VALUE = {cached}")
+    """Return whether a generated module has a file, and forget the module."""
+    module = generated("plain", key, lambda: f"VALUE = {key!r}")
     sys.modules.pop(module.__name__)
     assert isinstance(module, types.ModuleType)
-    return module.VALUE
+    assert key == module.VALUE
+    return module.__file__ != module.__name__
 
 
 def mode(path):
@@ -237,16 +239,14 @@ def test_a_write_that_is_stopped_leaves_nothing(kept, monkeypatch, stopped):
 
 
 def test_machine_code_that_cannot_be_written_is_said_once_and_the_run_goes_on(kept, monkeypatch):
-    header = "from daebench.compiler.machine_code import njit\n"
-    text = "@njit(error_model='numpy', cache=True)\ndef root(x):\n    return x * x\n"
-    module = generated("small", "unwritten", lambda _: header + text)
+    root = compiled("def root(x):\n    return x * x\n")
 
     def full(path, purpose, content):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(sealed, "write", full)
     with pytest.warns(CacheWarning, match=r"cannot store machine code in .* \(No space left on device\)") as said:
-        assert (module.root(3.0), module.root(3j)) == (9.0, -9)
+        assert (root(3.0), root(3j)) == (9.0, -9)
     assert len(said) == 1
 
 
@@ -254,7 +254,8 @@ def test_the_source_of_another_module_is_not_run_under_this_name(kept):
     asked("one")
     asked("two")
     one, two = sorted(kept.iterdir())
+    content = cache._read(one)
     two.write_bytes(one.read_bytes())
     assert cache._read(two) == ""
     assert not two.exists()
-    assert cache._read(one) == "VALUE = True\n"
+    assert cache._read(one) == content != ""

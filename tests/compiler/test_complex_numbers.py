@@ -1,23 +1,13 @@
 """Complex numbers as pairs of real ones: their functions against those of mpmath, and derivatives by a tiny imaginary part."""
 
 import operator
-from itertools import count
 
 import mpmath
 import numpy as np
 import pytest
+from recorded import compiled
 
-from daebench.compiler.cache import generated
 from daebench.compiler.trace.complex import FUNCTIONS
-from daebench.compiler.written import written
-
-_count = count()
-
-
-def compiled(text):
-    """Return the function ``root`` as machine code."""
-    return generated("complex", f"complex {next(_count)} {text}", lambda _: written("Complex numbers.", ("root",), [text])).root
-
 
 POINTS = [0.3 + 0.2j, 0.3 - 0.2j, -0.6 + 0.5j, -0.6 - 0.5j, 0.9 + 1e-9j, 1.7 + 0.4j, -2.3 + 0.7j, 4.0 - 3.0j]
 NAMES = {"log10": lambda z: mpmath.log(z, 10), "log2": lambda z: mpmath.log(z, 2), "exp2": lambda z: mpmath.mpf(2) ** z}

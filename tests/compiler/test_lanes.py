@@ -5,10 +5,10 @@ import textwrap
 
 import numpy as np
 import pytest
-from numba import njit
+from recorded import compiled
 
 from daebench.compiler.columns import nested as columns
-from daebench.compiler.lanes import branches, nested
+from daebench.compiler.lanes import branches
 from daebench.compiler.linear.elimination_source import Target, solver
 from daebench.compiler.linear.kernels import array_solver
 from daebench.errors import InvalidProblem
@@ -21,32 +21,30 @@ def mixture(x, y, z):
     """Something of everything that kernels do with numbers."""
     first = x + y * z - x / y
     second = max(x, y, z) - min(x, y, 2.0) + abs(-z) ** 0.5
-    third = np.sqrt(abs(x)) + np.sin(y) * np.exp(-abs(z)) + 2 * x
+    third = sqrt(abs(x)) + sin(y) * exp(-abs(z)) + 2 * x + arctan2(x, y) + tanh(z)  # noqa: F821 - names of a generated module
     return first, second, third, max(y, x), min(z, 1.0), x**3.0
 
 
-def placed(function, forms, results):
+def placed(text, name, forms, results):
     """Return a compiled function that reads W runs from an array, calls another and writes what it returns into a second array."""
-    called = njit(error_model="numpy")(function)
-    names = {name: getattr(nested, name) for name in nested.__all__} | {"called": called, "forms": forms, "W": W}
-    text = """
-    def call(numbers, output, counts):
-        live = take_all(0, counts, 0, 0, W) == 0
-        put_all(output, 0, 0, live, called(*take_all(forms, numbers, 0, 0, W)))
-    """
-    exec(textwrap.dedent(text), names)
-    compiled = njit(error_model="numpy")(names["call"])
+    call = f"""
+def call(numbers, output, counts):
+    live = take_all(0, counts, 0, 0, {W}) == 0
+    put_all(output, 0, 0, live, {name}(*take_all({forms}, numbers, 0, 0, {W})))
+"""
+    together = compiled(f"LANES = {W}\nINF = numpy.inf\n\n{text}\n{call}", "call")
 
     def run(numbers):
         output = np.empty((results, W))
-        compiled(np.ascontiguousarray(numbers), output, np.zeros((1, W), dtype=np.int64))
+        together(np.ascontiguousarray(numbers), output, np.zeros((1, W), dtype=np.int64))
         return output
 
     return run
 
 
 def test_each_lane_computes_what_a_double_does_to_the_bit():
-    alone, together = njit(error_model="numpy")(mixture), placed(mixture, (0.0, 0.0, 0.0), 6)
+    text = inspect.getsource(mixture)
+    alone, together = compiled(text, "mixture"), placed(text, "mixture", (0.0, 0.0, 0.0), 6)
     rng = np.random.default_rng(0)
     for turn in range(60):
         numbers = rng.standard_normal((3, W)) if turn % 2 else rng.choice(SPECIAL, (3, W))
@@ -56,10 +54,8 @@ def test_each_lane_computes_what_a_double_does_to_the_bit():
 
 
 def test_a_number_that_all_runs_share_is_written_for_each_of_them():
-    names = {name: getattr(nested, name) for name in nested.__all__} | {"W": W}
-    exec("def call(output, column):\n    put((output, column), 0, 1, 2.5, W)", names)
     output = np.zeros((1, 2, W + 2))
-    njit(error_model="numpy")(names["call"])(output, 1)
+    compiled(f"def call(output, column):\n    put((output, column), 0, 1, 2.5, {W})", "call")(output, 1)
     assert output[0].tolist() == [[0.0] * (W + 2), [0.0, *[2.5] * W, 0.0]]
 
 
@@ -130,12 +126,9 @@ def test_what_cannot_be_done_for_several_runs_at_once_is_refused():
 def test_elimination_in_loops_takes_the_same_pivots_in_each_lane():
     n, rows = 5, 1
     source = array_solver("elimination", "solve", n, "float64", rows)
-    around = {"numpy": np, "INF": np.inf, "absolute": np.absolute, "empty": np.empty, "LANES": W}
-    alone, together = dict(around), around | {name: getattr(nested, name) for name in nested.__all__}
-    exec(source, alone)
-    exec(branches.straightened(source), together)
     vector = (0.0,) * n
-    call, run = njit(error_model="numpy")(alone["solve"]), placed(together["solve"], ((vector,) * n, vector, (vector,)), 2 * n + 1)
+    call = compiled(f"INF = numpy.inf\n\n{source}", "solve")
+    run = placed(branches.straightened(source), "solve", ((vector,) * n, vector, (vector,)), 2 * n + 1)
     rng, singular = np.random.default_rng(2), 0
     for turn in range(40):
         numbers = rng.standard_normal((n * n + 2 * n, W)) * 10.0 ** rng.integers(-6, 6, (n * n + 2 * n, 1))
@@ -154,18 +147,10 @@ def test_elimination_in_loops_takes_the_same_pivots_in_each_lane():
 @pytest.mark.parametrize("n", [2, 3])
 def test_pivots_whose_divisions_wait_are_those_of_single_runs(n):
     target = Target("float64", compiled=True, stages=1, least_squares=False)
-    around = {name: getattr(nested, name) for name in nested.__all__}
-    alone, together = {}, dict(around)
-    exec(solver("solve", n, target), alone)
-    exec(branches.straightened(solver("solve", n, target._replace(lanes=True))), together)
-    single, compiled = (njit(error_model="numpy")(names["solve"]) for names in (alone, together))
-
-    def judged(A, b):
-        x, pivot = compiled(A, b)
-        return x, pivot > 4.0 * EPS, max(pivot, 0.0)
-
-    vector = (0.0,) * n
-    run, rng, singular = placed(judged, ((vector,) * n, vector), n + 2), np.random.default_rng(4), 0
+    single = compiled(solver("solve", n, target), "solve")
+    judged = f"def judged(A, b):\n    x, pivot = solve(A, b)\n    return x, pivot > {4.0 * EPS}, max(pivot, 0.0)\n"
+    text, vector = branches.straightened(solver("solve", n, target._replace(lanes=True))), (0.0,) * n
+    run, rng, singular = placed(f"{text}\n\n{judged}", "judged", ((vector,) * n, vector), n + 2), np.random.default_rng(4), 0
     for turn in range(60):
         numbers = rng.standard_normal((n * n + n, W)) * 10.0 ** rng.integers(-6, 6, (n * n + n, 1))
         if turn % 2:  # the last row is nearly, or exactly, a multiple of the first
@@ -177,18 +162,3 @@ def test_pivots_whose_divisions_wait_are_those_of_single_runs(n):
             assert np.array_equal(results[:, lane], [*x, pivot > 4.0 * EPS, pivot], equal_nan=True)
             singular += not pivot > 4.0 * EPS
     assert 20 < singular < 115
-
-
-def test_an_array_that_stands_for_itself_is_referred_to_as_often_as_before():
-    """Compiled code that gives an array back once too often spoils memory, and ends the process much later."""
-
-    @njit
-    def kept(times, rows):
-        array = np.ones(3)
-        references = (array, array, array, array)
-        for _ in range(times):
-            nested.mixed(array, rows, 0, 4)
-        return references
-
-    counts = [[one.base.refcount for one in kept(times, np.ones((1, 4)))] for times in (0, 1)]
-    assert counts[0] == counts[1]

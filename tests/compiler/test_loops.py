@@ -61,7 +61,7 @@ def test_a_step_on_arrays_is_the_step_on_tuples(scheme, problem):
     for loops, held in ((False, tuple), (True, np.array)):
         options = Options(compiled=False, stages=method.member.stages, loops=loops)
         linker = Linker(ivp.source.derivation, options, method.scheme_module)
-        text = linker.module("A step.", [("daebench.schemes.kernels.constrained", "one_step")], cached=False)
+        text = linker.module("A step.", [("daebench.schemes.kernels.constrained", "one_step")])
         x, _, _, report = run(text, "one_step", (held(ivp.p0), held(ivp.q0)), (), 0.01, par)
         assert report[0] == 0
         ends.append(np.concatenate(x))

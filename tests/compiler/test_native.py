@@ -1,5 +1,6 @@
 """Object files of machine code: read by a later process that needs no compiler, and never where anything that decides them differs."""
 
+import gc
 import json
 import os
 import shutil
@@ -15,6 +16,7 @@ import pytest
 
 from daebench.compiler import machine, memory, native, sealed
 from daebench.compiler.cache import RECORDED, CacheWarning, generated
+from daebench.compiler.under_way import uncollected
 from daebench.errors import RunFailed
 
 _count = count()
@@ -84,7 +86,7 @@ def test_processes_that_begin_at_once_with_an_empty_folder_agree(tmp_path, proce
 def cube(key):
     """Return x^3 + k x as machine code in a module of its own."""
     source = f'"""Cubes."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\ndef root(x):\n    return x**3 + {key} * x\n'
-    return generated("cube", f"cube {key} {next(_count)}", lambda _: source).root
+    return generated("cube", f"cube {key} {next(_count)}", lambda: source).root
 
 
 @pytest.fixture
@@ -176,10 +178,23 @@ def test_a_folder_that_is_gone_changes_no_number(kept):
 def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch):
     text = "def root(a, n):\n    b = 2.0 * a\n    for k in range(n):\n        c = b + a\n        b = c - 1.0\n    return b"
     source = f'"""Sums."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{text}\n'
-    root, a = generated("sums", f"sums {next(_count)}", lambda _: source).root, np.ones(1000)
+    root, a = generated("sums", f"sums {next(_count)}", lambda: source).root, np.ones(1000)
     assert root(a, 10**5)[0] == 2.0  # memory is given back after each turn
     monkeypatch.setattr(memory, "LEAST", 2**13)
     monkeypatch.setattr(memory, "PARTS", 3)
     monkeypatch.setattr(memory, "_memories", type(memory._memories)())
     with pytest.raises(RunFailed, match=r"new arrays of a step need more than the 0 MiB set aside for them"):
         root(a, 10)
+
+
+def test_garbage_is_collected_again_after_a_block_that_fails():
+    def failing():
+        with uncollected():
+            collecting.append(gc.isenabled())
+            raise KeyError
+
+    collecting = []
+    with pytest.raises(KeyError):
+        failing()
+    assert collecting == [False]
+    assert gc.isenabled()

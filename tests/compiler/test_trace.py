@@ -19,7 +19,7 @@ _count = itertools.count()
 def native(text, name="root"):
     """Return a function of a text as machine code."""
     source = f'"""A text."""\n\nNATIVE = ({name!r},)\n{RECORDED.lstrip()}\n\n{text}\n'
-    return getattr(generated("text", f"text {next(_count)} {name} {text}", lambda _: source), name)
+    return getattr(generated("text", f"text {next(_count)} {name} {text}", lambda: source), name)
 
 
 def of(module, name):
@@ -128,7 +128,7 @@ def test_a_long_function_is_one_function_that_is_called():
         ),
         ("def root(x, y):\n    for k in range(3):\n        x = k\n    return k", "k is read behind the loop that binds it"),
         ("def root(x, y):\n    with x:\n        return y", "context manager"),
-        ("def root(x, y):\n    return x + absent(y)", "name 'absent' is not defined"),
+        ("def root(x, y):\n    return x + lost(y)", "name 'lost' is not defined"),
         ("def root(x, y):\n    return [x, y][int(x > y)]", "known at run time"),
     ],
     ids=["branches", "turns", "break", "index", "statement", "name", "subscript"],
@@ -143,6 +143,6 @@ def test_what_cannot_be_recorded_is_refused_in_one_sentence(text, said):
 def test_a_kernel_is_a_module_with_its_constants_and_nothing_else():
     functions = "def helper(x):\n    return x\n\ndef root(x):\n    return helper(x)\n"
     source = f'"""A text."""\n\nEACH = [1, 2]\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{functions}'
-    module = generated("text", f"constants {next(_count)}", lambda _: source)
+    module = generated("text", f"constants {next(_count)}", lambda: source)
     assert isinstance(module, types.ModuleType)
     assert (module.EACH, module.root(2.0), hasattr(module, "helper")) == ([1, 2], 2.0, False)

@@ -60,7 +60,7 @@ def look_callback(t, y, user):
 def compiled():
     """Return the module of these functions as machine code."""
     texts = [f"GRAVITY = {GRAVITY!r}", *map(text_of, (vector, rhs_callback, projection_callback, look_callback))]
-    return generated("example_of_sundials", str(texts), lambda cached: written("The example of SUNDIALS.", (), texts))
+    return generated("example_of_sundials", str(texts), lambda: written("The example of SUNDIALS.", (), texts))
 
 
 COUNTS = ("NumSteps", "NumRhsEvals", "NumLinRhsEvals", "NumLinSolvSetups", "NumJacEvals", "NumNonlinSolvConvFails", "NumErrTestFails")

@@ -70,7 +70,7 @@ def test_the_forces_on_nine_points_in_loops_are_those_written_by_hand(random):
     where = initial_value_problem("fekete", "spiral", {"points": 9})
     linker = Linker(where.source.derivation, Options(compiled=False, loops=True))
     scope = {}
-    exec(linker.module("Forces.", [(LANGUAGE, "H_q")], cached=False), scope)
+    exec(linker.module("Forces.", [(LANGUAGE, "H_q")]), scope)
     q, v = where.q0[:-1].reshape(9, 3), random.normal(size=(9, 3))
     slope = -scope["H_q"](np.append(v.ravel(), 0.0), where.q0, where.par)
     assert np.abs(slope[:27] - (repelled(q) - 0.5 * v).ravel()).max() < 1e-12

@@ -1,6 +1,5 @@
 """Formulations without machine code: the generated source run by Python as it stands, so that sweeps need not compile every pair."""
 
-import re
 import types
 from functools import cache
 
@@ -16,9 +15,7 @@ def run(text, name):
     """Return a module of generated source whose functions Python executes, those of which machine code is made too."""
     found = types.ModuleType(name)
     exec(NAMES, found.__dict__)
-    given = dict.fromkeys(("njit", "shared", "callback"), lambda *_, **__: lambda function: function)
-    found.__dict__.update(given | dict.fromkeys(("linked_only", "inlined"), lambda function: function))
-    exec(re.sub(r"from daebench\.compiler\.(machine_code|sharing|linked_only) import .*", "", text), found.__dict__)
+    exec(text, found.__dict__)
     return found
 
 
@@ -52,6 +49,6 @@ def kept_functions(ivp, *names):
     """Return a module of a problem's functions without machine code, made once; in place of ``InitialValueProblem.functions``."""
     key = (ivp.source, names)
     if key not in _kept:
-        text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(LANGUAGE, name) for name in names], False)
+        text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(LANGUAGE, name) for name in names])
         _kept[key] = run(text, "_".join(names))
     return _kept[key]

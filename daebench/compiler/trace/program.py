@@ -92,8 +92,8 @@ class Program:
                 self.space[name] = Steered(self, name, source)
             else:
                 straight.append((name, source, len(bare)))
-        lines = "".join([*rest, text[at:]]).split("\n")
-        exec("\n".join(line for line in lines if not line.startswith(("from ", "import ", "#", '"'))), self.space)
+        lines = _DOCSTRING.sub("", "".join([*rest, text[at:]])).split("\n")
+        exec("\n".join(line for line in lines if not line.startswith(("from ", "import ", "#"))), self.space)
         exec("\n".join(source for _, source, _ in straight), self.space)
         for name, _, length in straight:
             if self.sites.get(name, 0) > 1 and length > LONG:
