@@ -1,4 +1,4 @@
-"""Linked modules in JavaScript, run in a browser, against the kernels that numba makes of them; derivatives against a complex step."""
+"""Linked modules in JavaScript, run in a browser, against the machine code that is made of them; derivatives against a complex step."""
 
 import numpy as np
 import pytest

@@ -25,7 +25,7 @@ RUN = """
 import json, sys
 import daebench
 run = daebench.run("planar_pendulum", method="rattle", h=0.01, steps=100)
-needed = ("numba", "sympy", "daebench.compiler.trace.ir", "daebench.compiler.print.llvm")
+needed = ("sympy", "daebench.compiler.trace.ir", "daebench.compiler.print.llvm")
 print(json.dumps([run.q.tobytes().hex(), [name for name in needed if name in sys.modules]]))
 """
 
@@ -37,7 +37,7 @@ sys.argv = "daebench run planar_pendulum --method rattle --h 0.01 --steps 100".s
 try:
     main()
 finally:
-    print({"numba", "sympy", "pandas", "scipy", "daebench.compiler.trace.ir"} & set(sys.modules))
+    print({"sympy", "pandas", "scipy", "daebench.compiler.trace.ir"} & set(sys.modules))
 """
 
 

@@ -48,7 +48,7 @@ def test_every_exported_file_says_in_words_how_it_was_made(made):
         assert re.match(
             rf"{re.escape(name)} was made by daebench {re.escape(versions()['daebench'])} on 20\d\d-\d\d-\d\d \d\d:\d\d UTC\.\n", text
         )
-        for package in ("Python", "numpy", "numba"):
+        for package in ("Python", "numpy", "llvmlite"):
             assert f"{package} {versions()[package]}" in text
         assert "Machine: " in text
         assert f"SHA-256 of the file: {hashlib.sha256((made / name).read_bytes()).hexdigest()}\n" in text

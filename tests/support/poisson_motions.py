@@ -1,4 +1,4 @@
-"""Poisson systems with right sides written by hand, integrated by DOP853, and their generated modules without numba."""
+"""Poisson systems with right sides written by hand, integrated by DOP853, and their generated modules without machine code."""
 
 from functools import cache
 

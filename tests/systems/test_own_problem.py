@@ -200,7 +200,7 @@ def test_a_path_of_any_length_has_its_files_in_the_cache(tmp_path, monkeypatch, 
     assert ivp.value("g", ivp.q0).tolist() == [0.0]
     kept = [each.stem for each in (tmp_path / "kept").glob("*.py")]
     assert len(kept) >= 3
-    assert max(map(len, kept)) <= 120  # numba adds as much again for its own files beside these, and 255 is the limit
+    assert max(map(len, kept)) <= 120  # object files add a function's name and a key, and 255 is the limit
 
 
 def test_a_file_beside_it_takes_no_name_that_daebench_stands_on(tmp_path, monkeypatch):

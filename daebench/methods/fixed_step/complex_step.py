@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.methods.fixed_step.stepping import REDUNDANT, Linked
+from daebench.methods.fixed_step.stepping import Linked
 from daebench.runs.ivp import InitialValueProblem
 
 
@@ -42,9 +42,6 @@ def complex_run(linked: Linked, ivp: InitialValueProblem, x: Any, h: float, step
         memory, report = kernel.initialise(x, h, linked.par) if hasattr(kernel, "initialise") else ((), (0,))
         if report[0]:
             return x, rows[:0], linked.failure(ivp, h, 0, steps, 0, report)
-        try:
-            result = kernel.integrate(x, memory, (), (), np.inf, h, linked.weights, steps, every or -1, every, rows, empty, linked.par)
-        except ZeroDivisionError:  # a quotient of complex numbers raises it, where that of real ones is infinite
-            return x, rows[:0], f"{linked.name} on {ivp.problem}, case {ivp.case}, stopped: the iteration matrix is singular; {REDUNDANT}."
+        result = kernel.integrate(x, memory, (), (), np.inf, h, linked.weights, steps, every or -1, every, rows, empty, linked.par)
     done, stored, report = result[4], result[5], result[-1]
     return result[0], rows[:stored], linked.failure(ivp, h, done, steps, result[-2], report) if report[0] else None
