@@ -17,7 +17,7 @@ ROUNDING = 1e-13
 
 
 def projected(where, w, q, error_w, error_q):
-    """Return the increments and errors that the kernel gives, without machine code; w is the velocity, or the momentum of a problem by H(p, q)."""
+    """Return the increments and errors of the kernel run by Python; w is the velocity, or the momentum of a problem by H(p, q)."""
     kernel = "of_velocities" if where.source.derivation.mechanical else "of_momenta"
     text = Linker(where.source.derivation, Options(compiled=False)).module("Uncompiled.", [(f"daebench.{KERNEL}", kernel)])
     par = (*where.par, (float(np.abs(where.q0).max()), 0.0))
