@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -60,7 +59,7 @@ class _Function:
         """Return the head of an object file, which says what the function returns, and the file."""
         from daebench.compiler.machine import object_file
         from daebench.compiler.print.llvm import Text
-        from daebench.compiler.trace.program import Program
+        from daebench.compiler.trace.program import Program, parameters_in
 
         title = str(self._module.__doc__ or "functions").partition("\n")[0].rstrip(".")
         with compiling(title), self._refusing(title):
@@ -70,17 +69,12 @@ class _Function:
             for each in program.functions[:-1]:
                 text.add(each)
             if letters:
-                text.callback(function, "entry", letters, self._parameters.index("user"), ARENA, structure)
+                text.callback(function, "entry", letters, parameters_in(self._source, self._name).index("user"), ARENA, structure)
             else:
                 text.entry(function, "entry")
             allocates = function in text.allocating
             head = {"results": described(structure), "kinds": "".join(result.kind for result in function.results), "allocates": allocates}
             return json.dumps(head).encode() + b"\n" + object_file(text.whole(), loops=allocates or bool(letters))
-
-    @property
-    def _parameters(self) -> list[str]:
-        found = re.search(rf"^def {self._name}\((.*)\):$", self._source, re.M)
-        return found[1].split(", ") if found else []
 
     @contextmanager
     def _refusing(self, title: str) -> Iterator[None]:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from daebench.compiler.javascript.passes import inlined, pruned
-from daebench.compiler.javascript.statements import If, Let, Put, Set, Variables, text, written
+from daebench.compiler.javascript import functions
 from daebench.diagnostics.symplecticity import tangent_path
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.script import numbers, script, script_of_functions
@@ -137,17 +136,57 @@ def test_a_method_that_does_not_take_the_problem_is_refused():
         script(parse("rattle"), initial_value_problem("pendulum_chain", parameters={"links": 9}), 0.1)
 
 
-def test_what_no_result_depends_on_is_left_out_and_the_rest_keeps_its_order():
-    block = [Variables(["m"]), Set("m", 1.0), Let("a", ("*", "x", "m")), Let("b", ("+", "a", 1)), Let("c", ("*", "x", "x"))]
-    block += [Set("m", 2.0), Put("O", 0, ("+", "b", "m")), If("c", [Let("d", "x")], [])]
-    assert written(inlined(pruned(block))) == "let m;m=1;const b=x*m+1;m=2;O[0]=b+m;"
+WRITTEN = {
+    "x[0] - (x[1] - 1.0)": "a0-(b0-1)",
+    "x[0] * (x[1] * 0.1)": "a0*(b0*.1)",
+    "x[0] * x[1] - (-x[0])": "a0*b0-(-a0)",
+    "-(x[0] + x[1]) / 0.5": "-(a0+b0)/.5",
+    "1.0 * x[0] - -1.0 * x[1]": "a0-(-b0)",
+    "x[0] if x[0] < x[1] or not x[1] > 0.0 else 2.0": "a0<b0||!(b0>0)?a0:2",
+    "arctan2(x[0], x[1]) ** 0.5": "Math.pow(Math.atan2(a0,b0),.5)",
+}
 
 
-def test_an_operation_keeps_the_order_in_which_python_does_it():
-    assert text(("-", "a", ("-", "b", "c")))[0] == "a-(b-c)"
-    assert text(("*", "a", ("*", "b", "c")))[0] == "a*(b*c)"
-    assert text(("-", ("*", "a", "b"), ("neg", "c")))[0] == "a*b-(-c)"
-    assert text(("/", ("neg", ("+", "a", "b")), 0.1))[0] == "-(a+b)/.1"
+@pytest.mark.parametrize("expression", WRITTEN)
+def test_an_operation_keeps_the_order_in_which_python_does_it(expression):
+    text = functions(f"def f(x, par):\n    unused = sin(x[0])\n    return {expression}", ["f"], [2], ())
+    assert text == f"{{f(S,P,O){{const a0=S[0];const b0=S[1];O[0]={WRITTEN[expression]};}}}}"
+
+
+STEERED = """
+def f(x, par):
+    a, b, c = x[0], x[1], 0.0
+    for k in range(1, 8):
+        a, b, c = b, a + k * b, c - a
+        if b > 50.0:
+            return a, b, c
+        if a > b:
+            c = c + 1.0
+        elif a < 0.0:
+            a = -a
+    return a, b, 2.0 * c
+"""
+
+
+def test_branches_and_loops_do_what_those_of_python_do(page):
+    text, scope = functions(STEERED, ["f"], [2], ()), {}
+    exec(STEERED, scope)
+    rng, ends = np.random.default_rng(0), set()
+    states = [*rng.uniform(-3.0, 3.0, (100, 2)).tolist(), [0.0, -0.0], [float("nan"), 1.0], [60.0, 1e300]]
+    run = "([text, states]) => { const k = eval('(' + text + ')'), O = [0, 0, 0]; "
+    run += "return states.map((S) => { k.f(S, [], O); return O.map(String) }) }"
+    told = page.evaluate(run, [text, states])
+    for state, values in zip(states, told, strict=True):
+        expected = scope["f"](tuple(state), ())
+        assert np.array_equal(np.array(values, dtype=float), expected, equal_nan=True)
+        ends.add(expected[1] > 50.0)
+    assert len(ends) == 2
+
+
+@pytest.mark.parametrize("body", ["numpy.empty(3)[0] + x[0]", "numpy.fix(x[0])"])
+def test_what_a_page_cannot_compute_is_refused_in_one_sentence(body):
+    with pytest.raises(BadInput, match=r"a page cannot compute .*; choose (another problem or method for it|a smaller problem)\.$"):
+        functions(f"def f(x, par):\n    return {body}", ["f"], [1], ())
 
 
 def test_a_script_runs_a_problem_with_other_numbers():

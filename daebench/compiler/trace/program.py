@@ -18,7 +18,7 @@ from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
 from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
 
 INLINED = 300
-"""Operations of the longest function of which each call is recorded anew; longer ones are recorded once, and called."""
+"""Operations of the longest function of which each call is recorded anew where nothing else is asked for."""
 
 LONG = 1500
 """Letters of the shortest function without branches that may be called in place of being recorded anew."""
@@ -35,6 +35,12 @@ _FUNCTION = re.compile(r"^def (\w+)\(([^\n]*)\):(?:\n(?:[ \t][^\n]*)?)*", re.M)
 _DOCSTRING = re.compile(r'"""(?:[^"]|"(?!""))*"""', re.S)
 _STEERS = re.compile(r"\b(?:if|and|or|not|for|while)\b|[<>]|[=!]=")
 _CALLED = re.compile(r"\b(\w+)\(")
+
+
+def parameters_in(text: str, name: str) -> list[str]:
+    """Return the names of the parameters of a function in the source of a module."""
+    found = re.search(rf"^def {name}\((.*)\):$", text, re.M)
+    return found[1].split(", ") if found else []
 
 
 class Kind:
@@ -70,10 +76,12 @@ class Program:
     ----------
     text : str
         Source of the module: constants, and functions of numbers, tuples and arrays.
+    inlined : int
+        Operations of the longest function of which each call is recorded anew; longer ones are recorded once, and called.
     """
 
-    def __init__(self, text: str) -> None:
-        self.code = Code()
+    def __init__(self, text: str, *, inlined: int = INLINED) -> None:
+        self.code, self.inlined = Code(), inlined
         self.space: dict[str, Any] = names(self.code)
         self.sites: dict[str, int] = {}
         self.sizes: dict[str, int] = {}
@@ -109,7 +117,7 @@ class Program:
             result = function.inlined(args)
             self.sizes[name] = _operations(block[start:])
             return result
-        if self.sizes[name] <= INLINED:
+        if self.sizes[name] <= self.inlined:
             return function.inlined(args)
         parts = parts_of(args)
         key = name, tuple(x.kind if isinstance(x, Value) else repr(x) for x in parts), pattern_of(args)
@@ -125,19 +133,23 @@ class Program:
         """Record a function of its own; return it with the structure of its result."""
 
         def given(made: Function) -> Any:
-            return rebuilt(args, (self._parameter(made, x.kind) if isinstance(x, Value) else x for x in parts_of(args)))
+            return rebuilt(args, (self.parameter(made, x.kind) if isinstance(x, Value) else x for x in parts_of(args)))
 
         return self._recorded(name, function, given)
 
     def _recorded(self, name: str, function: Steered | Sized, given: Callable[[Function], Any]) -> tuple[Function, Any]:
+        return self.recorded(name, lambda made: function.inlined(given(made)))
+
+    def recorded(self, name: str, make: Callable[[Function], Any]) -> tuple[Function, Any]:
+        """Record what ``make`` does, given a function for its parameters, as this function; return it with the structure of its result."""
         made = Function(name)
         with self.code.apart(made):
-            result = function.inlined(given(made))
+            result = make(made)
         made.results = [x for x in parts_of(result) if isinstance(x, Value)]
         self.functions.append(made)
         return made, result
 
-    def _parameter(self, function: Function, kind: str) -> Value:
+    def parameter(self, function: Function, kind: str) -> Value:
         """Return a new parameter of a function."""
         function.parameters.append(Value(self.code, "parameter", kind))
         return function.parameters[-1]
@@ -153,11 +165,11 @@ class Program:
             if isinstance(form, tuple):
                 return tuple([given(made, part) for part in form])
             if form == COMPLEX:
-                return Complex(self.code, *(self._parameter(made, FLOAT64) for _ in range(2)))
+                return Complex(self.code, *(self.parameter(made, FLOAT64) for _ in range(2)))
             if not isinstance(form, list):
-                return form and self._parameter(made, form)
+                return form and self.parameter(made, form)
             kind, axes, ordered = form
-            pointer, *lengths = [self._parameter(made, each) for each in (POINTER, *[INTEGER] * (axes if ordered else 2 * axes))]
+            pointer, *lengths = [self.parameter(made, each) for each in (POINTER, *[INTEGER] * (axes if ordered else 2 * axes))]
             return Array(pointer, kind, lengths[:axes], contiguous(lengths) if ordered else lengths[axes:])
 
         function = self.space[name]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from daebench.compiler.javascript.kernel import Layout, functions, kernel
+from daebench.compiler.javascript import Layout, functions, kernel
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.monitored_errors import monitored_names
@@ -16,7 +16,7 @@ MOST = 24
 
 @dataclass(frozen=True)
 class Script:
-    """A kernel in JavaScript, see :mod:`daebench.compiler.javascript.kernel`, with its start.
+    """A kernel in JavaScript, see :mod:`daebench.compiler.javascript`, with its start.
 
     Parameters
     ----------
