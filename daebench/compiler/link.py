@@ -175,7 +175,7 @@ class Linker:
         stand_ins, names = self.number.entries(emitted)
         body, single = "\n\n".join(self.emitted.values()), self.number.dtype == "float32"
         columns = self.number.kind == "columns" and self.algebra.elementwise and "linear.compiled_solvers" not in body
-        body = "\n\n".join([straightened(body) if self.number.lanes or columns else body, *stand_ins])
+        body = "\n\n".join([straightened(body) if columns else body, *stand_ins])
         if single:
             body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
         lines = [HEADER.format(title=title), f"EPS = {self.number.eps}"]

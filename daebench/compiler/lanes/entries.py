@@ -14,7 +14,7 @@ common, for N runs, padded to whole blocks:
 
 from typing import Any
 
-from daebench.compiler.trace.lanes import absent, anyof, length_of, mixed, put_all, spoiled, take_all
+from daebench.compiler.trace.lanes import absent, anyof, columns, length_of, mixed, put_all, spoiled, take_all
 from daebench.schemes.kernels.language import initialise, plus_work
 from daebench.schemes.kernels.loop import first, integrate
 
@@ -111,8 +111,8 @@ def integrate_lanes(
                 steps,
                 left,
                 every,
-                (states, b),
-                (states, b),
+                columns(states, b, LANES),
+                columns(states, b, LANES),
                 number,
             )
             put_all(numbers, 0, b, live, result[0])

@@ -259,6 +259,8 @@ class _Printer:
                 name = _number(value.args[0], value.kind)
             elif value.op == "table":
                 name = self.text.table(value)
+            elif value.op == "slot":
+                name = self._slot(value)
             else:
                 name = self._at(self.need.same[value])
             self.names[value] = name
@@ -370,10 +372,11 @@ class _Printer:
         self.lines.append(f"{bits} = bitcast {TYPES[truths.kind]} {self._at(truths)} to {word}")
         self._named(value, f"icmp ne {word} {bits}, 0")
 
-    def _slot(self, value: Value) -> None:
-        """Print a place in memory for so many words, at the beginning of the function."""
-        name = self.names[value] = self._fresh()
+    def _slot(self, value: Value) -> str:
+        """Print a place in memory for so many words, at the beginning of the function; return its name."""
+        name = self._fresh()
         self.slots.append(f"{name} = alloca i64, i64 {value.args[0]}, align 64")
+        return name
 
     def _seen(self, value: Value) -> None:
         """Print that a place is read and written here as far as LLVM knows, which then does not hold its content in registers."""
@@ -499,7 +502,6 @@ _SPECIAL: Mapping[str, Any] = {
     "vset": _Printer._vset,
     "vget": _Printer._vget,
     "any": _Printer._any,
-    "slot": _Printer._slot,
     "seen": _Printer._seen,
     "itop": _Printer._itop,
     "ccall": _Printer._ccall,

@@ -18,9 +18,9 @@ class Array:
     pointer : Value
         Where its first entry is.
     kind : str
-        Kind of its entries.
+        Kind of its entries: vectors where several runs are computed at once.
     shape, strides : sequence of int or Value
-        Lengths of its axes, and distances between neighbours on them, in entries.
+        Lengths of its axes, and distances between neighbours on them, in numbers.
     known : sequence of float or int, optional
         The entries of a table, which never change.
     """
@@ -35,6 +35,11 @@ class Array:
     def code(self) -> Code:
         """The program."""
         return self.pointer.code
+
+    @property
+    def wide(self) -> int:
+        """Number of numbers in an entry."""
+        return int(self.kind[1:] or 1)
 
     @property
     def ndim(self) -> int:
@@ -80,6 +85,8 @@ class Array:
             still = isinstance(offset, int) and offset == 0
             pointer = self.pointer if still else self.code.emit("offset", POINTER, (self.pointer, self._integer(offset), self.kind))
             return Array(pointer, self.kind, shape, strides)
+        if _differs(offset):
+            return self._gathered(offset)
         record = self.code.emit if self.known is not None else self.code.effect
         if self.kind == COMPLEX:
             return Complex(self.code, *(record("load", FLOAT64, (self.pointer, self._integer(2 * offset + k))) for k in range(2)))
@@ -93,10 +100,25 @@ class Array:
                 self.code.effect("store", "", (self.pointer, self._integer(2 * offset + k), self.code.as_kind(part, FLOAT64)))
             return
         if not shape:
-            self.code.effect("store", "", (self.pointer, self._integer(offset), self.code.as_kind(value, self.kind)))
+            if self.code.mask is not None and self.wide > 1:
+                value = self.code.select(self.code.mask, value, self[index])
+            self._put(offset, self.code.as_kind(value, self.kind))
             return
         view = self[index]
         each(self.code, view.shape, lambda place: view.__setitem__(place, entry_of(value, place)))
+
+    def _put(self, offset: Any, value: Value) -> None:
+        for place, part in zip(self._places(offset), _entries(value), strict=True) if _differs(offset) else [(offset, value)]:
+            self.code.effect("store", "", (self.pointer, self._integer(place), part))
+
+    def _gathered(self, offset: Value) -> Value:
+        """Return the entries at places that differ from run to run."""
+        parts = (self.code.effect("load", self.kind[0], (self.pointer, self._integer(place))) for place in self._places(offset))
+        return self.code.emit("vset", self.kind[0] + offset.kind[1:], tuple(parts))
+
+    def _places(self, offset: Value) -> list[Any]:
+        """Return where the entry of each run is, given places that differ from run to run."""
+        return [place + k * (self.wide > 1) for k, place in enumerate(_entries(offset))]
 
     def _integer(self, x: Any) -> Value:
         return self.code.as_kind(x, INTEGER)
@@ -185,10 +207,20 @@ def entry_of(x: Any, place: Any) -> Any:
     return x[place] if isinstance(x, Array) else x
 
 
-def contiguous(shape: Sequence[Any]) -> list[Any]:
-    """Return the strides of an array whose rows lie one behind the other."""
+def _differs(x: Any) -> bool:
+    """Return whether a number differs from run to run."""
+    return isinstance(x, Value) and len(x.kind) > 1
+
+
+def _entries(x: Value) -> list[Value]:
+    """Return the numbers of a vector."""
+    return [x.code.emit("vget", x.kind[0], (x, k)) for k in range(int(x.kind[1:]))]
+
+
+def contiguous(shape: Sequence[Any], wide: int = 1) -> list[Any]:
+    """Return the strides of an array whose rows lie one behind the other, of entries of so many numbers."""
     strides: list[Any] = []
-    step: Any = 1
+    step: Any = wide
     for length in reversed(shape):
         strides.insert(0, step)
         step = step * length
@@ -196,20 +228,22 @@ def contiguous(shape: Sequence[Any]) -> list[Any]:
 
 
 def empty(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
-    """Return a new array, whose entries are not set."""
+    """Return a new array, whose entries are not set; they are vectors where several runs are computed at once."""
+    kind = kind + code.together * (len(kind) == 1)
     shape = shape if isinstance(shape, tuple) else (shape,)
     code.allocated += 1
     size: Any = 1
     for length in shape:
         size = size * length
-    words = 2 * size if kind == COMPLEX else size
-    return Array(code.effect("alloc", POINTER, (code.as_kind(words, INTEGER),)), kind, shape, contiguous(shape))
+    wide = int(kind[1:] or 1)
+    words = 2 * size if kind == COMPLEX else size * wide
+    return Array(code.effect("alloc", POINTER, (code.as_kind(words, INTEGER),)), kind, shape, contiguous(shape, wide))
 
 
 def zeros(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
     """Return a new array of zeros."""
     out = empty(code, shape, kind)
-    flat = Array(out.pointer, kind, (out.size,), (1,))
+    flat = Array(out.pointer, out.kind, (out.size,), (out.wide,))
     each(code, flat.shape, lambda place: flat.__setitem__(place, 0))
     return out
 

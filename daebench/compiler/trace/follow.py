@@ -13,10 +13,11 @@ from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, l
 
 
 class Program(Protocol):
-    """What a function belongs to: a recorded program, and the names that functions read."""
+    """What a function belongs to: a recorded program, the names that functions read, and what follows those that steer."""
 
     code: Code
     space: dict[str, Any]
+    follower: "type[Follower]"
 
     def called(self, function: Any, args: Sequence[Any]) -> Any:
         """Return the value of a call."""
@@ -56,25 +57,33 @@ class Steered:
         """Record the function where it is called; return its result."""
         if self.body is None:
             self._read()
-        assert self.body is not None
-        code, names = self.program.code, dict(zip(self.parameters, args, strict=True))
-        if not self.early:
+        return self.program.follower(self).result(dict(zip(self.parameters, args, strict=True)))
+
+
+class Follower:
+    """Follows the statements of one function."""
+
+    def __init__(self, function: Steered) -> None:
+        self.function, self.code, self.space = function, function.program.code, function.program.space
+
+    def result(self, names: Names) -> Any:
+        """Record the function, given its arguments by name; return its result."""
+        function, code = self.function, self.code
+        assert function.body is not None
+        if not function.early:
             ways = Ways([])
-            _Follower(self.program).followed(self.body, names, ways)
+            self.followed(function.body, names, ways)
             return ways.returned[0] if ways.returned else ()
         region = Region(code)
         with code.inside(region.block):
-            if _Follower(self.program).followed(self.body, names, Ways([], region)):
+            if self.followed(function.body, names, Ways([], region)):
                 leave(code, region, ())
         code.block.append(region)
         return behind(code, region)
 
-
-class _Follower:
-    """Follows the statements of one function."""
-
-    def __init__(self, program: Program) -> None:
-        self.code, self.space = program.code, program.space
+    def hidden(self, statement: Statement) -> Sequence[str]:
+        """Return names that a branch or a loop may bind though no statement in it does."""
+        return ()
 
     def _value(self, code: Any, names: Names) -> Any:
         return eval(code, self.space, names)
@@ -107,7 +116,10 @@ class _Follower:
         return False
 
     def _if(self, statement: Statement, names: Names, ways: Ways) -> bool:
-        test = self._value(statement.code[0], names)
+        return self._tested(self._value(statement.code[0], names), statement, names, ways)
+
+    def _tested(self, test: Any, statement: Statement, names: Names, ways: Ways) -> bool:
+        """Record a branch."""
         if isinstance(test, Value) and test.op == "const":
             test = test.args[0]
         if not isinstance(test, Value):
@@ -126,7 +138,7 @@ class _Follower:
         if not any(node.falls):
             return False
         if all(node.falls):
-            self._join(node, sorted(statement.binds & statement.after), sides, names)
+            self._join(node, sorted({*(statement.binds & statement.after), *self.hidden(statement)}), sides, names)
         else:
             names.update(sides[node.falls.index(True)])
         return True

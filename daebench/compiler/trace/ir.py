@@ -186,7 +186,15 @@ def counting(kind: str) -> str:
 
 
 class Code:
-    """A program that is being recorded: the block in which operations go, and those whose results are at hand there."""
+    """A program that is being recorded: the block in which operations go, and those whose results are at hand there.
+
+    Attributes
+    ----------
+    together : str
+        How many runs are computed at once, as kinds of vectors say it; "" for one.
+    mask : Value or None
+        In which runs arrays are written to.
+    """
 
     def __init__(self) -> None:
         self.clock = count()
@@ -195,6 +203,8 @@ class Code:
         self.added: list[Any] = []
         self.constants: dict[Any, Value] = {}
         self.allocated = 0
+        self.together = ""
+        self.mask: Value | None = None
 
     @contextmanager
     def inside(self, block: list[Any]) -> Iterator[None]:

@@ -6,9 +6,10 @@ Arrays of nested tuples have a column for each run: lane w of a block that begin
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, kind_of
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, common, kind_of
 from daebench.compiler.trace.shares import smallest_share, value_of
 from daebench.compiler.trace.structure import parts_of, unset
+from daebench.compiler.trace.turns import Wider
 
 
 def take_all(like: Any, array: Array, row: Any, column: Any, width: int) -> Any:
@@ -41,24 +42,12 @@ def mixed(x: Any, array: Array, column: Any, width: int) -> Any:
     return _read(array, (x, column), width) if kind_of(x) == INTEGER else x
 
 
-def entry_of(array: Array, row: Any, place: Any, width: int) -> Any:
-    """Return the lanes at [row, place] of an array with a last axis for the lanes, where row and place may be lanes themselves."""
-    if not _differ(row, place):
-        return _read(array, (row, place, 0), width)
-    entries = tuple(array[(*each, k)] for k, each in enumerate(_each(width, row, place)))
-    return array.code.emit("vset", f"{array.kind}{width}", entries)
-
-
-def put(array: Any, row: Any, place: Any, x: Any, width: int) -> None:
-    """Write lanes, or a number for each, into an array whose last axis is the lanes, or into columns of (array, column)."""
-    if isinstance(array, tuple):
-        _write(array[0], (row, place, array[1]), x, width)
-    elif not _differ(row, place):
-        _write(array, (row, place, 0), x, width)
-    else:
-        lanes = array.code.as_kind(value_of(x), f"{array.kind}{width}")
-        for k, each in enumerate(_each(width, row, place)):
-            array[(*each, k)] = _lane(lanes, k)
+def columns(array: Array, column: Any, width: int) -> Array:
+    """Return a part of an array, without its last axis: the entries in columns from one on, for a block of runs."""
+    *shape, _ = array.shape
+    *strides, step = array.strides
+    pointer = array.code.emit("offset", POINTER, (array.pointer, array.code.as_kind(column * step, INTEGER), array.kind))
+    return Array(pointer, f"{array.kind}{width}", shape, strides)
 
 
 def _read(array: Array, place: tuple[Any, ...], width: int) -> Value:
@@ -79,52 +68,49 @@ def _differ(*numbers: Any) -> bool:
     return any(len(kind_of(x)) > 1 for x in numbers)
 
 
-def _lane(x: Any, k: int) -> Any:
-    """Return the number in one lane."""
-    return x.code.emit("vget", x.kind[0], (x, k)) if _differ(x) else x
-
-
-def _each(width: int, *numbers: Any) -> list[tuple[Any, ...]]:
-    """Return several numbers in each lane."""
-    return [tuple(_lane(x, k) for x in numbers) for k in range(width)]
-
-
 class Slot:
-    """A place in memory for lanes in nested tuples: results that a few runs return early are stored there, and read at the end."""
+    """A place in memory for nested tuples of lanes: results that a few runs return early are stored there, and read at the end."""
 
-    def __init__(self, code: Code, like: Any, width: int) -> None:
-        self.code, self.like, self.width = code, like, width
-        self.kinds = [f"{kind_of(x)[0]}{width}" for x in _numbers(like)]
-        self.pointer = code.effect("slot", POINTER, (width * len(self.kinds),))
-        self.seen()
+    def __init__(self, code: Code, width: int) -> None:
+        self.code, self.width = code, width
+        self.kinds: list[str] = []
+        self.like: Any = None
+        self.pointer: Value | None = None
 
-    def seen(self) -> None:
-        """Keep the content in memory, where it takes no registers."""
-        self.code.effect("seen", "", (self.pointer,))
+    def note(self, first: Value, x: Any) -> None:
+        """Write nested tuples, in the lanes where ``first`` is true.
 
-    def place(self, k: int) -> tuple[Value, Value]:
-        """Return where lanes are."""
+        Raises
+        ------
+        Wider
+            If a number is of a wider kind than one that was written to its place.
+        """
+        code, numbers = self.code, _numbers(x)
+        kinds = [f"{kind_of(number)[0]}{self.width}" for number in numbers]
+        if self.pointer is None:
+            self.pointer, self.like, self.kinds = Value(code, "slot", POINTER, (self.width * len(kinds),)), x, kinds
+        wider = [common(*both) for both in zip(self.kinds, kinds, strict=True)]
+        if wider != self.kinds:
+            self.kinds = wider
+            raise Wider
+        for k, (kind, number) in enumerate(zip(self.kinds, numbers, strict=True)):
+            old = code.effect("load", kind, self._place(k))
+            code.effect("store", "", (*self._place(k), code.as_kind(code.select(first, number, old), kind)))
+        code.effect("seen", "", (self.pointer,))
+
+    def recalled(self) -> Any:
+        """Return what was written."""
+        parts = iter([self.code.effect("load", kind, self._place(k)) for k, kind in enumerate(self.kinds)])
+
+        def found(like: Any) -> Any:
+            return tuple([found(part) for part in like]) if isinstance(like, tuple) else next(parts)
+
+        return found(self.like)
+
+    def _place(self, k: int) -> tuple[Value, Value]:
+        """Return where the lanes of a number are."""
         at, first = (self.code.as_kind(n, INTEGER) for n in (k * self.width, 0))
         return self.code.emit("offset", POINTER, (self.pointer, at, FLOAT64)), first
-
-
-def note(slot: Slot, first: Any, x: Any) -> None:
-    """Write nested tuples into a slot, in the lanes where ``first`` is true."""
-    code = slot.code
-    for k, (kind, number) in enumerate(zip(slot.kinds, _numbers(x), strict=True)):
-        old = code.effect("load", kind, slot.place(k))
-        code.effect("store", "", (*slot.place(k), code.as_kind(code.select(first, number, old), kind)))
-    slot.seen()
-
-
-def recall(slot: Slot) -> Any:
-    """Return the nested tuples in a slot."""
-    parts = iter([slot.code.effect("load", kind, slot.place(k)) for k, kind in enumerate(slot.kinds)])
-
-    def found(like: Any) -> Any:
-        return tuple([found(part) for part in like]) if isinstance(like, tuple) else next(parts)
-
-    return found(slot.like)
 
 
 def anyof(truths: Any) -> Any:
@@ -151,10 +137,5 @@ def absent(function: Any, arguments: tuple[Any, ...]) -> Any:
     return result
 
 
-def held(like: Any, width: int) -> Slot:
-    """Return a place in memory for nested tuples of the form of ``like``, with lanes in place of numbers."""
-    return Slot(next(x.code for x in parts_of(like) if isinstance(x, Value)), like, width)
-
-
-FUNCTIONS = (take_all, put_all, length_of, mixed, entry_of, put, held, note, recall, smallest_share, anyof, absent, spoiled)
+FUNCTIONS = (take_all, put_all, length_of, mixed, columns, smallest_share, anyof, absent, spoiled)
 """What generated modules of lanes call, besides ``select`` and ``negated``."""

@@ -11,11 +11,12 @@ from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zer
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
 from daebench.compiler.trace.dual import Dual
-from daebench.compiler.trace.follow import Steered
+from daebench.compiler.trace.follow import Follower, Steered
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value, kind_of
 from daebench.compiler.trace.shares import value_of
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
 from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
+from daebench.compiler.trace.together import Together
 
 INLINED = 300
 """Operations of the longest function of which each call is recorded anew where nothing else is asked for."""
@@ -51,7 +52,7 @@ class Kind:
 
     def __call__(self, x: Any) -> Any:
         """Return a number of this type."""
-        return as_complex(self.code, x) if self.kind == COMPLEX else self.code.as_kind(x, self.kind)
+        return as_complex(self.code, x) if self.kind == COMPLEX else self.code.as_kind(x, self.kind + kind_of(x)[1:])
 
 
 class Sized:
@@ -102,6 +103,8 @@ class Program:
                 straight.append((name, source, len(bare)))
         lines = _DOCSTRING.sub("", "".join([*rest, text[at:]])).split("\n")
         exec("\n".join(line for line in lines if not line.startswith(("from ", "import ", "#"))), self.space)
+        self.code.together = str(self.space.get("LANES", ""))
+        self.follower: type[Follower] = Together if self.code.together else Follower
         exec("\n".join(source for _, source, _ in straight), self.space)
         for name, _, length in straight:
             if self.sites.get(name, 0) > 1 and length > LONG:
@@ -273,10 +276,10 @@ def names(code: Code) -> dict[str, Any]:
             "abs": _moduli,
             "max": lambda *args: _extreme(code, "gt", args),
             "min": lambda *args: _extreme(code, "lt", args),
-            "bool": lambda x: code.as_kind(x, TRUTH) if isinstance(x, Value) else bool(x),
-            "float": lambda x: code.as_kind(x, FLOAT64) if isinstance(x, Value) else float(x),
+            "bool": lambda x: code.truth(x) if isinstance(x, Value) else bool(x),
+            "float": lambda x: code.as_kind(x, FLOAT64 + x.kind[1:]) if isinstance(x, Value) else float(x),
             "complex": lambda real, imag=0.0: Complex(code, real, imag),
-            "int": lambda x: code.as_kind(x, INTEGER) if isinstance(x, Value) else int(x),
+            "int": lambda x: code.as_kind(x, INTEGER + x.kind[1:]) if isinstance(x, Value) else int(x),
             CHOSEN: code.select,
             BOTH: code.both,
             EITHER: code.either,

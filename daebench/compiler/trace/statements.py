@@ -47,6 +47,9 @@ class Statement:
         Names that it reads before it binds them, and names that it may bind.
     target : str
         Name that a loop binds.
+    costly : bool
+        Whether, where several runs are computed at once, statements under a test are passed over if no run needs them: they contain loops, or
+        treat failures.
     body, otherwise : sequence of Statement
         Statements inside; the second are those where a test is false, or where a loop comes to its end.
     after, head : set of str
@@ -59,6 +62,7 @@ class Statement:
     reads: AbstractSet[str] = frozenset()
     binds: AbstractSet[str] = frozenset()
     target: str = ""
+    costly: bool = False
     body: Sequence["Statement"] = ()
     otherwise: Sequence["Statement"] = ()
     after: AbstractSet[str] = field(default=frozenset())
@@ -74,11 +78,25 @@ def statements(function: ast.FunctionDef, file: str) -> list[Statement]:
 
 def returns_early(body: Sequence[Statement]) -> bool:
     """Return whether a function returns elsewhere than at its end."""
-    return _has(body[:-1], "return") or bool(body and body[-1].kind != "return" and _has(body[-1:], "return"))
+    return has(body[:-1], "return") or bool(body and body[-1].kind != "return" and has(body[-1:], "return"))
 
 
-def _has(body: Iterable[Statement], kind: str) -> bool:
-    return any(each.kind == kind or _has(each.body, kind) or _has(each.otherwise, kind) for each in body)
+def has(body: Iterable[Statement], kind: str) -> bool:
+    """Return whether there is a statement of a kind among these and in them."""
+    return any(each.kind == kind or has(each.body, kind) or has(each.otherwise, kind) for each in body)
+
+
+def loops(body: Iterable[Statement]) -> bool:
+    """Return whether statements contain loops."""
+    return any(has(body, kind) for kind in ("for", "while", "each"))
+
+
+def _of_status(node: ast.If) -> bool:
+    """Return whether a test concerns the status of a report, as the treatment of failures does."""
+    return not node.orelse and any(
+        isinstance(part, ast.Compare) and isinstance(part.ops[0], ast.Eq | ast.NotEq) and isinstance(part.comparators[0], ast.Constant)
+        for part in ast.walk(node.test)
+    )
 
 
 def leaves_loop(body: Iterable[Statement]) -> bool:
@@ -238,8 +256,9 @@ class _Reader:
         if isinstance(node, ast.If):
             code, reads, before = self._value(node.test, raw=raw)
             body, otherwise = self.body(node.body, raw=raw), self.body(node.orelse, raw=raw)
-            binds = _bound(body) | _bound(otherwise)
-            return [*before, Statement(kind="if", line=line, code=(code,), reads=reads, binds=binds, body=body, otherwise=otherwise)]
+            made = Statement(kind="if", line=line, code=(code,), reads=reads, binds=_bound(body) | _bound(otherwise), body=body)
+            made.otherwise, made.costly = otherwise, loops(body) or loops(otherwise) or _of_status(node)
+            return [*before, made]
         if isinstance(node, ast.Return):
             code, reads, before = self._value(node.value or ast.Tuple([], ast.Load()), raw=raw)
             return [*before, Statement(kind="return", line=line, code=(code,), reads=reads)]

@@ -35,6 +35,10 @@ class Unknown(Exception):
         self.name, self.structure = name, structure
 
 
+class Wider(Exception):
+    """Something that is kept in memory is of a wider kind than was known when the loop was begun."""
+
+
 @dataclass(frozen=True)
 class Ways:
     """Where ``return``, ``break`` and ``continue`` lead.
@@ -82,6 +86,9 @@ class Follower(Protocol):
 
     code: Code
 
+    def hidden(self, statement: Statement) -> Sequence[str]:
+        """Return names that a loop may bind though no statement in it does."""
+
     def followed(self, body: Sequence[Statement], names: Names, ways: Ways) -> bool:
         """Record statements; return whether what comes behind them is reached."""
 
@@ -104,6 +111,9 @@ class Turns:
         self.left = sorted(name for name in statement.binds & (statement.head | statement.after) if name != statement.target)
         if statement.target in statement.after:
             raise TypeError(f"{statement.target} is read behind the loop that binds it, in line {statement.line}")
+        self.hidden = [name for name in follower.hidden(statement) if name in names]
+        self.carried += self.hidden
+        self.left += self.hidden
         self.begun: Names = {name: names[name] for name in self.carried if name in names}
         self.kinds: dict[tuple[str, int], str] = {}
 
@@ -119,6 +129,8 @@ class Turns:
                 if unknown.name not in self.left or unknown.name in self.begun:
                     raise
                 self.begun[unknown.name] = unset(self.code, unknown.structure)
+            except Wider:
+                continue
             else:
                 if reached is not None:
                     return reached
@@ -270,7 +282,8 @@ class Turns:
         region.block[0:0] = before
 
     def _move(self, to: Value, of: Value, array: Array) -> None:
-        self.code.effect("move", "", (to, of, self.code.as_kind(array.size, INTEGER), array.kind))
+        words = array.size * array.wide
+        self.code.effect("move", "", (to, of, self.code.as_kind(words, INTEGER), array.kind[0]))
 
     @staticmethod
     def _size(end: Array, start: Array) -> Any:
@@ -289,7 +302,7 @@ class Turns:
     def _end(self, region: Region) -> bool:
         if not region.leaves:
             return False
-        self.names.update(self._values_behind(region, self.statement.after))
+        self.names.update(self._values_behind(region, self.statement.after | {*self.hidden}))
         return True
 
     def _values_behind(self, region: Region, wanted: Any = None) -> Names:
