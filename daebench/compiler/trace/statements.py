@@ -48,8 +48,7 @@ class Statement:
     target : str
         Name that a loop binds.
     costly : bool
-        Whether, where several runs are computed at once, statements under a test are passed over if no run needs them: they contain loops, or
-        treat failures.
+        Whether statements under a test are passed over if none of several runs needs them: they contain loops, or treat failures.
     body, otherwise : sequence of Statement
         Statements inside; the second are those where a test is false, or where a loop comes to its end.
     after, head : set of str

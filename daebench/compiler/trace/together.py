@@ -1,8 +1,8 @@
-"""Functions that steer, followed for several runs at once: where runs would take different branches, both are computed, and values selected.
+"""Functions that steer, followed for several runs at once: where runs would take different branches, both are computed.
 
-Statements under a test that differs from run to run are followed for all of them, and their values are selected behind it. An iteration goes
-on until all runs have returned. Mostly they return at once; the results of runs that return earlier are stored in memory. Tests of numbers
-that are common to all runs, such as the number of steps, stay branches.
+Statements under a test that differs from run to run are followed for all of them, and their values are selected behind it. An iteration
+goes on until all runs have returned. Mostly they return at once; the results of runs that return earlier are stored in memory. Tests of
+numbers that are common to all runs, such as the number of steps, stay branches.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -52,7 +52,8 @@ class Together(Follower):
                 self.followed(body, names, Ways([], region))
             code.block.append(region)
             found, gone = behind(code, region)
-            found = self._where(gone, found, self.slot.recalled)
+            if self.slot.pointer is not None:
+                found = self._where(gone, found, self.slot.recalled)
         code.mask = outer
         return found
 
