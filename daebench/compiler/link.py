@@ -15,7 +15,6 @@ from daebench.compiler import codegen
 from daebench.compiler.constrained import loops
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
-from daebench.compiler.lanes.branches import straightened
 from daebench.compiler.linear.elimination_source import Target
 from daebench.compiler.linear.loops import Loops
 from daebench.compiler.number_types import number_type
@@ -174,8 +173,7 @@ class Linker:
         self.emitted |= {name: self._given_all(name) for name in emitted if self.scheme or name in self.reading}
         stand_ins, names = self.number.entries(emitted)
         body, single = "\n\n".join(self.emitted.values()), self.number.dtype == "float32"
-        columns = self.number.kind == "columns" and self.algebra.elementwise and "linear.compiled_solvers" not in body
-        body = "\n\n".join([straightened(body) if columns else body, *stand_ins])
+        body = "\n\n".join([body, *stand_ins])
         if single:
             body = ast.unparse(TypedLiterals().visit(ast.parse(body)))
         lines = [HEADER.format(title=title), f"EPS = {self.number.eps}"]
@@ -186,14 +184,13 @@ class Linker:
             lines.append(f"LANES = {self.number.lanes}")
         if self.scheme:
             lines += [f"EACH_{name.upper()} = {self.work.get(name, [])}" for name in ("one_step", "after_step", "initialise")]
-        elementwise = columns or (self.algebra.elementwise and "def solve" not in body and "def _solve" not in body)
+        elementwise = self.algebra.elementwise and "def solve" not in body and "def _solve" not in body
         lines.append(f"ELEMENTWISE = {elementwise}")
         if self.options.loops:
             lines += ["ARRAYS = True", *(f"{name} = {source}" for name, source in self.tables.items())]
         texts = [body, *([wrapper.source(self.derivation)] if wrapper else [])]
         if self.options.compiled:
             return written(title, wrapper.roots if wrapper else names, texts, lines[1:])
-        lines[1:1] = self.number.imports
         return "\n".join([*lines, "\n", "\n\n".join(texts), ""])
 
     def _given_all(self, name: str) -> str:

@@ -73,18 +73,9 @@ class NumberType:
         """Functions of these numbers that modules call."""
         if not self.package:
             return ()
-        if self.kind == "columns":
-            from daebench.compiler.columns import nested
-
-            return nested.__all__
         from daebench.compiler.trace import dual, lanes
 
         return ["select", "negated", *(function.__name__ for function in (lanes if self.lanes else dual).FUNCTIONS)]
-
-    @property
-    def imports(self) -> list[str]:
-        """Lines at the beginning of a module that is not compiled."""
-        return [f"from {self.package}.nested import {', '.join(self.functions)}"] if self.package else []
 
     def entries(self, roots: Sequence[str]) -> tuple[list[str], list[str]]:
         """Return the sources of functions that replace some of the roots of a module, and the names of its roots after this replacement.
@@ -112,7 +103,6 @@ NUMBER_TYPES = {
         NumberType(kind="dual", dtype="float64", package="daebench.compiler.dual"),
         NumberType(kind="tangent", dtype="float64", package="daebench.compiler.dual"),
         NumberType(kind="lanes", dtype="float64", package="daebench.compiler.lanes"),
-        NumberType(kind="columns", dtype="float64", package="daebench.compiler.columns"),
     )
 }
 

@@ -1,15 +1,14 @@
 """The members of an ensemble: one problem with many starts, parameters and step sizes."""
 
-import types
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from daebench.compiler.cache import generated
+from daebench.compiler.wrapper import Wrapper
 from daebench.errors import BadInput, positive
-from daebench.runs.ivp import Array, InitialValueProblem, stacked
+from daebench.runs.ivp import Array, InitialValueProblem
 
 SUMMED = 1e-12
 """Largest accepted deviation from 1 of the sum of the weights of a composition."""
@@ -81,21 +80,8 @@ class Members:
             raise BadInput(f"the weights of each member must sum to 1, so that a step has length h; {of_one}.")
         return replace(self, weights=rows)
 
-    def functions(self, name: str) -> types.ModuleType:
-        """Return a module of one of the problem's functions, which takes arrays with an entry for each member if possible."""
-        ivp = self.ivp
-
-        def build() -> str:
-            from daebench.compiler.link import Linker, Options
-            from daebench.compiler.syntax import LANGUAGE
-
-            linker = Linker(ivp.source.derivation, Options(precision="columns", compiled=False, singular=ivp.singular))
-            return linker.module(f"{name} of {ivp.problem}.", [(LANGUAGE, name)])
-
-        return generated(f"{ivp.problem}_{name}_columns", f"{ivp.source.key} columns {name} {ivp.singular}", build)
-
-    def along(self, name: str, *arguments: Array) -> Array:
-        """Return one of the problem's functions for each member, with its parameters.
+    def rows(self, name: str, *arguments: Array) -> tuple[Array, Any]:
+        """Return one of the problem's functions for each member, as machine code gives it.
 
         Parameters
         ----------
@@ -106,27 +92,57 @@ class Members:
 
         Returns
         -------
-        ndarray, shape(..., n, ...)
+        rows : ndarray, shape(N, k)
+            The k numbers of each value.
+        like : nested tuple or float
+            The form of a value.
         """
-        rows = arguments[0].shape[:-1]
+        points = tuple(np.ascontiguousarray(x, dtype=float).reshape(-1, x.shape[-1]) for x in arguments)
+        par = tuple(np.ascontiguousarray(x, dtype=float) if np.ndim(x) else float(x) for x in self.par)
+        call = self._over(name, tuple(x.shape[1] for x in points))
+        like = call(tuple(x[:0] for x in points), par, len(self), np.empty((0, 0)))
+        rows = np.empty((len(points[0]), _count(like)))
+        with np.errstate(all="ignore"):
+            call(points, par, len(self), rows)
+        return rows, like
+
+    def _over(self, name: str, lengths: tuple[int, ...]) -> Any:
+        """Return the function that computes another for rows of vectors of these lengths, with the parameters of their members."""
+        vectors = [f"({''.join(f'points[{k}][i, {j}], ' for j in range(d))})" for k, d in enumerate(lengths)]
+        par = "".join(f"par[{k}][i % n], " if np.ndim(x) else f"par[{k}], " for k, x in enumerate(self.par))
+        text = f"""def over(points, par, n, rows):
+    for i in range(points[0].shape[0]):
+        value = {name}({", ".join(vectors)}, ({par}))
+        fill(rows, i, value)
+    return value
+"""
+        singular = {"singular": self.ivp.singular} if self.ivp.singular else {}
+        title = f"{name} of {self.ivp.problem}."
+        return self.ivp.source.linked(f"{name}_over", title, (name,), wrapper=Wrapper(text, ("over",)), **singular).over
+
+    def along(self, name: str, *arguments: Array) -> Array:
+        """Return one of the problem's functions for each member, with its parameters, shape(..., n, ...).
+
+        Parameters are those of :meth:`rows`.
+        """
+        shape = arguments[0].shape[:-1]
         if not self.ivp.arrays:
-            module = self.functions(name)
-            if module.ELEMENTWISE:
-                with np.errstate(all="ignore"):
-                    values = getattr(module, name)(
-                        *(tuple(np.moveaxis(x, -1, 0)) for x in arguments),
-                        tuple(np.asarray(x, dtype=float) if np.ndim(x) else np.float64(x) for x in self.par),
-                    )
-                return stacked(values, rows)
+            rows, like = self.rows(name, *arguments)
+            return rows.reshape(*shape, *np.shape(like))
         problems = [self.member(i) for i in range(len(self))]
         points = zip(*(x.reshape(-1, x.shape[-1]) for x in arguments), strict=True)
         values = np.array([problems[k % len(self)].value(name, *point) for k, point in enumerate(points)])
-        return values.reshape(*rows, *values.shape[1:])
+        return values.reshape(*shape, *values.shape[1:])
 
     def of_states(self, name: str, states: Array) -> Array:
         """Return a function of stored states, shape(..., n, N); for "g", states contain the positions only."""
         vectors = self.ivp.vectors(states)
         return self.along(name, *(vectors[1:] if name == "g" else vectors))
+
+
+def _count(x: Any) -> int:
+    """Return how many numbers there are in nested tuples."""
+    return sum(map(_count, x)) if isinstance(x, tuple) else 1
 
 
 def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:

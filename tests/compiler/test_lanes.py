@@ -1,14 +1,11 @@
 """Lanes: their arithmetic against that of doubles, and functions rewritten without branches against the functions themselves."""
 
 import inspect
-import textwrap
 
 import numpy as np
 import pytest
 from recorded import compiled
 
-from daebench.compiler.columns import nested as columns
-from daebench.compiler.lanes import branches
 from daebench.compiler.linear.elimination_source import Target, solver
 from daebench.compiler.linear.kernels import array_solver
 from daebench.errors import InvalidProblem
@@ -55,7 +52,8 @@ def test_each_lane_computes_what_a_double_does_to_the_bit():
 
 def test_a_number_that_all_runs_share_is_written_for_each_of_them():
     output = np.zeros((1, 2, W + 2))
-    compiled(f"def call(output, column):\n    put((output, column), 0, 1, 2.5, {W})", "call")(output, 1)
+    text = f"LANES = {W}\n\ndef call(output, column):\n    columns(output, column, LANES)[0, 1] = 2.5"
+    compiled(text, "call")(output, 1)
     assert output[0].tolist() == [[0.0] * (W + 2), [0.0, *[2.5] * W, 0.0]]
 
 
@@ -92,35 +90,69 @@ def iterated(x, y, z):
     return 1.0, x, last
 
 
-FUNCTIONS = {"exchanged": exchanged, "judged": judged, "iterated": iterated}
+def nested(x, y, z):
+    if x > 0.0:
+        if y > 0.0:
+            if z != z:
+                return 5.0, y
+            return x, z
+        z = 1.0 - z
+    else:
+        y = y + 2.0
+    for k in range(3):
+        if y < z:
+            x = x + k
+            for _ in range(2):
+                y = y + 1.0
+    return x, y
 
 
-def rewritten(function):
-    namespace = {name: getattr(columns, name) for name in columns.__all__} | {"LANES": 400}
-    exec(branches.straightened(textwrap.dedent(inspect.getsource(function))), namespace)
-    return namespace[function.__name__]
+def stopped(x, y, z):
+    done = 0
+    for k in range(1, 9):
+        x = x + y
+        done = k
+        if k == 6:
+            return 6.0, x, done
+        if not x < 4.0:
+            if z > 0.0:
+                return 1.0, x, done
+            z = z + 1.0
+    return 0.0, x, done
+
+
+FUNCTIONS = {
+    function.__name__: (function, size) for function, size in ((exchanged, 3), (judged, 2), (iterated, 3), (nested, 2), (stopped, 3))
+}
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_a_function_without_branches_returns_what_each_run_would(name):
-    function = FUNCTIONS[name]
-    together, rng = rewritten(function), np.random.default_rng(1)
-    numbers = rng.choice([-3.0, -1.0, -0.25, 0.0, 0.5, 1.0, 2.0, 7.0, np.nan], (3, 400))
-    with np.errstate(all="ignore"):
-        results = np.array(together(*numbers))
-        expected = np.array([function(*column) for column in numbers.T]).T
-    assert np.array_equal(results, expected, equal_nan=True)
-    assert len(np.unique(results[0])) > 2
+def test_runs_that_take_different_branches_come_to_what_each_would_alone(name):
+    function, size = FUNCTIONS[name]
+    together, rng = placed(inspect.getsource(function), name, (0.0, 0.0, 0.0), size), np.random.default_rng(1)
+    told = []
+    for _ in range(100):
+        numbers = rng.choice([-3.0, -1.0, -0.25, 0.0, 0.5, 1.0, 2.0, 7.0, np.nan], (3, W))
+        with np.errstate(all="ignore"):
+            expected = np.array([function(*column) for column in numbers.T]).T
+        assert np.array_equal(together(numbers), expected, equal_nan=True)
+        told += expected[0].tolist()
+    assert len(set(told)) >= 2
 
 
-def test_what_cannot_be_done_for_several_runs_at_once_is_refused():
-    def looped(x):
-        for _ in range(int(x)):
-            x = x + 1.0
-        return x
+REFUSED = {
+    "range": ("for _ in range(int(x)):\n        x = x + 1.0", "a loop over a range that differs from run to run"),
+    "loops": ("for j in range(3):\n        for k in range(3):\n            if x > k:\n                return j", "within a loop"),
+    "two": ("if x > 0.0:\n        return x\n    for k in range(3):\n        if x < k:\n            return k", "before an iteration"),
+    "all": ("for k in range(3):\n        if x < k:\n            return x\n        else:\n            return k", "all runs return"),
+}
 
-    with pytest.raises(InvalidProblem, match=r"loops over range\(int\(x\)\), which differs from run to run"):
-        rewritten(looped)
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_cannot_be_done_for_several_runs_at_once_is_refused(what):
+    body, said = REFUSED[what]
+    with pytest.raises(InvalidProblem, match=said):
+        placed(f"def root(x):\n    {body}\n    return x", "root", (0.0,), 1)(np.zeros((1, W)))
 
 
 def test_elimination_in_loops_takes_the_same_pivots_in_each_lane():
@@ -128,7 +160,7 @@ def test_elimination_in_loops_takes_the_same_pivots_in_each_lane():
     source = array_solver("elimination", "solve", n, "float64", rows)
     vector = (0.0,) * n
     call = compiled(f"INF = numpy.inf\n\n{source}", "solve")
-    run = placed(branches.straightened(source), "solve", ((vector,) * n, vector, (vector,)), 2 * n + 1)
+    run = placed(source, "solve", ((vector,) * n, vector, (vector,)), 2 * n + 1)
     rng, singular = np.random.default_rng(2), 0
     for turn in range(40):
         numbers = rng.standard_normal((n * n + 2 * n, W)) * 10.0 ** rng.integers(-6, 6, (n * n + 2 * n, 1))
@@ -149,7 +181,7 @@ def test_pivots_whose_divisions_wait_are_those_of_single_runs(n):
     target = Target("float64", compiled=True, stages=1, least_squares=False)
     single = compiled(solver("solve", n, target), "solve")
     judged = f"def judged(A, b):\n    x, pivot = solve(A, b)\n    return x, pivot > {4.0 * EPS}, max(pivot, 0.0)\n"
-    text, vector = branches.straightened(solver("solve", n, target._replace(lanes=True))), (0.0,) * n
+    text, vector = solver("solve", n, target._replace(lanes=True)), (0.0,) * n
     run, rng, singular = placed(f"{text}\n\n{judged}", "judged", ((vector,) * n, vector), n + 2), np.random.default_rng(4), 0
     for turn in range(60):
         numbers = rng.standard_normal((n * n + n, W)) * 10.0 ** rng.integers(-6, 6, (n * n + n, 1))

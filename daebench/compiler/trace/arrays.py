@@ -266,6 +266,16 @@ def each(code: Code, shape: Sequence[Any], function: Callable[[tuple[Any, ...]],
         counted(code, shape[0], lambda k: each(code, shape[1:], function, (*place, k)))
 
 
+def fill(array: Array, row: Any, x: Any) -> None:
+    """Write the numbers of nested tuples into a row of an array."""
+
+    def numbers(part: Any) -> list[Any]:
+        return [number for entry in part for number in numbers(entry)] if isinstance(part, tuple) else [part]
+
+    for k, number in enumerate(numbers(x)):
+        array[row, k] = number
+
+
 def counted(code: Code, stop: Any, function: Callable[[Value], None]) -> None:
     """Record a loop that carries nothing but its index."""
     region, loop, k = Region(code), Loop(), Value(code, "parameter", INTEGER)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import TRUTH, Code, If, NeedsKnown, Region, Value
+from daebench.compiler.trace.ir import TRUTH, Code, If, NeedsKnown, Region, Value, kind_of
 from daebench.compiler.trace.statements import Statement, leaves_loop, returns_early, statements
 from daebench.compiler.trace.structure import united, unset
 from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, leave
@@ -181,6 +181,8 @@ class Follower:
     def _for(self, statement: Statement, names: Names, ways: Ways) -> bool:
         given = [self._value(code, names) for code in statement.code]
         first, last, step = (0, given[0], 1) if len(given) == 1 else (*given, 1)[:3]
+        if any(len(kind_of(x)) > 1 for x in given):
+            raise TypeError(f"a loop over a range that differs from run to run, in line {statement.line}")
         if not isinstance(step, int) or step == 0:
             raise TypeError(f"a step of range that is not known, in line {statement.line}")
         if isinstance(first, int) and isinstance(last, int) and not range(first, last, step):

@@ -7,7 +7,7 @@ from math import log, pi
 from typing import Any
 
 from daebench.compiler.trace import dual, foreign, lanes
-from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
+from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, fill, zeros
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
 from daebench.compiler.trace.dual import Dual
@@ -269,7 +269,7 @@ def names(code: Code) -> dict[str, Any]:
         numpy
         | foreign.names(code)
         | {function.__name__: function for function in (*dual.FUNCTIONS, *lanes.FUNCTIONS)}
-        | {"select": code.select, "negated": code.negated}
+        | {"select": code.select, "negated": code.negated, "fill": fill}
         | {
             "numpy": types.SimpleNamespace(**numpy),
             "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),

@@ -107,9 +107,5 @@ def _smallest_pivot(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     """Return the smallest relative pivot of G H_pp G^T over all outputs: no solver's flag tells of rank loss, this does."""
     if ivp.arrays:
         return float(np.min(ivp.along("independence", p, q)))
-    columns = None if ivp.singular else Members(ivp, (p, q), 0.0, {}).functions("lam_and_pivot")  # least squares are of one state
-    with np.errstate(all="ignore"):
-        if columns and columns.ELEMENTWISE:
-            return float(min(np.ravel(columns.lam_and_pivot(tuple(p.T), tuple(q.T), ivp.par)[1]).tolist()))
-        call = ivp.functions("lam_and_pivot").lam_and_pivot
-        return float(min(call(tuple(a), tuple(b), ivp.par)[1] for a, b in zip(p, q, strict=True)))
+    rows, _ = Members(ivp, (p, q), 0.0, {}).rows("lam_and_pivot", p, q)
+    return float(min(rows[:, -1].tolist()))

@@ -28,9 +28,7 @@ class Mechanics:
         self.ivp: Any = members.ivp
         self.d, self.k = int(self.ivp.facts.D), int(self.ivp.facts.D) - int(self.ivp.facts.M)
         self.explicit = bool(self.ivp.facts.EXPLICIT)
-        self._par: tuple[Any, ...] = tuple(np.asarray(x, dtype=float) if np.ndim(x) else np.float64(x) for x in members.par)
         p, q = members.start
-        self._calls: dict[str, Any] = {}
         self.plain = not np.any(members.along("H_p", np.zeros_like(p), q))
 
     def some(self, rows: Rows) -> "Mechanics":
@@ -39,15 +37,8 @@ class Mechanics:
 
     def value(self, name: str, *arguments: Array, rows: Rows | None = None) -> Array:
         """Return one of the problem's functions at states of all members, or of some by their numbers, shape(..., n)."""
-        if name not in self._calls:
-            module = self.members.functions(name)
-            self._calls[name] = getattr(module, name) if module.ELEMENTWISE else None
-        call, n = self._calls[name], arguments[0].shape[1]
-        if call is None:
-            some = self.members if rows is None else self.members.some(rows)
-            return np.moveaxis(some.along(name, *(x.T for x in arguments)), 0, -1)
-        par = self._par if rows is None else tuple(x[rows] if np.ndim(x) else x for x in self._par)
-        return _filled(call(*(tuple(x) for x in arguments), par), n)
+        some = self.members if rows is None else self.members.some(rows)
+        return np.moveaxis(some.along(name, *(x.T for x in arguments)), 0, -1)
 
     def shift(self, q: Array, rows: Rows | None = None) -> Array:
         """Return the momentum a(q) at which the velocity is zero."""
@@ -87,18 +78,6 @@ class Mechanics:
             z = z - transposed_times(G, solved(gram(rows, G), times(rows, z)))
         length = np.sqrt(np.sum(z * times(inverse, z), axis=0))
         return np.asarray(self.shift(q) + z * (np.sqrt(2 * np.maximum(kinetic, 0.0)) / length), dtype=float)
-
-
-def _filled(value: Any, n: int) -> Array:
-    """Return nested tuples of columns, some of which are numbers, as one array with the columns last."""
-    if not isinstance(value, tuple):
-        return np.broadcast_to(np.asarray(value, dtype=float), (n,))
-    if not isinstance(value[0], tuple):
-        filled = np.empty((len(value), n))
-        for i, entry in enumerate(value):
-            filled[i] = entry
-        return filled
-    return np.stack([_filled(entry, n) for entry in value])
 
 
 def mechanics_of(members: Members, measure: str) -> Mechanics:
