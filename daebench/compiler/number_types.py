@@ -1,7 +1,7 @@
-"""Types of numbers that a module is linked for: types of NumPy, and types with a package in this compiler.
+"""Types of numbers that a module is linked for: types of NumPy, and types of this compiler.
 
-Modules of such a type call functions of its numbers. Two of the packages have a file of entry points: since Python itself has no such
-numbers, ``integrate_dual`` replaces ``integrate``, and passes their parts separately.
+Modules of such a type call functions of its numbers, and have entry points of their own: since Python itself has no such numbers,
+``integrate_dual`` replaces ``integrate``, and passes their parts separately.
 """
 
 import ast
@@ -29,8 +29,8 @@ class NumberType:
         Source of the distance from 1 to the next larger number.
     again : int
         Number of times that Newton's iterations are repeated: 2 if derivatives are carried in the imaginary part.
-    package : str
-        Package of the type; "" for a type of NumPy.
+    points : str
+        The file with the entry points of modules of the type; "" for a type of NumPy.
     single_forces : bool
         Whether forces are computed in float32, in functions of ``dtype``.
     width : int
@@ -43,7 +43,7 @@ class NumberType:
     dtype: str
     eps: str = DOUBLE
     again: int = 1
-    package: str = ""
+    points: str = ""
     single_forces: bool = False
     width: int = 0
     forces: str = ""
@@ -61,7 +61,7 @@ class NumberType:
     @property
     def directions(self) -> int:
         """Number of directions in which numbers carry derivatives besides their values."""
-        return self.width if self.package == "daebench.compiler.dual" else 0
+        return self.width if self.points.endswith("dual_entries") else 0
 
     @property
     def lanes(self) -> int:
@@ -71,7 +71,7 @@ class NumberType:
     @cached_property
     def functions(self) -> Sequence[str]:
         """Functions of these numbers that modules call."""
-        if not self.package:
+        if not self.points:
             return ()
         from daebench.compiler.trace import dual, lanes
 
@@ -84,7 +84,7 @@ class NumberType:
         """
         if not self.width:
             return [], list(roots)
-        file = SourceFile(self.package, text_of(f"{self.package}.entries"), {"REMEMBERS": "initialise" in roots})
+        file = SourceFile(self.points, text_of(self.points), {"REMEMBERS": "initialise" in roots})
         names = [stand_in if (stand_in := f"{name}_{self.kind}") in file.functions else name for name in roots]
         stand_ins = [file.functions[name] for name in names if name in file.functions]
         read = {node.id for function in stand_ins for node in ast.walk(function) if isinstance(node, ast.Name)}
@@ -100,9 +100,9 @@ NUMBER_TYPES = {
         NumberType(kind="float32", dtype="float32", eps="numpy.float32(1.1920929e-07)"),
         NumberType(kind="mixed", dtype="float64", single_forces=True),
         NumberType(kind="complex128", dtype="complex128", again=2),
-        NumberType(kind="dual", dtype="float64", package="daebench.compiler.dual"),
-        NumberType(kind="tangent", dtype="float64", package="daebench.compiler.dual"),
-        NumberType(kind="lanes", dtype="float64", package="daebench.compiler.lanes"),
+        NumberType(kind="dual", dtype="float64", points="daebench.compiler.dual_entries"),
+        NumberType(kind="tangent", dtype="float64", points="daebench.compiler.dual_entries"),
+        NumberType(kind="lanes", dtype="float64", points="daebench.compiler.lane_entries"),
     )
 }
 

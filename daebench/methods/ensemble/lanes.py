@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.lanes.entries import DONE, MEMORY, PIVOTS, RESIDUAL, STATUS, TRIED, WORK
+from daebench.compiler.lane_entries import DONE, MEMORY, PIVOTS, RESIDUAL, STATUS, TRIED, WORK
 from daebench.compiler.under_way import uncollected
 from daebench.methods.fixed_step.stepping import Linked, next_piece
 from daebench.runs.grid import Grid

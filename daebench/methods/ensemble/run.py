@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.lanes.entries import DONE, RESIDUAL, STATUS, TRIED
+from daebench.compiler.lane_entries import DONE, RESIDUAL, STATUS, TRIED
 from daebench.diagnostics.rank import AFTER_FAILURE, may_lose_rank, upcoming_losses
 from daebench.errors import BadInput
 from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, flat, form_of, nested

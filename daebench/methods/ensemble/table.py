@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.compiler.lanes.entries import DONE, MAXIMA, PIVOTS, STATUS
+from daebench.compiler.lane_entries import DONE, MAXIMA, PIVOTS, STATUS
 from daebench.methods.ensemble.lanes import LaneRun
 from daebench.methods.fixed_step.stepping import Run
 from daebench.runs.grid import Grid

@@ -86,7 +86,7 @@ AGAIN: int = 1
 """Newton's iterations are repeated this many times: 2 when derivatives are in the imaginary part."""
 
 TANGENTS: bool = False
-"""Numbers are dual and carry derivatives in several directions, see ``daebench/compiler/dual``."""
+"""Numbers are dual and carry derivatives in several directions, see ``daebench/compiler/trace/dual.py``."""
 
 ONCE: bool = False
 """Newton's iterations end as soon as they have converged, and are written so that several runs at once have little to select."""
