@@ -1,0 +1,77 @@
+"""Text of LLVM: the installed release takes every operation that is printed, and each gives what Python gives."""
+
+import math
+import operator
+
+import llvmlite.binding as llvm
+import pytest
+from recorded import compiled
+
+from daebench.compiler.print.llvm import FORMATS, INTRINSIC, Text
+from daebench.compiler.trace.ir import FLOATS, TRUTH, Code, Function
+from daebench.compiler.trace.program import MATHEMATICS
+
+
+def taken(op, kinds, result):
+    """Have LLVM read and verify the text of one operation on numbers of these kinds."""
+    code, made = Code(), Function("f")
+    made.parameters = [code.effect("parameter", kind, ()) for kind in kinds]
+    with code.apart(made):
+        made.results = [code.emit(op, result, tuple(made.parameters))]
+    text = Text()
+    text.add(made)
+    llvm.parse_assembly(text.whole()).verify()
+
+
+def result_of(op, kind):
+    """Return the kind of the result of an operation."""
+    if op in ("lt", "le", "gt", "ge", "eq", "ne"):
+        return TRUTH
+    return op[-1] if op[1:3] == "to" and len(op) == 4 else kind
+
+
+@pytest.mark.parametrize("length", ["", "4", "16"])
+@pytest.mark.parametrize(("op", "kind"), FORMATS, ids=lambda x: x)
+def test_an_operation_is_taken_by_the_installed_release(op, kind, length):
+    count = 1 if op in ("neg",) or op[1:3] == "to" else 2
+    taken(op, [kind + length] * count, result_of(op, kind) + length)
+
+
+@pytest.mark.parametrize("length", ["", "8"])
+@pytest.mark.parametrize("kind", FLOATS)
+@pytest.mark.parametrize("op", sorted({*MATHEMATICS.values(), *INTRINSIC} - {"fabs"} | {"abs"}))
+def test_a_function_is_taken_by_the_installed_release(op, kind, length):
+    taken(op, [kind + length] * (2 if op in ("pow", "atan2", "hypot") else 1), kind + length)
+
+
+@pytest.mark.parametrize("kinds", [("b", "d", "d"), ("b8", "d8", "d8"), ("b", "d8", "d8"), ("b8", "i8", "i8")])
+def test_a_choice_is_taken_by_the_installed_release(kinds):
+    taken("select", kinds, kinds[1])
+
+
+def test_a_negation_a_spread_number_and_the_truth_of_one_of_several_are_taken():
+    for op, kinds, result in (
+        ("not", ["b"], "b"),
+        ("not", ["b4"], "b4"),
+        ("splat", ["d"], "d16"),
+        ("any", ["b4"], "b"),
+        ("vset", "dd", "d2"),
+    ):
+        taken(op, kinds, result)
+
+
+WHOLE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod}
+
+
+@pytest.mark.parametrize("sign", WHOLE)
+def test_whole_numbers_are_those_of_python(sign):
+    root = compiled(f"def root(x, y):\n    return x {sign} y")
+    assert [root(x, y) for x in (0, 1, 7, 12) for y in (1, 3, 5)] == [WHOLE[sign](x, y) for x in (0, 1, 7, 12) for y in (1, 3, 5)]
+
+
+@pytest.mark.parametrize("x", [0.0, -0.0, 0.3, -2.7, 5e-324, 1e308, math.inf, math.nan])
+def test_signs_and_roots_are_those_of_python(x):
+    root = compiled("def root(x):\n    return -x, abs(x), sqrt(abs(x)), x == x, x != x, x < 1.0, not x < 1.0")
+    told = root(x)
+    assert repr(told[:3]) == repr((-x, abs(x), math.sqrt(abs(x))))
+    assert told[3:] == (x == x, x != x, x < 1.0, not x < 1.0)
