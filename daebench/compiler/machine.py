@@ -58,7 +58,8 @@ def object_file(text: str, *, loops: bool) -> bytes:
 
 
 @cache
-def _session() -> Any:
+def session() -> Any:
+    """Return what loads object files into this process."""
     return llvm.create_lljit_compiler(_target())
 
 
@@ -82,7 +83,7 @@ def loaded(name: str, content: bytes, symbol: str) -> int:
         library = llvm.JITLibraryBuilder().add_object_img(content).export_symbol(symbol)
         for function, address in _platform().items():
             library = library.import_symbol(function, address)
-        tracker = library.link(_session(), name)
+        tracker = library.link(session(), name)
         _loaded.append(tracker)
         return int(tracker[symbol])
 

@@ -5,22 +5,41 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import count
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from daebench.compiler import sealed
 from daebench.compiler.callbacks import ARENA
 from daebench.compiler.entry import Entry, described, form_of, given
 from daebench.compiler.under_way import compiling
-from daebench.errors import InvalidProblem
+from daebench.errors import DaebenchError, InvalidProblem, in_words
 
 SUFFIX = ".o"
 """Ending of object files."""
 
 _count = count()
+
+
+class NoMachineCode(DaebenchError):
+    """Machine code cannot be made on this computer."""
+
+
+@cache
+def no_machine_code() -> str:
+    """Return why machine code cannot be made on this computer; "" where it can."""
+    try:
+        from daebench.compiler.machine import machine, session
+
+        machine()
+        session()
+    except (ImportError, OSError, RuntimeError) as error:
+        return in_words(error)
+    return ""
 
 
 class _Function:
@@ -43,6 +62,8 @@ class _Function:
 
     def at(self, form: Any, letters: str = "") -> tuple[dict[str, Any], int]:
         """Return what is known of the function for arguments of a form, and its address; ``letters`` are its types if C calls it."""
+        if no_machine_code():
+            raise self.missing()
         from daebench.compiler.machine import loaded, machine
 
         purpose = "\n".join([self._module.__name__, self._name, vars(self._module)["__digest__"], repr(form), letters, machine()])
@@ -61,8 +82,7 @@ class _Function:
         from daebench.compiler.print.llvm import Text
         from daebench.compiler.trace.program import Program, parameters_in
 
-        title = str(self._module.__doc__ or "functions").partition("\n")[0].rstrip(".")
-        with compiling(title), self._refusing(title):
+        with compiling(self.title), self._refusing(self.title):
             program = Program(self._source)
             function, structure = program.entry(self._name, given(form))
             text = Text()
@@ -75,6 +95,23 @@ class _Function:
             allocates = function in text.allocating
             head = {"results": described(structure), "kinds": "".join(result.kind for result in function.results), "allocates": allocates}
             return json.dumps(head).encode() + b"\n" + object_file(text.whole(), loops=allocates or bool(letters))
+
+    @property
+    def title(self) -> str:
+        """What the module has, in words."""
+        return str(self._module.__doc__ or "functions").partition("\n")[0].rstrip(".")
+
+    def missing(self) -> NoMachineCode:
+        """Return that the function cannot be had without machine code."""
+        return NoMachineCode(f"machine code cannot be made here ({no_machine_code()}), and {self.title} needs it.")
+
+    @cached_property
+    def in_python(self) -> Callable[..., Any]:
+        """The function as Python executes it."""
+        space = {**_names(), **vars(self._module)}
+        exec(self._source, space)
+        sealed.warn(f"machine code cannot be made here ({no_machine_code()}); functions run as Python, hundreds of times slower.")
+        return space[self._name]  # type: ignore[no-any-return]
 
     @contextmanager
     def _refusing(self, title: str) -> Iterator[None]:
@@ -107,6 +144,8 @@ class Native:
 
     def timed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
         """Return the result of the function for these arguments, and the CPU time of its machine code alone."""
+        if no_machine_code():
+            return self._executed(args)
         entry = self._last
         if entry is None or (words := entry.words(args)) is None:
             form = form_of(args)
@@ -117,10 +156,43 @@ class Native:
         assert words is not None
         return entry(words, args)
 
+    def _executed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
+        """Return the result as Python computes it, and the CPU time."""
+        began = time.thread_time()
+        try:
+            with np.errstate(all="ignore"):
+                result = self._function.in_python(*map(_of_numpy, args))
+        except NameError as error:  # of dual numbers, say
+            raise self._function.missing() from error
+        return result, time.thread_time() - began
+
     @property
     def kinds(self) -> dict[Any, str]:
         """Kinds of the numbers that it returns, by the forms of arguments that it was called with."""
         return {form: entry.kinds for form, entry in self._made.items()}
+
+
+def _of_numpy(x: Any) -> Any:
+    """Return nested tuples of NumPy's numbers, whose quotients by zero are infinite."""
+    if isinstance(x, tuple):
+        return tuple(map(_of_numpy, x))
+    return np.float64(x) if isinstance(x, float) else np.complex128(x) if isinstance(x, complex) else x
+
+
+@cache
+def _names() -> dict[str, Any]:
+    """Return what functions take from NumPy and from Python."""
+    names = {name: getattr(np, name) for name in np.__all__ if isinstance(getattr(np, name, None), np.ufunc)}
+    return names | {
+        "numpy": np,
+        "empty": np.empty,
+        "zeros": np.zeros,
+        "arange": np.arange,
+        "inf": np.inf,
+        "abs": abs,
+        "max": max,
+        "min": min,
+    }
 
 
 class Callback:

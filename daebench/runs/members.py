@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench.compiler.native import no_machine_code
 from daebench.compiler.wrapper import Wrapper
 from daebench.errors import BadInput, positive
 from daebench.runs.ivp import Array, InitialValueProblem
@@ -98,13 +99,23 @@ class Members:
             The form of a value.
         """
         points = tuple(np.ascontiguousarray(x, dtype=float).reshape(-1, x.shape[-1]) for x in arguments)
+        if self.ivp.arrays or no_machine_code():
+            return self._singly(name, points)
         par = tuple(np.ascontiguousarray(x, dtype=float) if np.ndim(x) else float(x) for x in self.par)
         call = self._over(name, tuple(x.shape[1] for x in points))
         like = call(tuple(x[:0] for x in points), par, len(self), np.empty((0, 0)))
-        rows = np.empty((len(points[0]), _count(like)))
+        rows = np.empty((len(points[0]), len(_flat(like))))
         with np.errstate(all="ignore"):
             call(points, par, len(self), rows)
         return rows, like
+
+    def _singly(self, name: str, points: tuple[Array, ...]) -> tuple[Array, Any]:
+        """Return what :meth:`rows` does, with one call of Python for each row."""
+        call, vector = getattr(self.ivp.functions(name), name), np.asarray if self.ivp.arrays else tuple
+        pars = [tuple(map(np.float64, self.member(i).par)) for i in range(len(self))]
+        with np.errstate(all="ignore"):
+            values = [call(*map(vector, row), pars[k % len(self)]) for k, row in enumerate(zip(*points, strict=True))]
+        return np.array(list(map(_flat, values))), values[0]
 
     def _over(self, name: str, lengths: tuple[int, ...]) -> Any:
         """Return the function that computes another for rows of vectors of these lengths, with the parameters of their members."""
@@ -125,14 +136,8 @@ class Members:
 
         Parameters are those of :meth:`rows`.
         """
-        shape = arguments[0].shape[:-1]
-        if not self.ivp.arrays:
-            rows, like = self.rows(name, *arguments)
-            return rows.reshape(*shape, *np.shape(like))
-        problems = [self.member(i) for i in range(len(self))]
-        points = zip(*(x.reshape(-1, x.shape[-1]) for x in arguments), strict=True)
-        values = np.array([problems[k % len(self)].value(name, *point) for k, point in enumerate(points)])
-        return values.reshape(*shape, *values.shape[1:])
+        rows, like = self.rows(name, *arguments)
+        return rows.reshape(*arguments[0].shape[:-1], *np.shape(like))
 
     def of_states(self, name: str, states: Array) -> Array:
         """Return a function of stored states, shape(..., n, N); for "g", states contain the positions only."""
@@ -140,9 +145,9 @@ class Members:
         return self.along(name, *(vectors[1:] if name == "g" else vectors))
 
 
-def _count(x: Any) -> int:
-    """Return how many numbers there are in nested tuples."""
-    return sum(map(_count, x)) if isinstance(x, tuple) else 1
+def _flat(x: Any) -> list[float]:
+    """Return the numbers of nested tuples, or of an array."""
+    return [number for part in x for number in _flat(part)] if isinstance(x, tuple) else np.ravel(x).tolist()
 
 
 def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:

@@ -14,6 +14,7 @@ import cache_damage
 import numpy as np
 import pytest
 
+import daebench
 from daebench.compiler import machine, memory, native, sealed
 from daebench.compiler.cache import RECORDED, CacheWarning, generated
 from daebench.compiler.under_way import uncollected
@@ -198,3 +199,41 @@ def test_garbage_is_collected_again_after_a_block_that_fails():
         failing()
     assert collecting == [False]
     assert gc.isenabled()
+
+
+@pytest.fixture
+def no_target(monkeypatch, tmp_path):
+    """A computer for which LLVM has no target."""
+
+    def missing():
+        raise RuntimeError("No available targets are compatible with triple m68k-unknown-elf")
+
+    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    monkeypatch.setattr(machine, "session", missing)
+    native.no_machine_code.cache_clear()
+    sealed.warn.cache_clear()
+    for name in [name for name in sys.modules if name.startswith("daebench_generated_")]:
+        monkeypatch.delitem(sys.modules, name)
+    yield
+    native.no_machine_code.cache_clear()
+
+
+SLOWER = r"machine code cannot be made here \(RuntimeError: No available targets.*\); functions run as Python, hundreds of times slower\."
+
+
+@pytest.mark.parametrize("method", ["rattle", "lobatto4", "ida:index2", "cvode:bdf", "scipy:DOP853"])
+def test_where_there_is_no_machine_code_methods_run_as_python_and_it_is_said(no_target, method):
+    how = {"h": 0.01, "t_end": 0.1} if ":" not in method else {"tol": 1e-8, "t_end": 0.1}
+    with pytest.warns(CacheWarning, match=SLOWER) as said:
+        slow = daebench.run("double_pendulum", method=method, **how)
+    assert len(said) == 1
+    assert slow.failure is None
+
+
+@pytest.mark.parametrize("method", ["rattle", "shake"])
+def test_python_gives_what_machine_code_does(no_target, method):
+    with pytest.warns(CacheWarning, match=SLOWER):
+        slow = daebench.run("spherical_pendulum", method=method, h=0.01, steps=20)
+    native.no_machine_code.cache_clear()
+    fast = daebench.run("spherical_pendulum", method=method, h=0.01, steps=20)
+    assert np.abs(slow.q - fast.q).max() < 1e-14

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.lane_entries import DONE, RESIDUAL, STATUS, TRIED
+from daebench.compiler.native import no_machine_code
 from daebench.diagnostics.rank import AFTER_FAILURE, may_lose_rank, upcoming_losses
 from daebench.errors import BadInput
 from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, flat, form_of, nested
@@ -112,7 +113,7 @@ class _Ensemble:
 
     def width(self, wanted: int | None) -> int:
         """Return how many members are run at once on one core."""
-        if self.ivp.arrays or self.mode == "least-squares" or not self.method.compiled:
+        if self.ivp.arrays or self.mode == "least-squares" or not self.method.compiled or no_machine_code():
             return 1
         return wanted or width_for(len(self.members))
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from daebench.compiler.constrained.held import in_loops
 from daebench.compiler.memory import Memory
-from daebench.compiler.native import Native
+from daebench.compiler.native import Native, no_machine_code
 from daebench.compiler.written import constants, text_of
 from daebench.methods.formulations.constrained import Dae, Posed
 
@@ -51,7 +51,7 @@ class Monitored:
 
     def __init__(self, posed: Posed, tol: float) -> None:
         self.posed, self.tol, self.size = posed, tol, posed.ivp.size
-        self.compiled = isinstance(posed.residual, Native)
+        self.compiled = isinstance(posed.residual, Native) and not no_machine_code()
         self.count = len(NAMES) if isinstance(posed, Dae) else 1
         self.positions = posed.ivp.d if isinstance(posed, Dae) and posed.formulation == "index3" else 0
         self.par = tuple(map(float, posed.ivp.par))
