@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 
-from daebench.compiler import codegen
+from daebench.compiler import codegen, places
 from daebench.compiler.constrained import loops
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.declared import Declarations
@@ -227,15 +227,9 @@ class Linker:
             file.lowered[name] = lowered
         return file.lowered[name]
 
-    @staticmethod
-    def _emitted(module: str, name: str) -> str:
-        """Return the name that a file's function has in the generated module."""
-        file = module.rsplit(".", 1)[1]
-        return name if file in ("loop", "constrained", "poisson", "composed", "mechanical", "rank", "canonical") else f"{file}_{name}"
-
     def function(self, module: str, name: str, bound: Mapping[str, str]) -> str:
         """Emit a function of this name from this file, with these functions for its callable parameters; return its name."""
-        emitted = self._emitted(module, name) + "".join(f"__{function}" for function in bound.values())
+        emitted = places.emitted(module, name) + "".join(f"__{function}" for function in bound.values())
         if emitted not in self.emitted and emitted not in self.work:
             self.work[emitted] = [0] * len(self.kinds)
             function = self.lowered(module, name)

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, cached_property
@@ -119,7 +120,10 @@ class _Function:
         try:
             yield
         except (TypeError, NameError, IndexError, ZeroDivisionError) as error:
-            raise InvalidProblem(f"{title} cannot be compiled: {error}, in its generated function {self._name}.") from error
+            from daebench.compiler.places import place_of
+
+            where = place_of(_innermost(error) or self._name)
+            raise InvalidProblem(f"{title} cannot be compiled: {error}, in {where}.") from error
 
     def _store(self, path: Path, purpose: str, content: bytes) -> None:
         if not self._cached:
@@ -128,6 +132,18 @@ class _Function:
             sealed.write(path, purpose, content)
         except OSError as error:
             sealed.warn(f"cannot store machine code in {path.parent} ({error.strerror}); it is compiled again next time.")
+
+
+def _innermost(error: BaseException) -> str:
+    """Return the name of the generated function in which an error was raised: the last that Python executed, or that was followed."""
+    name = ""
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        code = frame.f_code
+        if code.co_filename == "<string>" and code.co_name != "<module>":
+            name = code.co_name
+        elif code.co_name == "inlined":
+            name = frame.f_locals["self"].name
+    return name
 
 
 class Native:

@@ -10,8 +10,11 @@ import pytest
 import steered
 from sympy.printing.numpy import NumPyPrinter
 
+import daebench
+from daebench.compiler import cache, link
 from daebench.compiler.cache import RECORDED, generated
 from daebench.errors import InvalidProblem
+from daebench.schemes.kernels import newton
 
 _count = itertools.count()
 
@@ -138,6 +141,35 @@ def test_what_cannot_be_recorded_is_refused_in_one_sentence(text, said):
         native(text)(1.0, 2.0)
     assert "\n" not in str(refused.value)
     assert "root" in str(refused.value)
+
+
+FAULTS = {
+    "one branch": (
+        "    if size < pivot:\n        lost = 1\n    return lost",
+        "lost is bound where one branch is taken and not where another",
+    ),
+    "unknown": ("    return (1, 2, 3)[SINGULAR if size > pivot else OK]", "known at run time"),
+    "loop": (
+        "    for k in range(SINGULAR):\n        last = k\n    return k",
+        "k is read behind the loop that binds it, at 'for k in range",
+    ),
+}
+"""What a function of a kernel ends with, and what is said of it."""
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_what_cannot_be_recorded_is_found_in_its_file(fault, monkeypatch):
+    ending, said = FAULTS[fault]
+    file, text_of = "daebench.schemes.kernels.newton", link.text_of
+    broken = text_of(file).replace("    return OK\n\n\ndef ended", f"{ending}\n\n\ndef ended")
+    assert broken != text_of(file)
+    monkeypatch.setattr(link, "text_of", lambda module: broken if module == file else text_of(module))
+    monkeypatch.setattr(link, "_read", link._read.__wrapped__)
+    monkeypatch.setattr(cache, "toolchain", lambda: f"a compiler with {fault}")
+    with pytest.raises(InvalidProblem, match=said) as refused:
+        daebench.run("spherical_pendulum", method="rattle", h=0.01, steps=1)
+    line = inspect.getsourcelines(newton.judge)[1]
+    assert str(refused.value).endswith(f", in judge of daebench/schemes/kernels/newton.py, line {line}.")
 
 
 def test_a_kernel_is_a_module_with_its_constants_and_nothing_else():

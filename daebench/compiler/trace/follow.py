@@ -138,7 +138,7 @@ class Follower:
         if not any(node.falls):
             return False
         if all(node.falls):
-            self._join(node, sorted({*(statement.binds & statement.after), *self.hidden(statement)}), sides, names)
+            self._join(node, statement, sides, names, ways)
         else:
             names.update(sides[node.falls.index(True)])
         return True
@@ -153,11 +153,13 @@ class Follower:
         if error.name in there:
             raise Unknown(str(error.name), there[error.name]) from error
 
-    def _join(self, node: If, bound: Sequence[str], sides: Sequence[Names], names: Names) -> None:
+    def _join(self, node: If, statement: Statement, sides: Sequence[Names], names: Names, ways: Ways) -> None:
         """Note the values behind a branch that both sides reach the end of."""
         ends = [(block, False) for block in node.blocks]
-        for name in bound:
+        for name in sorted({*(statement.binds & statement.after), *self.hidden(statement)}):
             there = [side[name] for side in sides if name in side]
+            if len(there) == 1 and name not in ways.missing:
+                raise TypeError(f"{name} is bound where one branch is taken and not where another is, {statement.place}")
             if len(there) == 1:
                 there.insert(name in sides[0], unset(self.code, there[0]))
             if there:
@@ -168,7 +170,7 @@ class Follower:
         if isinstance(over, Array):
             return Turns(self, statement, names, ways, (0, over.shape[0], 1), over).recorded()
         if leaves_loop(statement.body):
-            raise TypeError(f"break or continue in a loop over a tuple, in line {statement.line}")
+            raise TypeError(f"break or continue in a loop over a tuple, {statement.place}")
         return self._unrolled(over, statement, names, ways)
 
     def _unrolled(self, over: Iterable[Any], statement: Statement, names: Names, ways: Ways) -> bool:
@@ -182,9 +184,9 @@ class Follower:
         given = [self._value(code, names) for code in statement.code]
         first, last, step = (0, given[0], 1) if len(given) == 1 else (*given, 1)[:3]
         if any(len(kind_of(x)) > 1 for x in given):
-            raise TypeError(f"a loop over a range that differs from run to run, in line {statement.line}")
+            raise TypeError(f"a loop over a range that differs from run to run, {statement.place}")
         if not isinstance(step, int) or step == 0:
-            raise TypeError(f"a step of range that is not known, in line {statement.line}")
+            raise TypeError(f"a step of range that is not known, {statement.place}")
         if isinstance(first, int) and isinstance(last, int) and not range(first, last, step):
             return self.followed(statement.otherwise, names, ways)
         try:

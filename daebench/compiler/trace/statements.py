@@ -56,7 +56,7 @@ class Statement:
     """
 
     kind: str
-    line: int
+    node: ast.stmt
     code: tuple[CodeType, ...] = ()
     reads: AbstractSet[str] = frozenset()
     binds: AbstractSet[str] = frozenset()
@@ -66,6 +66,11 @@ class Statement:
     otherwise: Sequence["Statement"] = ()
     after: AbstractSet[str] = field(default=frozenset())
     head: AbstractSet[str] = field(default=frozenset())
+
+    @property
+    def place(self) -> str:
+        """Where it is, by its first line."""
+        return _said(self.node)
 
 
 def statements(function: ast.FunctionDef, file: str) -> list[Statement]:
@@ -232,9 +237,7 @@ class _Reader:
             if isinstance(node, ast.AugAssign):
                 reads |= _names(node.target, ast.Store) - binds
             binds |= _names(node, ast.Store)
-        made.append(
-            Statement(kind="run", line=_line(run[0]), code=(self._compiled(ast.Module(list(run), []), "exec"),), reads=reads, binds=binds)
-        )
+        made.append(Statement(kind="run", node=run[0], code=(self._compiled(ast.Module(list(run), []), "exec"),), reads=reads, binds=binds))
         run.clear()
 
     def _compiled(self, node: Any, mode: str) -> CodeType:
@@ -251,27 +254,26 @@ class _Reader:
 
     def _steering(self, node: ast.stmt, *, raw: bool) -> list[Statement]:
         """Return a statement that steers, after those that have to come before."""
-        line = _line(node)
         if isinstance(node, ast.If):
             code, reads, before = self._value(node.test, raw=raw)
             body, otherwise = self.body(node.body, raw=raw), self.body(node.orelse, raw=raw)
-            made = Statement(kind="if", line=line, code=(code,), reads=reads, binds=_bound(body) | _bound(otherwise), body=body)
+            made = Statement(kind="if", node=node, code=(code,), reads=reads, binds=_bound(body) | _bound(otherwise), body=body)
             made.otherwise, made.costly = otherwise, loops(body) or loops(otherwise) or _of_status(node)
             return [*before, made]
         if isinstance(node, ast.Return):
             code, reads, before = self._value(node.value or ast.Tuple([], ast.Load()), raw=raw)
-            return [*before, Statement(kind="return", line=line, code=(code,), reads=reads)]
+            return [*before, Statement(kind="return", node=node, code=(code,), reads=reads)]
         if isinstance(node, ast.While) and not node.orelse:
             test = ast.If(ast.UnaryOp(ast.Not(), node.test), [ast.Break()], [])
             body = self.body([test, *node.body])
-            return [Statement(kind="while", line=line, binds=_bound(body), body=body)]
+            return [Statement(kind="while", node=node, binds=_bound(body), body=body)]
         if isinstance(node, ast.For) and isinstance(node.target, ast.Name):
-            return self._for(node, node.target.id, line)
+            return self._for(node, node.target.id)
         if isinstance(node, ast.Break | ast.Continue):
-            return [Statement(kind="break" if isinstance(node, ast.Break) else "continue", line=line)]
-        raise TypeError(f"{type(node).__name__.lower()} in line {line}")
+            return [Statement(kind="break" if isinstance(node, ast.Break) else "continue", node=node)]
+        raise TypeError(f"{type(node).__name__.lower()}, {_said(node)}")
 
-    def _for(self, node: ast.For, target: str, line: int) -> list[Statement]:
+    def _for(self, node: ast.For, target: str) -> list[Statement]:
         over = node.iter
         ranged = isinstance(over, ast.Call) and isinstance(over.func, ast.Name) and over.func.id == "range"
         values = [self._value(each, raw=True) for each in (over.args if ranged else [over])]  # type: ignore[attr-defined]
@@ -279,13 +281,14 @@ class _Reader:
         before = [each for value in values for each in value[2]]
         reads = set().union(*(value[1] for value in values))
         code, binds = tuple(value[0] for value in values), _bound(body) | _bound(otherwise) | {target}
-        made = Statement(kind="for" if ranged else "each", line=line, code=code, reads=reads, binds=binds, target=target, body=body)
+        made = Statement(kind="for" if ranged else "each", node=node, code=code, reads=reads, binds=binds, target=target, body=body)
         made.otherwise = otherwise
         return [*before, made]
 
 
-def _line(node: ast.stmt) -> int:
-    return getattr(node, "lineno", 0)
+def _said(node: ast.stmt) -> str:
+    """Return where a statement is, by its first line."""
+    return f"at {ast.unparse(node).partition(chr(10))[0]!r}"
 
 
 def _bound(body: Iterable[Statement]) -> set[str]:

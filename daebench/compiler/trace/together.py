@@ -114,7 +114,7 @@ class Together(Follower):
             sides.append(side)
         live = names[LIVE]
         if not any(falls) and self.inside_loop:
-            raise TypeError(f"all runs return from a branch within a loop, in line {statement.line}")
+            raise TypeError(f"all runs return from a branch within a loop, {statement.place}")
         if not any(falls):
             return False
         if not all(falls):
@@ -154,7 +154,7 @@ class Together(Follower):
         now = self.code.both(names[LIVE], self.mask)
         if not self.inside_loop:
             if ways.function is not None:
-                raise TypeError(f"a return before an iteration that others return from, in line {statement.line}")
+                raise TypeError(f"a return before an iteration that others return from, {statement.place}")
             self.exits.append((now, self._value(statement.code[0], names)))
             names[LIVE] = self.code.both(names[LIVE], self.code.negated(now))
             return False
@@ -195,7 +195,7 @@ class Together(Follower):
         outer, self.inside_loop = self.inside_loop, self.inside_loop or _returns(statement.body)
         try:
             if outer and self.inside_loop and _returns(statement.body):
-                raise TypeError(f"a return from a loop within a loop, in line {statement.line}")
+                raise TypeError(f"a return from a loop within a loop, {statement.place}")
             return super()._for(statement, names, ways)
         finally:
             self.inside_loop = outer

@@ -110,7 +110,7 @@ class Turns:
         self.carried = sorted(name for name in statement.binds & statement.head if name != statement.target)
         self.left = sorted(name for name in statement.binds & (statement.head | statement.after) if name != statement.target)
         if statement.target in statement.after:
-            raise TypeError(f"{statement.target} is read behind the loop that binds it, in line {statement.line}")
+            raise TypeError(f"{statement.target} is read behind the loop that binds it, {statement.place}")
         self.hidden = [name for name in follower.hidden(statement) if name in names]
         self.carried += self.hidden
         self.left += self.hidden
@@ -134,7 +134,7 @@ class Turns:
             else:
                 if reached is not None:
                     return reached
-        raise TypeError(f"the values that a loop carries have no fixed form, in line {self.statement.line}")
+        raise TypeError(f"the values that a loop carries have no fixed form, {self.statement.place}")
 
     def _attempt(self) -> bool | None:
         """Record a turn; return None where it has to be recorded again."""
@@ -245,7 +245,7 @@ class Turns:
         elif name not in self.names:
             self.begun[name] = unset(self.code, found)
         else:
-            raise Mismatch(f"{name} is of one form before a loop, and of another after a turn of it, in line {self.statement.line}")
+            raise Mismatch(f"{name} is of one form before a loop, and of another after a turn of it, {self.statement.place}")
 
     def _next(self, loop: Loop, region: Region, names: Names, index: Any, *, kept: bool) -> None:
         """Note the values of the parameters in the next turn. What is carried of new arrays is copied, and all other memory given back."""
