@@ -146,12 +146,12 @@ def test_what_cannot_be_recorded_is_refused_in_one_sentence(text, said):
 FAULTS = {
     "one branch": (
         "    if size < pivot:\n        lost = 1\n    return lost",
-        "lost is bound where one branch is taken and not where another",
+        "lost is bound where one branch is taken and not",
     ),
     "unknown": ("    return (1, 2, 3)[SINGULAR if size > pivot else OK]", "known at run time"),
     "loop": (
         "    for k in range(SINGULAR):\n        last = k\n    return k",
-        "k is read behind the loop that binds it, at 'for k in range",
+        "k is read behind the loop that binds it, at",
     ),
 }
 """What a function of a kernel ends with, and what is said of it."""
