@@ -91,18 +91,22 @@ def _common(ivp: Ivp, runs: Sequence[Run], part: str) -> Known | None:
     """Return the reference for all runs; None if there is none."""
     if not runs:
         return None
-    if reference := certified_for(ivp, max(float(run.t[-1]) for run in runs)):
-        return lambda run, where: _of(states_at(reference, run.t[where]), part, f"certified {reference.name}")
     times = np.unique(np.concatenate([run.t[_places(run)] for run in runs]))
-    try:
-        finer_run = own_run(ivp, times)
-    except RunFailed:
-        return None
-    return lambda run, where: _of(finer_run, part, finer_run.words, np.searchsorted(times, run.t[where]))
+    known: Any
+    if reference := certified_for(ivp, max(float(run.t[-1]) for run in runs)):
+        known, words = states_at(reference, times), f"certified {reference.name}"
+    else:
+        try:
+            known = own_run(ivp, times)
+        except RunFailed:
+            return None
+        words = known.words
 
+    def found(run: Run, where: Places) -> tuple[Array, float, str]:
+        rows = np.searchsorted(times, run.t[where])
+        return known.states[part][rows], float(np.max(known.bound[part][rows])), words
 
-def _of(known: Any, part: str, words: str, rows: Any = ...) -> tuple[Array, float, str]:
-    return known.states[part][rows], float(np.max(known.bound[part][rows])), words
+    return found
 
 
 def _held(states: Array, known: Array, bound: float, words: str) -> PositionError:
