@@ -199,16 +199,8 @@ def _of_numpy(x: Any) -> Any:
 def _names() -> dict[str, Any]:
     """Return what functions take from NumPy and from Python."""
     names = {name: getattr(np, name) for name in np.__all__ if isinstance(getattr(np, name, None), np.ufunc)}
-    return names | {
-        "numpy": np,
-        "empty": np.empty,
-        "zeros": np.zeros,
-        "arange": np.arange,
-        "inf": np.inf,
-        "abs": abs,
-        "max": max,
-        "min": min,
-    }
+    arrays = {"numpy": np, "inf": np.inf, "empty": np.empty, "zeros": np.zeros, "arange": np.arange}
+    return names | arrays | {"abs": abs, "max": max, "min": min}
 
 
 class Callback:

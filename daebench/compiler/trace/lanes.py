@@ -1,4 +1,4 @@
-"""Lanes in a program: runs in the entries of vectors, read from and written to columns of arrays, and selected.
+"""Lanes in a program: numbers of several runs in the entries of vectors, read from columns of arrays and written to them.
 
 Arrays of nested tuples have a column for each run: lane w of a block that begins at column b is in column b + w.
 """
