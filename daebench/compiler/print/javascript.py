@@ -25,6 +25,18 @@ _NAMES = "abs acos acosh asin asinh atan atan2 atanh cbrt cos cosh exp expm1 hyp
 CALLS = {name: f"Math.{name}({{}})" for name in _NAMES.split()} | {"exp2": "Math.pow(2,{})"}
 """Functions of numbers."""
 
+NOTHING: "Text" = ("0", ATOM)
+"""A derivative that is known to be zero."""
+
+WITHOUT: Mapping[str, Callable[..., "Text"]] = {
+    "mul": lambda x, y: NOTHING,
+    "add": lambda x, y: y if x == NOTHING else x,
+    "sub": lambda x, y: x if y == NOTHING else _signed("-", y),
+    "neg": lambda x: x,
+    "abs": lambda x: x,
+}
+"""Operations on derivatives of which one is zero."""
+
 LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 Text = tuple[str, int]
@@ -183,6 +195,8 @@ class _Printer:
         op = value.op
         if op == "mul" and x[0][0] in ("1", "-1"):  # exact
             return x[1] if x[0][0] == "1" else _signed("-", x[1])
+        if _width(value) > 1 and NOTHING in x and op in WITHOUT:
+            return WITHOUT[op](*x)
         if op in INFIX:
             return _infix(op, *x)
         if op in SIGNS:
@@ -221,7 +235,7 @@ class _Printer:
         if value.op in (*EFFECTS, "alloc", "mark", "ccall"):
             raise BadInput("a page cannot compute with arrays; choose a smaller problem.")
         entries, use = self._entries(value), self.uses.get(value, _Use())
-        if value.op == "load" or not use.once or (_width(value) > 1 and value.op != "vset"):
+        if value.op == "load" or not use.once:
             entries = [self._kept(entry, use) for entry in entries]
         self.texts[value] = entries
 
