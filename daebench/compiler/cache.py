@@ -62,13 +62,12 @@ def generated(stem: str, key: str, build: Callable[[], str]) -> types.ModuleType
         return sys.modules[name]
     path = cache_directory() / f"{name}.py"
     source = "" if (refused := _refusal(path.parent)) else _read(path)
-    if not source and not refused:
+    if not source:
         source = f"{_with_names_used(build())}\n"
-        refused = _write(path, source)
+        refused = refused or _write(path, source)
     if refused:
         warn(refused)
-        return _execute(name, _with_names_used(build()), name)
-    return _execute(name, source, str(path))
+    return _execute(name, source, name if refused else str(path))
 
 
 @lru_cache(1000)

@@ -7,12 +7,13 @@ of a composition, and ``R`` the steps done, the rows stored, the steps left unti
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 from daebench.compiler.print.javascript import method
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.dual import Dual
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Function, Value
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Function, Value, entries_of
 from daebench.compiler.trace.program import Program, parameters_in
 from daebench.compiler.trace.structure import parts_of
 from daebench.errors import BadInput
@@ -67,17 +68,10 @@ def read(array: Array, form: Any, index: Iterator[int], directions: int = 0) -> 
 def put(array: Array, index: int, value: Any) -> int:
     """Write the numbers of a nested tuple into an array from an index on; return the index after them."""
     for part in parts_of(value):
-        for entry in _entries(part):
+        for entry in entries_of(part) if isinstance(part, Value) else [part]:
             array[index] = entry
             index += 1
     return index
-
-
-def _entries(x: Any) -> list[Any]:
-    """Return the entries of a vector, or a number."""
-    if not isinstance(x, Value) or len(x.kind) == 1:
-        return [x]
-    return [x.code.emit("vget", FLOAT64, (x, k)) for k in range(int(x.kind[1:]))]
 
 
 class _Page:
@@ -104,7 +98,8 @@ class _Page:
         try:
             function, _ = self.program.recorded(name, lambda made: make(*(given(made, parameter) for parameter in names)))
         except (AttributeError, TypeError, NameError) as error:
-            raise BadInput(f"a page cannot compute this method ({error}); choose another problem or method for it.") from error
+            what = getattr(error, "name", None) or f"this: {error}"
+            raise BadInput(f"a page cannot compute {what}; choose another problem or method for it.") from error
         return method(function, names)
 
 
@@ -131,8 +126,8 @@ def kernel(source: str, layout: Layout) -> str:
     zero = (0.0,) * layout.monitored
 
     def start(S: Array, h: Value, P: Array, R: Array) -> None:
-        index = iter(range(LONGEST))
-        x, par = read(S, layout.state, index, layout.directions), read(P, layout.par, iter(range(LONGEST)))
+        index = count()
+        x, par = read(S, layout.state, index, layout.directions), read(P, layout.par, count())
         memory, status = (), 0
         if "initialise" in page.program.space and "EACH_INITIALISE" in page.program.space:
             memory, report = page("initialise", x, h, par)
@@ -143,12 +138,12 @@ def kernel(source: str, layout: Layout) -> str:
         R[4] = status
 
     def integrate(S: Array, h: Value, steps: Value, left: Value, every: Value, T: Array, P: Array, W: Array, R: Array) -> None:
-        index = iter(range(LONGEST))
+        index = count()
         x, memory = read(S, layout.state, index, layout.directions), read(S, forms["memory"], index)
         maxima, pivots, conserved = (read(S, form, index) for form in (zero, layout.pivots, forms["conserved"]))
         rows = Array(T.pointer, FLOAT64, (*T.shape, layout.rows), (layout.rows, 1))
         states = (rows, None) if layout.directions else rows
-        par = read(P, layout.par, iter(range(LONGEST)))
+        par = read(P, layout.par, count())
         ends = page("integrate", x, memory, conserved, maxima, pivots, h, W, steps, left, every, states, (None, None), par)
         put(S, 0, ends[:4])
         done, row, left, _, tried, report = ends[4:]
@@ -176,11 +171,11 @@ def functions(source: str, names: Iterable[str], arguments: Sequence[int], par: 
 
     def text(name: str) -> str:
         def run(S: Array, P: Array, O: Array) -> None:  # noqa: E741
-            index = iter(range(LONGEST))
+            index = count()
             vectors = [read(S, (0.0,) * n, index) for n in arguments]
-            count = len(parameters_in(source, name))
-            given = vectors if count == len(vectors) + 1 else vectors[len(vectors) + 1 - count :]
-            put(O, 0, page(name, *given, read(P, par, iter(range(LONGEST)))))
+            taken = len(parameters_in(source, name))
+            given = vectors if taken == len(vectors) + 1 else vectors[len(vectors) + 1 - taken :]
+            put(O, 0, page(name, *given, read(P, par, count())))
 
         return page.method(name, "S,P,O", run)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Code, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Code, If, Leave, Loop, Region, Value, differs, entries_of
 
 FEW = 4
 """Entries along an axis that are written out one after the other."""
@@ -85,7 +85,7 @@ class Array:
             still = isinstance(offset, int) and offset == 0
             pointer = self.pointer if still else self.code.emit("offset", POINTER, (self.pointer, self._integer(offset), self.kind))
             return Array(pointer, self.kind, shape, strides)
-        if _differs(offset):
+        if differs(offset):
             return self._gathered(offset)
         record = self.code.emit if self.known is not None else self.code.effect
         if self.kind == COMPLEX:
@@ -108,7 +108,7 @@ class Array:
         each(self.code, view.shape, lambda place: view.__setitem__(place, entry_of(value, place)))
 
     def _put(self, offset: Any, value: Value) -> None:
-        for place, part in zip(self._places(offset), _entries(value), strict=True) if _differs(offset) else [(offset, value)]:
+        for place, part in zip(self._places(offset), entries_of(value), strict=True) if differs(offset) else [(offset, value)]:
             self.code.effect("store", "", (self.pointer, self._integer(place), part))
 
     def _gathered(self, offset: Value) -> Value:
@@ -118,7 +118,7 @@ class Array:
 
     def _places(self, offset: Value) -> list[Any]:
         """Return where the entry of each run is, given places that differ from run to run."""
-        return [place + k * (self.wide > 1) for k, place in enumerate(_entries(offset))]
+        return [place + k * (self.wide > 1) for k, place in enumerate(entries_of(offset))]
 
     def _integer(self, x: Any) -> Value:
         return self.code.as_kind(x, INTEGER)
@@ -207,16 +207,6 @@ def entry_of(x: Any, place: Any) -> Any:
     return x[place] if isinstance(x, Array) else x
 
 
-def _differs(x: Any) -> bool:
-    """Return whether a number differs from run to run."""
-    return isinstance(x, Value) and len(x.kind) > 1
-
-
-def _entries(x: Value) -> list[Value]:
-    """Return the numbers of a vector."""
-    return [x.code.emit("vget", x.kind[0], (x, k)) for k in range(int(x.kind[1:]))]
-
-
 def contiguous(shape: Sequence[Any], wide: int = 1) -> list[Any]:
     """Return the strides of an array whose rows lie one behind the other, of entries of so many numbers."""
     strides: list[Any] = []
@@ -264,16 +254,6 @@ def each(code: Code, shape: Sequence[Any], function: Callable[[tuple[Any, ...]],
             each(code, shape[1:], function, (*place, k))
     else:
         counted(code, shape[0], lambda k: each(code, shape[1:], function, (*place, k)))
-
-
-def fill(array: Array, row: Any, x: Any) -> None:
-    """Write the numbers of nested tuples into a row of an array."""
-
-    def numbers(part: Any) -> list[Any]:
-        return [number for entry in part for number in numbers(entry)] if isinstance(part, tuple) else [part]
-
-    for k, number in enumerate(numbers(x)):
-        array[row, k] = number
 
 
 def counted(code: Code, stop: Any, function: Callable[[Value], None]) -> None:

@@ -3,12 +3,12 @@
 Values are computed as those of real numbers are.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT64, TRUTH, Code, Value
+from daebench.compiler.trace.ir import FLOAT64, TRUTH, Code, Value, entries_of
 
 SETTLED = 16 * 2.0**-52
 """Derivatives have converged if an iteration changes them by at most this fraction of their size."""
@@ -204,11 +204,6 @@ def value(x: Any) -> Any:
     return x.value if isinstance(x, Dual) else x
 
 
-def _entries(x: Dual) -> Iterator[Value]:
-    """Return the derivatives."""
-    return (x.code.emit("vget", FLOAT64, (x.tangents, k)) for k in range(int(x.kind[1:])))
-
-
 def with_tangents(x: Any, y: Any) -> Any:
     """Return the values of x with the derivatives of y, a nested tuple of the same form."""
     if isinstance(y, tuple):
@@ -226,7 +221,7 @@ def rescaled(x: Any, factor: Any) -> Any:
 def square(x: Any, units: Any) -> Any:
     """Return the sum of the squares of first derivatives times units, a nested tuple of numbers of the same form."""
     if not isinstance(x, tuple):
-        return (next(_entries(x)) * units) ** 2 if isinstance(x, Dual) else 0.0
+        return (entries_of(x.tangents)[0] * units) ** 2 if isinstance(x, Dual) else 0.0
     terms = [square(*both) for both in zip(x, units, strict=True)]
     return sum(terms[1:], terms[0]) if terms else 0.0
 
@@ -249,7 +244,7 @@ def take(array: Array, i: Any, j: Any, x: Any, k: int) -> Dual:
 
 def spread(array: Array, i: Any, j: Any, x: Any) -> None:
     """Write the derivatives of a number into an array at [0, i, j], [1, i, j] and so on. For a real number nothing is written."""
-    for c, entry in enumerate(_entries(x) if isinstance(x, Dual) else ()):
+    for c, entry in enumerate(entries_of(x.tangents) if isinstance(x, Dual) else ()):
         array[c, i, j] = entry
 
 
@@ -286,7 +281,7 @@ def tangents(x: Any) -> Any:
     """Return the derivatives of the numbers in a nested tuple: in place of each number, a tuple of k derivatives or None."""
     if isinstance(x, tuple):
         return tuple([tangents(item) for item in x])
-    return tuple(_entries(x)) if isinstance(x, Dual) else None
+    return tuple(entries_of(x.tangents)) if isinstance(x, Dual) else None
 
 
 def at_rest(x: Any) -> Any:

@@ -163,6 +163,16 @@ def kind_of(x: Any) -> str:
     return TRUTH if isinstance(x, bool) else INTEGER if isinstance(x, int) else FLOAT64
 
 
+def differs(*numbers: Any) -> bool:
+    """Return whether one of several numbers is a vector."""
+    return any(len(kind_of(x)) > 1 for x in numbers)
+
+
+def entries_of(x: Value) -> list[Value]:
+    """Return the numbers of a vector, or a number alone."""
+    return [x.code.emit("vget", x.kind[0], (x, k)) for k in range(int(x.kind[1:]))] if len(x.kind) > 1 else [x]
+
+
 def common(*kinds: str) -> str:
     """Return the kind of the sum of numbers of these kinds: whole numbers with those of single precision give double precision."""
     if POINTER in kinds:

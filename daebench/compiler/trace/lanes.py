@@ -6,7 +6,7 @@ Arrays of nested tuples have a column for each run: lane w of a block that begin
 from typing import Any
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, common, kind_of
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, common, differs, kind_of
 from daebench.compiler.trace.shares import smallest_share, value_of
 from daebench.compiler.trace.structure import parts_of, unset
 from daebench.compiler.trace.turns import Wider
@@ -63,11 +63,6 @@ def _numbers(x: Any) -> list[Any]:
     return [number for part in x for number in _numbers(part)] if isinstance(x, tuple) else [value_of(x)]
 
 
-def _differ(*numbers: Any) -> bool:
-    """Return whether one of several numbers is lanes."""
-    return any(len(kind_of(x)) > 1 for x in numbers)
-
-
 class Slot:
     """A place in memory for nested tuples of lanes: results that a few runs return early are stored there, and read at the end."""
 
@@ -115,14 +110,14 @@ class Slot:
 
 def anyof(truths: Any) -> Any:
     """Return whether a truth value is true in any lane."""
-    return truths.code.emit("any", TRUTH, (truths,)) if _differ(truths) else truths
+    return truths.code.emit("any", TRUTH, (truths,)) if differs(truths) else truths
 
 
 def spoiled(live: Value, x: Any) -> Any:
     """Return numbers with NaN in the inactive lanes, so that no iteration continues for them."""
     if isinstance(x, tuple):
         return tuple([spoiled(live, part) for part in x])
-    return live.code.select(live, x, float("nan")) if _differ(x) and kind_of(x)[0] == FLOAT64 else x
+    return live.code.select(live, x, float("nan")) if differs(x) and kind_of(x)[0] == FLOAT64 else x
 
 
 def absent(function: Any, arguments: tuple[Any, ...]) -> Any:

@@ -7,7 +7,7 @@ from math import log, pi
 from typing import Any
 
 from daebench.compiler.trace import dual, foreign, lanes
-from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, fill, zeros
+from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
 from daebench.compiler.trace.dual import Dual
@@ -15,7 +15,7 @@ from daebench.compiler.trace.follow import Follower, Steered
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value, kind_of
 from daebench.compiler.trace.shares import value_of
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
-from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
+from daebench.compiler.trace.structure import fill, parts_of, pattern_of, rebuilt
 from daebench.compiler.trace.together import Together
 
 INLINED = 300

@@ -78,6 +78,12 @@ def promoted(code: Code, x: Any, like: Any) -> Any:
     return as_complex(code, x) if isinstance(like, Complex) else like.of(x)
 
 
+def fill(array: Array, row: Any, x: Any) -> None:
+    """Write the numbers of nested tuples into a row of an array."""
+    for k, number in enumerate(parts_of(x)):
+        array[row, k] = number
+
+
 def arrays_of(x: Any) -> list[Array]:
     """Return the arrays of a structure."""
     if isinstance(x, tuple):
