@@ -250,11 +250,14 @@ class _Printer:
         return name, ATOM
 
     def _variable(self, values: Sequence[Value]) -> None:
+        """Declare results or parameters where they are made, so that the engine need not carry them through loops around."""
+        here: list[str] = []
         for value in values:
             if self._changes(value):
                 names = [self._name() for _ in range(_width(value))]
-                self.variables += names
+                (self.variables if self.uses[value].outside else here).extend(names)
                 self.texts[value] = [(name, ATOM) for name in names]
+        self.written += [f"let {','.join(here)};"] if here else []
 
     def _assigned(self, targets: Sequence[Value], values: Sequence[Value]) -> list[Text]:
         """Return variables, each with what it is given."""
