@@ -111,7 +111,9 @@ class _Function:
         """The function as Python executes it."""
         space = {**_names(), **vars(self._module)}
         exec(self._source, space)
-        sealed.warn(f"machine code cannot be made here ({no_machine_code()}); functions run as Python, hundreds of times slower.")
+        sealed.warn(
+            f"machine code cannot be made here ({no_machine_code()}); functions run as Python, a hundred to a thousand times slower."
+        )
         return space[self._name]  # type: ignore[no-any-return]
 
     @contextmanager

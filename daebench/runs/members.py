@@ -104,7 +104,7 @@ class Members:
         par = tuple(np.ascontiguousarray(x, dtype=float) if np.ndim(x) else float(x) for x in self.par)
         call = self._over(name, tuple(x.shape[1] for x in points))
         like = call(tuple(x[:0] for x in points), par, len(self), np.empty((0, 0)))
-        rows = np.empty((len(points[0]), len(_flat(like))))
+        rows = np.empty((len(points[0]), len(flat(like))))
         with np.errstate(all="ignore"):
             call(points, par, len(self), rows)
         return rows, like
@@ -115,7 +115,7 @@ class Members:
         pars = [tuple(map(np.float64, self.member(i).par)) for i in range(len(self))]
         with np.errstate(all="ignore"):
             values = [call(*map(vector, row), pars[k % len(self)]) for k, row in enumerate(zip(*points, strict=True))]
-        return np.array(list(map(_flat, values))), values[0]
+        return np.array(list(map(flat, values))), values[0]
 
     def _over(self, name: str, lengths: tuple[int, ...]) -> Any:
         """Return the function that computes another for rows of vectors of these lengths, with the parameters of their members."""
@@ -145,9 +145,9 @@ class Members:
         return self.along(name, *(vectors[1:] if name == "g" else vectors))
 
 
-def _flat(x: Any) -> list[float]:
+def flat(x: Any) -> list[float]:
     """Return the numbers of nested tuples, or of an array."""
-    return [number for part in x for number in _flat(part)] if isinstance(x, tuple) else np.ravel(x).tolist()
+    return [number for part in x for number in flat(part)] if isinstance(x, tuple) else np.ravel(x).tolist()
 
 
 def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:

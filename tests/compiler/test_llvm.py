@@ -7,7 +7,8 @@ import llvmlite.binding as llvm
 import pytest
 from recorded import compiled
 
-from daebench.compiler.print.llvm import FORMATS, INTRINSIC, Text
+from daebench.compiler.print.llvm import Text
+from daebench.compiler.print.llvm_operations import FORMATS, INTRINSIC
 from daebench.compiler.trace.ir import FLOATS, TRUTH, Code, Function
 from daebench.compiler.trace.program import MATHEMATICS
 

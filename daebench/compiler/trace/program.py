@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from math import log, pi
 from typing import Any
 
-from daebench.compiler.trace import dual, foreign, lanes
+from daebench.compiler.trace import dual, dual_functions, foreign, lanes
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
@@ -268,7 +268,7 @@ def names(code: Code) -> dict[str, Any]:
     return (
         numpy
         | foreign.names(code)
-        | {function.__name__: function for function in (*dual.FUNCTIONS, *lanes.FUNCTIONS)}
+        | {function.__name__: function for function in (*dual_functions.FUNCTIONS, *lanes.FUNCTIONS)}
         | {"select": code.select, "negated": code.negated, "fill": fill}
         | {
             "numpy": types.SimpleNamespace(**numpy),

@@ -13,7 +13,7 @@ from daebench.compiler.lane_entries import DONE, MEMORY, PIVOTS, RESIDUAL, STATU
 from daebench.compiler.under_way import uncollected
 from daebench.methods.fixed_step.stepping import Linked, next_piece
 from daebench.runs.grid import Grid
-from daebench.runs.members import Members
+from daebench.runs.members import Members, flat
 from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.rank import RANK_LOST
 
@@ -28,11 +28,6 @@ PARTS = 4
 
 Form = Any
 """A nested tuple of numbers that tells nothing but its form."""
-
-
-def flat(x: Any) -> list[float]:
-    """Return the numbers of a nested tuple, or of arrays, one after another."""
-    return [number for part in x for number in flat(part)] if np.ndim(x) or isinstance(x, tuple) else [float(x)]
 
 
 def form_of(x: Any) -> Form:

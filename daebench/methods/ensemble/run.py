@@ -11,7 +11,7 @@ from daebench.compiler.lane_entries import DONE, RESIDUAL, STATUS, TRIED
 from daebench.compiler.native import no_machine_code
 from daebench.diagnostics.rank import AFTER_FAILURE, may_lose_rank, upcoming_losses
 from daebench.errors import BadInput
-from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, flat, form_of, nested
+from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, form_of, nested
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.table import Table
 from daebench.methods.ensemble.width import width_for
@@ -21,7 +21,7 @@ from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid, require_memory_of_members
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.machine import cores
-from daebench.runs.members import Members
+from daebench.runs.members import Members, flat
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales_of, poisson_scales_of
 from daebench.runs.trajectory import CONSTRAINED, POISSON, Array

@@ -1,0 +1,315 @@
+"""One recorded function as text of LLVM."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from daebench.compiler.print.llvm_operations import BYTES, C_TYPES, FORMATS, TYPES, number, result_type
+from daebench.compiler.print.needed import Needed
+from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value
+
+
+class Text(Protocol):
+    """The text that a function is part of: what it declares, and which functions take memory for new arrays."""
+
+    declarations: set[str]
+    allocating: set[Function]
+
+    def function(self, op: str, kind: str, count: int) -> str:
+        """Return the name of a function of numbers or vectors."""
+
+    def table(self, value: Value) -> str:
+        """Return the name of a table of constants."""
+
+
+class Printer:
+    """Prints one function."""
+
+    def __init__(self, text: Text, function: Function, need: Needed) -> None:
+        self.text, self.function, self.need = text, function, need
+        self.lines: list[str] = []
+        self.slots: list[str] = []
+        self.names: dict[Value, str] = {p: f"%a{k}" for k, p in enumerate(function.parameters)}
+        self.count, self.label = 0, "entry"
+        self.arrivals: dict[Region, tuple[str, list[tuple[str, list[str]]]]] = {}
+
+    def printed(self) -> list[str]:
+        """Return the lines."""
+        self._block(self.function.block)
+        kind, whole = result_type(self.function), "undef"
+        for k, result in enumerate(self.function.results):
+            name = self._fresh()
+            self.lines.append(f"{name} = insertvalue {kind} {whole}, {TYPES[result.kind]} {self._at(result)}, {k}")
+            whole = name
+        self.lines.append(f"ret {kind} {whole}" if self.function.results else "ret {} zeroinitializer")
+        return self.slots + self.lines
+
+    def _fresh(self) -> str:
+        self.count += 1
+        return f"%v{self.count}"
+
+    def _labels(self, count: int) -> list[str]:
+        self.count += 1
+        return [f"b{self.count}_{k}" for k in range(count)]
+
+    def _begin(self, label: str) -> None:
+        self.lines.append(f"{label}:")
+        self.label = label
+
+    def _at(self, value: Value) -> str:
+        """Return the operand that stands for a value."""
+        name = self.names.get(value)
+        if name is None:
+            if value.op == "const":
+                name = number(value.args[0], value.kind)
+            elif value.op == "table":
+                name = self.text.table(value)
+            elif value.op == "slot":
+                name = self._slot(value)
+            else:
+                name = self._at(self.need.same[value])
+            self.names[value] = name
+        return name
+
+    def _block(self, block: Sequence[Any]) -> None:
+        for node in block:
+            if type(node) is Value:
+                if node in self.need.needed:
+                    self._value(node)
+            else:
+                _NODES[type(node)](self, node)
+
+    def _leave(self, node: Leave) -> None:
+        label, came = self.arrivals[node.region]
+        results = zip(node.values, node.region.results, strict=True)
+        came.append((self.label, [self._at(value) for value, result in results if result in self.need.needed]))
+        self.lines.append(f"br label %{label}")
+
+    def _value(self, value: Value) -> None:
+        form = FORMATS.get((value.op, value.args[0].kind[0])) if value.args and isinstance(value.args[0], Value) else None
+        if form is not None:
+            name = self.names[value] = self._fresh()
+            self.lines.append(f"{name} = {form.format(*map(self._at, value.args), T=TYPES[value.args[0].kind], R=TYPES[value.kind])}")
+        elif value.op in _SPECIAL:
+            _SPECIAL[value.op](self, value)
+        else:
+            self._function(value)
+
+    def _select(self, value: Value) -> None:
+        self._named(value, "select " + ", ".join(f"{TYPES[x.kind]} {self._at(x)}" for x in value.args))
+
+    def _not(self, value: Value) -> None:
+        self._named(value, f"xor {TYPES[value.kind]} {self._at(value.args[0])}, {number(1, value.kind)}")
+
+    def _named(self, value: Value, text: str) -> None:
+        name = self.names[value] = self._fresh()
+        self.lines.append(f"{name} = {text}")
+
+    def _address(self, pointer: Value, index: Value, kind: str) -> str:
+        """Return the address of an entry."""
+        if index.op == "const" and index.args[0] == 0:
+            return self._at(pointer)
+        name = self._fresh()
+        self.lines.append(f"{name} = getelementptr {TYPES[kind]}, ptr {self._at(pointer)}, i64 {self._at(index)}")
+        return name
+
+    def _load(self, value: Value) -> None:
+        pointer, index = value.args
+        place = self._address(pointer, index, value.kind[0])
+        self._named(value, f"load {TYPES[value.kind]}, ptr {place}{self._aligned(value.kind)}")
+
+    def _store(self, value: Value) -> None:
+        pointer, index, what = value.args
+        place = self._address(pointer, index, what.kind[0])
+        self.lines.append(f"store {TYPES[what.kind]} {self._at(what)}, ptr {place}{self._aligned(what.kind)}")
+
+    @staticmethod
+    def _aligned(kind: str) -> str:
+        """Return that a vector lies where its entries may."""
+        return f", align {BYTES[kind[0]]}" if len(kind) > 1 else ""
+
+    def _offset(self, value: Value) -> None:
+        pointer, index, kind = value.args
+        self._named(value, f"getelementptr {TYPES[kind]}, ptr {self._at(pointer)}, i64 {self._at(index)}")
+
+    def _alloc(self, value: Value) -> None:
+        """Print that an array is taken from the memory of new arrays, from its beginning where it is full, which is noted."""
+        top, new, end, full, base, other, late, flag, noted = (self._fresh() for _ in range(9))
+        places = [self._fresh() for _ in range(3)]
+        size = self._at(value.args[0])
+        self.lines += [
+            f"{top} = load ptr, ptr %arena",
+            f"{new} = getelementptr i64, ptr {top}, i64 {size}",
+            *(f"{place} = getelementptr i64, ptr %arena, i64 {k}" for k, place in enumerate(places, 1)),
+            f"{end} = load ptr, ptr {places[0]}",
+            f"{base} = load ptr, ptr {places[1]}",
+            f"{full} = icmp ugt ptr {new}, {end}",
+            f"{other} = getelementptr i64, ptr {base}, i64 {size}",
+            f"{late} = select i1 {full}, ptr {other}, ptr {new}",
+            f"store ptr {late}, ptr %arena",
+            f"{flag} = load i64, ptr {places[2]}",
+            f"{noted} = select i1 {full}, i64 1, i64 {flag}",
+            f"store i64 {noted}, ptr {places[2]}",
+        ]
+        self._named(value, f"select i1 {full}, ptr {base}, ptr {top}")
+
+    def _splat(self, value: Value) -> None:
+        (number,), kind, first = value.args, TYPES[value.kind], self._fresh()
+        self.lines.append(f"{first} = insertelement {kind} undef, {TYPES[number.kind]} {self._at(number)}, i32 0")
+        self._named(value, f"shufflevector {kind} {first}, {kind} undef, <{value.kind[1:]} x i32> zeroinitializer")
+
+    def _vset(self, value: Value) -> None:
+        kind, whole = TYPES[value.kind], "undef"
+        for k, entry in enumerate(value.args):
+            name = self._fresh()
+            self.lines.append(f"{name} = insertelement {kind} {whole}, {TYPES[entry.kind]} {self._at(entry)}, i32 {k}")
+            whole = name
+        self.names[value] = whole
+
+    def _vget(self, value: Value) -> None:
+        vector, k = value.args
+        self._named(value, f"extractelement {TYPES[vector.kind]} {self._at(vector)}, i32 {k}")
+
+    def _any(self, value: Value) -> None:
+        """Print whether one of a vector of truths is true."""
+        (truths,), bits = value.args, self._fresh()
+        word = f"i{truths.kind[1:]}"
+        self.lines.append(f"{bits} = bitcast {TYPES[truths.kind]} {self._at(truths)} to {word}")
+        self._named(value, f"icmp ne {word} {bits}, 0")
+
+    def _slot(self, value: Value) -> str:
+        """Print a place in memory for so many words, at the beginning of the function; return its name."""
+        name = self._fresh()
+        self.slots.append(f"{name} = alloca i64, i64 {value.args[0]}, align 64")
+        return name
+
+    def _seen(self, value: Value) -> None:
+        """Print that a place is read and written here as far as LLVM knows, which then does not hold its content in registers."""
+        self.lines.append(f'call void asm sideeffect "", "r,~{{memory}}"(ptr {self._at(value.args[0])})')
+
+    def _itop(self, value: Value) -> None:
+        self._named(value, f"inttoptr i64 {self._at(value.args[0])} to ptr")
+
+    def _ccall(self, value: Value) -> None:
+        """Print the call of a function of C at an address; whole numbers of C have 32 bits."""
+        address, *args, letters = value.args
+        function = self._fresh()
+        self.lines.append(f"{function} = inttoptr i64 {self._at(address)} to ptr")
+        given = []
+        for letter, x in zip(letters[1:], args, strict=True):
+            name = self._at(x)
+            if letter == "i":
+                name = self._fresh()
+                self.lines.append(f"{name} = trunc i64 {self._at(x)} to i32")
+            given.append(f"{C_TYPES[letter]} {name}")
+        result = self._fresh()
+        self.lines.append(f"{result} = call {C_TYPES[letters[0]]} {function}({', '.join(given)})")
+        self.names[value] = result
+        if letters[0] == "i":
+            self._named(value, f"sext i32 {result} to i64")
+
+    def _mark(self, value: Value) -> None:
+        self._named(value, "load ptr, ptr %arena")
+
+    def _release(self, value: Value) -> None:
+        self.lines.append(f"store ptr {self._at(value.args[0])}, ptr %arena")
+
+    def _move(self, value: Value) -> None:
+        to, of, size, kind = value.args
+        self.text.declarations.add("declare void @llvm.memmove.p0.p0.i64(ptr, ptr, i64, i1)")
+        count = self._fresh()
+        self.lines.append(f"{count} = mul i64 {self._at(size)}, {BYTES[kind]}")
+        self.lines.append(f"call void @llvm.memmove.p0.p0.i64(ptr {self._at(to)}, ptr {self._at(of)}, i64 {count}, i1 false)")
+
+    def _function(self, value: Value) -> None:
+        """Print the call of a function of numbers."""
+        kind = TYPES[value.kind]
+        name = self.text.function("fabs" if value.op == "abs" else value.op, value.kind, len(value.args))
+        self._named(value, f"call {kind} @{name}({', '.join(f'{kind} {self._at(x)}' for x in value.args)})")
+
+    def _phis(self, results: Sequence[Value], came: Sequence[tuple[str, Sequence[str]]]) -> None:
+        for k, result in enumerate(results):
+            self._named(result, f"phi {TYPES[result.kind]} " + ", ".join(f"[{values[k]}, %{label}]" for label, values in came))
+
+    def _if(self, node: If) -> None:
+        wanted = [k for k, result in enumerate(node.results) if result in self.need.needed]
+        if not wanted and node not in self.need.steering:
+            return
+        yes, no, end = self._labels(3)
+        exchange = len(wanted) > 1 and not any(node.blocks)
+        self.lines.append(f"br i1 {self._at(node.test)}, label %{yes}, label %{no}{', !prof !0' if exchange else ''}")
+        came = []
+        for k, label in enumerate((yes, no)):
+            self._begin(label)
+            self._block(node.blocks[k])
+            if node.falls[k]:
+                came.append((self.label, [self._at(node.yields[k][j]) for j in wanted] if node.yields[k] else []))
+                self.lines.append(f"br label %{end}")
+        if came:
+            self._begin(end)
+            self._phis([node.results[j] for j in wanted], came)
+
+    def _region(self, node: Region) -> None:
+        (label,) = self._labels(1)
+        self.arrivals[node] = label, []
+        self._block(node.block)
+        if came := self.arrivals[node][1]:
+            self._begin(label)
+            self._phis([result for result in node.results if result in self.need.needed], came)
+
+    def _loop(self, node: Loop) -> None:
+        (head,) = self._labels(1)
+        carried = [k for k, p in enumerate(node.parameters) if p in self.need.needed and p not in self.need.same]
+        came, first = self.label, [self._at(node.initial[k]) for k in carried]
+        self.lines.append(f"br label %{head}")
+        self._begin(head)
+        start = len(self.lines)
+        for k in carried:
+            self.names[node.parameters[k]] = self._fresh()
+            self.lines.append("")
+        self._block(node.block)
+        for at, (k, begun) in enumerate(zip(carried, first, strict=True), start):
+            parameter = node.parameters[k]
+            arrivals = f"[{begun}, %{came}]"
+            if node.nexts is not None:
+                arrivals += f", [{self._at(node.nexts[k])}, %{self.label}]"
+            self.lines[at] = f"{self.names[parameter]} = phi {TYPES[parameter.kind]} {arrivals}"
+        if node.nexts is not None:
+            self.lines.append(f"br label %{head}")
+
+    def _call(self, node: Call) -> None:
+        if node not in self.need.needed:
+            return
+        name, kind = self._fresh(), result_type(node.function)
+        args = [f"{TYPES[x.kind]} {self._at(x)}" for x in node.args] + ["ptr %arena"] * (node.function in self.text.allocating)
+        self.lines.append(f"{name} = call {kind} @{node.function.name}({', '.join(args)})")
+        for k, result in enumerate(node.results):
+            if result in self.need.needed:
+                self._named(result, f"extractvalue {kind} {name}, {k}")
+
+
+_NODES: Mapping[type, Any] = {
+    If: Printer._if,
+    Region: Printer._region,
+    Loop: Printer._loop,
+    Leave: Printer._leave,
+    Call: Printer._call,
+}
+
+_SPECIAL: Mapping[str, Any] = {
+    "select": Printer._select,
+    "load": Printer._load,
+    "store": Printer._store,
+    "offset": Printer._offset,
+    "alloc": Printer._alloc,
+    "not": Printer._not,
+    "splat": Printer._splat,
+    "vset": Printer._vset,
+    "vget": Printer._vget,
+    "any": Printer._any,
+    "seen": Printer._seen,
+    "itop": Printer._itop,
+    "ccall": Printer._ccall,
+    "mark": Printer._mark,
+    "release": Printer._release,
+    "move": Printer._move,
+}
