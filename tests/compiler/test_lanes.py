@@ -146,6 +146,7 @@ REFUSED = {
     "range": ("for _ in range(int(x)):\n        x = x + 1.0", "a loop over a range that differs from run to run"),
     "loops": ("for j in range(3):\n        for k in range(3):\n            if x > k:\n                return j", "within a loop"),
     "two": ("if x > 0.0:\n        return x\n    for k in range(3):\n        if x < k:\n            return k", "before an iteration"),
+    "side": ("if x > 0.0:\n        y = x\n    x = y", "y is bound where one branch is taken and not where another is"),
     "all": ("for k in range(3):\n        if x < k:\n            return x\n        else:\n            return k", "all runs return"),
 }
 

@@ -153,13 +153,19 @@ class Follower:
         if error.name in there:
             raise Unknown(str(error.name), there[error.name]) from error
 
+    @staticmethod
+    def at_ends(name: str, sides: Sequence[Names], statement: Statement, ways: Ways) -> list[Any]:
+        """Return the values that a name, which is read behind a branch, has at the ends of its sides."""
+        there = [side[name] for side in sides if name in side]
+        if len(there) == 1 and name not in ways.missing:
+            raise TypeError(f"{name} is bound where one branch is taken and not where another is, {statement.place}")
+        return there
+
     def _join(self, node: If, statement: Statement, sides: Sequence[Names], names: Names, ways: Ways) -> None:
         """Note the values behind a branch that both sides reach the end of."""
         ends = [(block, False) for block in node.blocks]
         for name in sorted({*(statement.binds & statement.after), *self.hidden(statement)}):
-            there = [side[name] for side in sides if name in side]
-            if len(there) == 1 and name not in ways.missing:
-                raise TypeError(f"{name} is bound where one branch is taken and not where another is, {statement.place}")
+            there = self.at_ends(name, sides, statement, ways)
             if len(there) == 1:
                 there.insert(name in sides[0], unset(self.code, there[0]))
             if there:

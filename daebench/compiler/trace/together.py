@@ -42,7 +42,7 @@ class Together(Follower):
         assert body is not None
         outer, code.mask = code.mask, None
         names[LIVE] = True
-        if not any(loops([each]) and _returns(each.body) for each in body):
+        if not any(loops([each]) and has(each.body, "return") for each in body):
             ways = Ways([])
             self.followed(body, names, ways)
             found = ways.returned[0] if ways.returned else self._last()
@@ -59,7 +59,7 @@ class Together(Follower):
 
     def hidden(self, statement: Statement) -> Sequence[str]:
         """Return which runs have not returned, if some may."""
-        return (LIVE,) if _returns([statement]) else ()
+        return (LIVE,) if has([statement], "return") else ()
 
     def _where(self, test: Any, otherwise: Any, make: Callable[[], Any]) -> Any:
         """Return a value where no run passes a test, else what is made in the runs that do."""
@@ -89,7 +89,7 @@ class Together(Follower):
 
     def _if(self, statement: Statement, names: Names, ways: Ways) -> bool:
         test = self._value(statement.code[0], names)
-        returns = isinstance(test, Value) and _returns([statement])
+        returns = isinstance(test, Value) and has([statement], "return")
         if returns and len(test.kind) == 1 and (self.mask is not None or not self.inside_loop):
             test = self.code.as_kind(test, TRUTH + self.code.together)
         if not isinstance(test, Value) or len(test.kind) == 1:
@@ -121,25 +121,23 @@ class Together(Follower):
             names.update(sides[falls.index(True)])
         else:
             for name in statement.binds & statement.after:
-                there = [side[name] for side in sides if name in side]
-                if there:
+                if there := self.at_ends(name, sides, statement, ways):
                     names[name] = self.code.select(test, *there) if len(there) == 2 else there[0]
         names[LIVE] = live
         return True
 
     def _passed_over(self, mask: Value, body: Sequence[Statement], statement: Statement, names: Names, ways: Ways) -> None:
-        """Follow statements that are passed over if no run needs them."""
-        bound = sorted(name for name in statement.binds & statement.after if name in names)
+        """Follow statements, without a return among them, that are passed over if no run needs them."""
+        bound = sorted(statement.binds & statement.after)
 
         def made() -> Any:
             side = dict(names)
             with self._masked(mask):
-                falls = self.followed(body, side, ways)
-            live = side[LIVE]
-            return live, *(self.code.select(mask, side[name], names[name]) if falls else names[name] for name in bound)
+                self.followed(body, side, ways)
+            return tuple([self.code.select(mask, side[name], names[name]) for name in bound])
 
-        before = (names[LIVE], *(names[name] for name in bound))
-        names.update(zip((LIVE, *bound), self._branched(anyof(mask), made, before), strict=True))
+        before = tuple([names[name] for name in bound])
+        names.update(zip(bound, self._branched(anyof(mask), made, before), strict=True))
 
     # ---- returns ---------------------------------------------------------------------------------------------------------
 
@@ -192,14 +190,10 @@ class Together(Follower):
     # ---- loops -----------------------------------------------------------------------------------------------------------
 
     def _for(self, statement: Statement, names: Names, ways: Ways) -> bool:
-        outer, self.inside_loop = self.inside_loop, self.inside_loop or _returns(statement.body)
+        outer, self.inside_loop = self.inside_loop, self.inside_loop or has(statement.body, "return")
         try:
-            if outer and self.inside_loop and _returns(statement.body):
+            if outer and has(statement.body, "return"):
                 raise TypeError(f"a return from a loop within a loop, {statement.place}")
             return super()._for(statement, names, ways)
         finally:
             self.inside_loop = outer
-
-
-def _returns(body: Sequence[Statement]) -> bool:
-    return has(body, "return")
