@@ -201,6 +201,15 @@ def test_garbage_is_collected_again_after_a_block_that_fails():
     assert gc.isenabled()
 
 
+def begin_anew(monkeypatch, folder):
+    """Forget generated modules, what is known of this computer, and what was said."""
+    monkeypatch.setenv("DAEBENCH_CACHE", str(folder))
+    native.no_machine_code.cache_clear()
+    sealed.warn.cache_clear()
+    for name in [name for name in sys.modules if name.startswith("daebench_generated_")]:
+        monkeypatch.delitem(sys.modules, name)
+
+
 @pytest.fixture
 def no_target(monkeypatch, tmp_path):
     """A computer for which LLVM has no target."""
@@ -208,12 +217,8 @@ def no_target(monkeypatch, tmp_path):
     def missing():
         raise RuntimeError("No available targets are compatible with triple m68k-unknown-elf")
 
-    monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path))
+    begin_anew(monkeypatch, tmp_path / "python")
     monkeypatch.setattr(machine, "session", missing)
-    native.no_machine_code.cache_clear()
-    sealed.warn.cache_clear()
-    for name in [name for name in sys.modules if name.startswith("daebench_generated_")]:
-        monkeypatch.delitem(sys.modules, name)
     yield
     native.no_machine_code.cache_clear()
 
@@ -232,10 +237,14 @@ def test_where_there_is_no_machine_code_methods_run_as_python_and_it_is_said(no_
     assert slow.failure is None
 
 
-@pytest.mark.parametrize("method", ["rattle", "shake"])
-def test_python_gives_what_machine_code_does(no_target, method):
+@pytest.mark.parametrize("method", ["rattle", "shake", "lobatto4"])
+def test_python_gives_what_machine_code_does(no_target, monkeypatch, tmp_path, method):
     with pytest.warns(CacheWarning, match=SLOWER):
         slow = daebench.run("spherical_pendulum", method=method, h=0.01, steps=20)
-    native.no_machine_code.cache_clear()
+    monkeypatch.undo()
+    begin_anew(monkeypatch, tmp_path / "machine")
+    assert native.no_machine_code() == ""
+    made = compilations(monkeypatch)
     fast = daebench.run("spherical_pendulum", method=method, h=0.01, steps=20)
+    assert made
     assert np.abs(slow.q - fast.q).max() < 1e-14
