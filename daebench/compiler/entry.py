@@ -10,7 +10,7 @@ from weakref import ref
 
 import numpy as np
 
-from daebench.compiler.memory import memory_for
+from daebench.compiler.memory import Memory, memory_for
 
 FORMATS = {"d": "d", "s": "f4x", "i": "q", "b": "q", "z": "dd"}
 """How numbers of each kind are packed into words."""
@@ -80,7 +80,7 @@ class Entry:
         self.kinds, self._allocates = head["kinds"], head["allocates"]
         letters = _packed(form), (FORMATS.get(kind, "q") for kind in self.kinds)
         self._packed, self._found = (struct.Struct("=" + "".join(each)) for each in letters)
-        self._buffer = ctypes.c_char * (self._found.size + 8)
+        self._buffer, self._unpacked = ctypes.c_char * self._found.size, self._found.unpack
         self._places: list[_Place] = []
         pattern, words, checks = self._pattern(form, count())
         space: dict[str, Any] = {f"place{k}": place for k, place in enumerate(self._places)}
@@ -120,17 +120,28 @@ class Entry:
             return None
         return words
 
-    def __call__(self, words: bytes, args: tuple[Any, ...]) -> tuple[Any, float]:
-        """Return the result for these arguments, and the CPU time of the machine code."""
-        found = self._buffer()
-        memory = memory_for(arrays_in(args)) if self._allocates else None
+    def __call__(self, words: bytes) -> Any:
+        """Return the result for arguments in words."""
+        found, memory = self._begun()
+        self._call(words, ctypes.addressof(found), memory.begun() if memory else 0)
+        return self._ended(found, memory)
+
+    def timed(self, words: bytes) -> tuple[Any, float]:
+        """Return the result for arguments in words, and the CPU time of the machine code."""
+        found, memory = self._begun()
         place, free = ctypes.addressof(found), memory.begun() if memory else 0
         began = time.thread_time()
         self._call(words, place, free)
         seconds = time.thread_time() - began
+        return self._ended(found, memory), seconds
+
+    def _begun(self) -> tuple[Any, Memory | None]:
+        return self._buffer(), memory_for(sum([place.bytes for place in self._places])) if self._allocates else None
+
+    def _ended(self, found: Any, memory: Memory | None) -> Any:
         if memory:
             memory.require_enough()
-        return self._together(self._found.unpack_from(found)), seconds
+        return self._together(self._unpacked(found))
 
 
 class _Other(Exception):
@@ -147,6 +158,7 @@ class _Place:
     def __init__(self, form: tuple[Any, ...]) -> None:
         self.dtype, self.axes, self.ordered = np.dtype(form[0]), form[1], form[2]
         self.last: tuple[Any, tuple[int, ...]] = (lambda: None, ())
+        self.bytes = 0
 
     def __call__(self, x: Any) -> tuple[int, ...]:
         """Return where an array is, its lengths, and its strides in entries unless they follow from the lengths."""
@@ -159,6 +171,8 @@ class _Place:
         strides = () if self.ordered else tuple(stride // x.itemsize for stride in x.strides)
         words = (place, *x.shape, *strides)
         self.last = ref(x), words
+        if x.nbytes > self.bytes:  # the most so far: threads share it
+            self.bytes = x.nbytes
         return words
 
 
@@ -201,12 +215,3 @@ def _array(place: int, dtype: Any, shape: Sequence[int], strides: Sequence[int])
     raw = (ctypes.c_char * (extent * dtype.itemsize)).from_address(place)
     view = np.lib.stride_tricks.as_strided(np.frombuffer(raw, dtype), shape, [dtype.itemsize * stride for stride in strides])
     return view.copy()
-
-
-def arrays_in(x: Any) -> Iterator[Any]:
-    """Return the arrays in a nested tuple."""
-    if isinstance(x, tuple):
-        for part in x:
-            yield from arrays_in(part)
-    elif isinstance(x, np.ndarray):
-        yield x

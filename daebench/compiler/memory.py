@@ -2,14 +2,16 @@
 
 import ctypes
 import mmap
+import struct
 import threading
-from collections.abc import Iterable
-from typing import Any
 
 from daebench.errors import RunFailed
 
 LEAST, PARTS = 2**26, 256
 """Bytes for new arrays: at least so many, and so many times those of the arrays that are given. Pages that are not used cost nothing."""
+
+NO_FLAG = bytes(8)
+"""The last word of a memory that was large enough."""
 
 MATRICES = 16
 """Matrices, of as many rows and columns as there are unknowns, for which there is room in the memory of callbacks."""
@@ -23,7 +25,9 @@ class Memory:
         flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | getattr(mmap, "MAP_NORESERVE", 0)
         self._map = mmap.mmap(-1, size, flags=flags)
         self._start = ctypes.addressof((ctypes.c_char * size).from_buffer(self._map))
-        self._words = (ctypes.c_int64 * 4)()
+        self._fresh = struct.pack("=4q", self._start, self._start + size, self._start, 0)
+        self._words = bytearray(self._fresh)
+        self._place = ctypes.addressof((ctypes.c_char * len(self._words)).from_buffer(self._words))
 
     @classmethod
     def of_unknowns(cls, n: int) -> "Memory":
@@ -32,21 +36,21 @@ class Memory:
 
     def begun(self) -> int:
         """Return the address of where its next array goes, its end, its beginning, and whether it was too small; all of it is free."""
-        self._words[:] = [self._start, self._start + self.size, self._start, 0]
-        return ctypes.addressof(self._words)
+        self._words[:] = self._fresh
+        return self._place
 
     def require_enough(self) -> None:
         """Raise :class:`RunFailed` if it was too small."""
-        if self._words[3]:
+        if self._words[24:] != NO_FLAG:
             raise RunFailed(f"new arrays of a step need more than the {self.size >> 20} MiB set aside for them; use a smaller problem.")
 
 
 _memories = threading.local()
 
 
-def memory_for(arrays: Iterable[Any]) -> Memory:
-    """Return memory of this thread for a call with these arrays."""
-    size = max(LEAST, PARTS * sum(array.nbytes for array in arrays))
+def memory_for(given: int) -> Memory:
+    """Return memory of this thread for a call with arrays of so many bytes."""
+    size = max(LEAST, PARTS * given)
     memory: Memory | None = getattr(_memories, "memory", None)
     if memory is None or memory.size < size:
         memory = _memories.memory = Memory(size)

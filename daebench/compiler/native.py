@@ -158,12 +158,20 @@ class Native:
 
     def __call__(self, *args: Any) -> Any:
         """Return the result of the function."""
-        return self.timed(args)[0]
+        if no_machine_code():
+            return self._executed(args)[0]
+        entry, words = self._for(args)
+        return entry(words)
 
     def timed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
         """Return the result of the function for these arguments, and the CPU time of its machine code alone."""
         if no_machine_code():
             return self._executed(args)
+        entry, words = self._for(args)
+        return entry.timed(words)
+
+    def _for(self, args: tuple[Any, ...]) -> tuple[Entry, bytes]:
+        """Return the function for arguments of this form, and these in words."""
         entry = self._last
         if entry is None or (words := entry.words(args)) is None:
             form = form_of(args)
@@ -172,7 +180,7 @@ class Native:
             entry = self._last = self._made[form]
             words = entry.words(args)
         assert words is not None
-        return entry(words, args)
+        return entry, words
 
     def _executed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
         """Return the result as Python computes it, and the CPU time."""

@@ -135,8 +135,9 @@ def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor)
     from sksundae.ida import IDA
 
     def residual(t: float, y: Array, yp: Array, res: Array) -> None:
-        began = time.perf_counter()
-        monitor.called("residual", t, posed_residual(t, y, yp, res, par), began)
+        began, y_[:], yp_[:] = time.perf_counter(), y, yp
+        monitor.called("residual", t, posed_residual(t, y_, yp_, res_, par), began)
+        res[:] = res_
 
     def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
         began = time.perf_counter()
@@ -147,6 +148,7 @@ def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor)
         count_steps(monitor, t, y[back])
 
     par, posed_residual = posed.par, posed.residual
+    y_, yp_, res_ = posed.y0.copy(), posed.yp0.copy(), np.empty(posed.n)  # the same in all calls: addresses are asked for once
     options: dict[str, Any] = {"rtol": tol, "max_num_steps": MOST_STEPS, "jacfn": jacobian}
     order: Any = slice(None)
     back: Any = slice(None)

@@ -3,11 +3,13 @@
 import ctypes
 import inspect
 import types
+from collections.abc import Callable
 from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
+from daebench.compiler import callbacks
 from daebench.compiler.constrained.held import in_loops
 from daebench.compiler.memory import Memory
 from daebench.compiler.native import Native, no_machine_code
@@ -59,14 +61,14 @@ class Monitored:
     def values(self, y: Any) -> tuple[float, ...]:
         """Return what is constant along a motion, at a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
         if self.compiled:
-            return tuple(self._looked("VALUES", 0.0, y)[: self.count])
+            return tuple(self._looked(callbacks.VALUES, 0.0, y)[: self.count])
         with np.errstate(all="ignore"):
             return tuple(self.functions.conserved(y, self.par))
 
     def independence(self, y: Any) -> float:
         """Return the square of what goes to zero where G loses rank; 1 on Poisson systems."""
         if self.compiled:
-            return self._looked("VALUES", 0.0, y)[3]
+            return self._looked(callbacks.VALUES, 0.0, y)[3]
         with np.errstate(all="ignore"):
             return float(self.functions.independent(y, self.par))
 
@@ -88,7 +90,7 @@ class Monitored:
         if self.size > MOST_UNKNOWNS:
             return float("inf"), float("inf")
         if self.compiled:
-            first, last = self._looked("CHANGES", h, y)[:2]
+            first, last = self._looked(callbacks.CHANGES, h, y)[:2]
             return first, last
         with np.errstate(all="ignore"):
             return tuple(self.functions.explained(y, h, self.tol, self.positions, self.par))
@@ -146,20 +148,14 @@ class Monitored:
             texts["conserved(y, par)"] = ARRAYS.format(d=size // 2)
         return "\n\n".join([_looks(compiled=self.compiled), f"SIZE = {size}", *texts.values()])
 
-    def _looked(self, what: str, t: float, y: Any) -> list[float]:
+    def _looked(self, mode: int, t: float, y: Any) -> list[float]:
         """Return what the compiled look gives for unknowns, 4 numbers."""
-        from daebench.compiler import callbacks
-
-        user, state = self._memory, np.ascontiguousarray(y, dtype=float)
-        user[callbacks.MODE] = getattr(callbacks, what)
-        self._call(t, state.ctypes.data, user.ctypes.data)
+        look, user, state = self._look
+        user[callbacks.MODE], state[:] = mode, y
+        look(t)
         self._new.require_enough()
         numbers: list[float] = user[callbacks.RESULT : callbacks.RESULT + 4].tolist()
         return numbers
-
-    @cached_property
-    def _call(self) -> Any:
-        return ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)(self.address)
 
     @cached_property
     def _new(self) -> Memory:
@@ -167,16 +163,16 @@ class Monitored:
         return Memory.of_unknowns(self.posed.n)
 
     @cached_property
-    def _memory(self) -> Any:
-        """The memory of calls from Python, in which nothing of a run is noted."""
-        from daebench.compiler import callbacks
-
-        user = np.zeros(callbacks.HEAD + len(self.par))
+    def _look(self) -> tuple[Callable[[float], int], Any, Any]:
+        """The compiled look at a time, the memory of calls from Python, in which nothing of a run is noted, and what it looks at."""
+        user, state = np.zeros(callbacks.HEAD + len(self.par)), np.empty(self.posed.n)
         user[callbacks.HEAD :] = self.par
         user[callbacks.UNKNOWNS], user[callbacks.PARAMETERS] = self.posed.n, len(self.par)
         user[callbacks.TOLERANCE], user[callbacks.POSITIONS] = self.tol, self.positions
         user.view(np.uint64)[callbacks.ARENA] = self._new.begun()
-        return user
+        look = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)(self.address)
+        places = state.ctypes.data, user.ctypes.data
+        return lambda t: look(t, *places), user, state
 
 
 def _momenta(derivation: Any) -> str:

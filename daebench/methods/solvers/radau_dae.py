@@ -57,21 +57,23 @@ class RadauDae(Ida):
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
         from solve_dae.integrate import RadauDAE
 
+        y_, yp_, res, matrix = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n), np.empty((dae.n, dae.n))  # the same in all calls
+
         def residual(t: float, y: Array, yp: Array) -> Array:
-            began, res = time.perf_counter(), np.empty(dae.n)
-            monitor.called("residual", t, dae.residual(t, np.array(y), np.array(yp), res, dae.par), began)
-            return res
+            began, y_[:], yp_[:] = time.perf_counter(), y, yp
+            monitor.called("residual", t, dae.residual(t, y_, yp_, res, dae.par), began)
+            return res.copy()
 
         def combined(t: float, y: Array, yp: Array, cj: float) -> Array:
-            began, matrix = time.perf_counter(), np.empty((dae.n, dae.n))
-            monitor.called("jacobian", t, dae.jacobian(t, np.array(y), np.array(yp), np.empty(dae.n), cj, matrix, dae.par), began)
-            return matrix
+            began, y_[:], yp_[:] = time.perf_counter(), y, yp
+            monitor.called("jacobian", t, dae.jacobian(t, y_, yp_, res, cj, matrix, dae.par), began)
+            return matrix.copy()
 
         def jacobian(t: float, y: Array, yp: Array) -> tuple[Array, Array]:
             of_y = combined(t, y, yp, 0.0)
             return of_y, combined(t, y, yp, 1.0) - of_y
 
-        dae.residual(0.0, dae.y0, dae.yp0, np.empty(dae.n), dae.par)
-        dae.jacobian(0.0, dae.y0, dae.yp0, np.empty(dae.n), 1.0, np.empty((dae.n, dae.n)), dae.par)
+        dae.residual(0.0, y_, yp_, res, dae.par)
+        dae.jacobian(0.0, y_, yp_, res, 1.0, matrix, dae.par)
         solver = RadauDAE(residual, 0.0, dae.y0, dae.yp0, monitor.t_end, rtol=tol, atol=tol, jac=jacobian)
         return stepwise(solver, monitor, "solve_dae", lambda interpolant: lambda t: interpolant(t)[0])

@@ -30,20 +30,22 @@ class ScipyOde(OnReducedOde):
         from scipy import integrate
 
         def right_side(t: float, y: Array) -> Array:
-            began, out = time.perf_counter(), np.empty(dae.n)
-            monitor.called("rhs", t, rhs(t, y, out, par), began)
-            return out
+            began, state[:] = time.perf_counter(), y
+            monitor.called("rhs", t, rhs(t, state, out, par), began)
+            return out.copy()
 
         def jacobian(t: float, y: Array) -> Array:
-            began, JJ = time.perf_counter(), np.empty((dae.n, dae.n))
-            monitor.called("jacobian", t, rhs_jacobian(t, y, JJ, par), began)
-            return JJ
+            began, state[:] = time.perf_counter(), y
+            monitor.called("jacobian", t, rhs_jacobian(t, state, JJ, par), began)
+            return JJ.copy()
 
         par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
-        rhs(0.0, dae.y0.copy(), np.empty(dae.n), par)
+        state, out = dae.y0.copy(), np.empty(dae.n)  # the same arrays in all calls: their addresses are asked for once
+        rhs(0.0, state, out, par)
         options: dict[str, Any] = {"rtol": tol, "atol": tol}
         if SCIPY[self.variant]:
-            rhs_jacobian(0.0, dae.y0.copy(), np.empty((dae.n, dae.n)), par)
+            JJ = np.empty((dae.n, dae.n))
+            rhs_jacobian(0.0, state, JJ, par)
             options["jac"] = jacobian
         solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
         return stepwise(solver, monitor, "SciPy", lambda interpolant: interpolant)
