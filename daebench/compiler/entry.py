@@ -81,16 +81,19 @@ class Entry:
         letters = _packed(form), (FORMATS.get(kind, "q") for kind in self.kinds)
         self._packed, self._found = (struct.Struct("=" + "".join(each)) for each in letters)
         self._buffer, self._unpacked = ctypes.c_char * self._found.size, self._found.unpack
-        self._places: list[_Place] = []
+        self._places: dict[str, _Place] = {}
         pattern, words, checks = self._pattern(form, count())
-        space: dict[str, Any] = {f"place{k}": place for k, place in enumerate(self._places)}
+        space: dict[str, Any] = {f"place_{name}": place for name, place in self._places.items()}
         space |= {"array": _array, "bool": bool, "complex": complex, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
         space |= {"floats": (float, np.float64), "bools": (bool, np.bool_), "complexes": (complex, np.complex128), "float32": np.float32}
         space |= {"pack": self._packed.pack, "Other": _Other}
         space |= {"call": ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)}
         found = f"({_together(head['results'], self.kinds, count())})"
         guard = f"    if not ({' and '.join(checks)}): raise Other\n" if checks else ""
-        text = f"def taken(x):\n    {pattern} = x\n{guard}    return pack({', '.join(words)})\ndef together(v):\n    return {found}\n"
+        size = " + ".join(f"{name}.nbytes" for name in self._places if self._allocates) or "0"
+        text = (
+            f"def taken(x):\n    {pattern} = x\n{guard}    return pack({', '.join(words)}), {size}\ndef together(v):\n    return {found}\n"
+        )
         exec(text, space)
         self._call, self._taken, self._together = space["call"], space["taken"], space["together"]
 
@@ -105,38 +108,35 @@ class Entry:
             tests = {"s": f"type({name}) is float32", "b": f"type({name}) in bools", "d": f"type({name}) in floats"}
             return name, [name], [tests[form]] if form in tests else []
         if _of_array(form):
-            name, k = f"x{next(leaves)}", len(self._places)
-            self._places.append(_Place(form))
-            return name, [f"*place{k}({name})"], []
+            name = f"x{next(leaves)}"
+            self._places[name] = _Place(form)
+            return name, [f"*place_{name}({name})"], []
         parts = [self._pattern(part, leaves) for part in form]
         words, checks = (list(chain.from_iterable(part[k] for part in parts)) for k in (1, 2))
         return f"[{', '.join(part[0] for part in parts)}]", words, checks
 
-    def words(self, args: tuple[Any, ...]) -> bytes | None:
-        """Return arguments in words; None if they are of another form."""
+    def words(self, args: tuple[Any, ...]) -> tuple[bytes, int] | None:
+        """Return arguments in words, and the bytes of their arrays where new ones are made; None if they are of another form."""
         try:
-            words: bytes = self._taken(args)
+            words: tuple[bytes, int] = self._taken(args)
         except (_Other, TypeError, ValueError, struct.error):
             return None
         return words
 
-    def __call__(self, words: bytes) -> Any:
-        """Return the result for arguments in words."""
-        found, memory = self._begun()
+    def __call__(self, words: bytes, given: int) -> Any:
+        """Return the result for what :meth:`words` gives."""
+        found, memory = self._buffer(), memory_for(given) if self._allocates else None
         self._call(words, ctypes.addressof(found), memory.begun() if memory else 0)
         return self._ended(found, memory)
 
-    def timed(self, words: bytes) -> tuple[Any, float]:
-        """Return the result for arguments in words, and the CPU time of the machine code."""
-        found, memory = self._begun()
+    def timed(self, words: bytes, given: int) -> tuple[Any, float]:
+        """Return the same, and the CPU time of the machine code."""
+        found, memory = self._buffer(), memory_for(given) if self._allocates else None
         place, free = ctypes.addressof(found), memory.begun() if memory else 0
         began = time.thread_time()
         self._call(words, place, free)
         seconds = time.thread_time() - began
         return self._ended(found, memory), seconds
-
-    def _begun(self) -> tuple[Any, Memory | None]:
-        return self._buffer(), memory_for(sum([place.bytes for place in self._places])) if self._allocates else None
 
     def _ended(self, found: Any, memory: Memory | None) -> Any:
         if memory:
@@ -158,7 +158,6 @@ class _Place:
     def __init__(self, form: tuple[Any, ...]) -> None:
         self.dtype, self.axes, self.ordered = np.dtype(form[0]), form[1], form[2]
         self.last: tuple[Any, tuple[int, ...]] = (lambda: None, ())
-        self.bytes = 0
 
     def __call__(self, x: Any) -> tuple[int, ...]:
         """Return where an array is, its lengths, and its strides in entries unless they follow from the lengths."""
@@ -171,8 +170,6 @@ class _Place:
         strides = () if self.ordered else tuple(stride // x.itemsize for stride in x.strides)
         words = (place, *x.shape, *strides)
         self.last = ref(x), words
-        if x.nbytes > self.bytes:  # the most so far: threads share it
-            self.bytes = x.nbytes
         return words
 
 

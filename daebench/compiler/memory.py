@@ -10,9 +10,6 @@ from daebench.errors import RunFailed
 LEAST, PARTS = 2**26, 256
 """Bytes for new arrays: at least so many, and so many times those of the arrays that are given. Pages that are not used cost nothing."""
 
-NO_FLAG = bytes(8)
-"""The last word of a memory that was large enough."""
-
 MATRICES = 16
 """Matrices, of as many rows and columns as there are unknowns, for which there is room in the memory of callbacks."""
 
@@ -41,7 +38,7 @@ class Memory:
 
     def require_enough(self) -> None:
         """Raise :class:`RunFailed` if it was too small."""
-        if self._words[24:] != NO_FLAG:
+        if any(self._words[24:]):  # the last word is set where it was too small
             raise RunFailed(f"new arrays of a step need more than the {self.size >> 20} MiB set aside for them; use a smaller problem.")
 
 

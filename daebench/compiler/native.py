@@ -161,17 +161,17 @@ class Native:
         if no_machine_code():
             return self._executed(args)[0]
         entry, words = self._for(args)
-        return entry(words)
+        return entry(*words)
 
     def timed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
         """Return the result of the function for these arguments, and the CPU time of its machine code alone."""
         if no_machine_code():
             return self._executed(args)
         entry, words = self._for(args)
-        return entry.timed(words)
+        return entry.timed(*words)
 
-    def _for(self, args: tuple[Any, ...]) -> tuple[Entry, bytes]:
-        """Return the function for arguments of this form, and these in words."""
+    def _for(self, args: tuple[Any, ...]) -> tuple[Entry, tuple[bytes, int]]:
+        """Return the function for arguments of this form, and these in words with the bytes of their arrays."""
         entry = self._last
         if entry is None or (words := entry.words(args)) is None:
             form = form_of(args)

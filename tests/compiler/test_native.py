@@ -188,6 +188,17 @@ def test_new_arrays_that_need_more_memory_than_there_is_are_told_of(monkeypatch)
         root(a, 10)
 
 
+def test_each_call_has_memory_for_its_own_arrays(monkeypatch):
+    source = f'"""Twice."""\n\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\ndef root(a):\n    return 2.0 * a\n'
+    root = generated("twice", f"twice {next(_count)}", lambda: source).root
+    monkeypatch.setattr(memory, "LEAST", 2**10)
+    monkeypatch.setattr(memory, "_memories", type(memory._memories)())
+    for n in (10, 10**5, 10):
+        a = np.arange(float(n))
+        assert np.array_equal(root(a), 2.0 * a)
+        assert np.array_equal(root.timed((a,))[0], 2.0 * a)
+
+
 def test_garbage_is_collected_again_after_a_block_that_fails():
     def failing():
         with uncollected():
