@@ -1,6 +1,6 @@
 """SymPy expressions as source text: straight-line functions on tuples, with common subexpressions shared."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import sympy as sp
@@ -9,11 +9,9 @@ from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 
 from daebench.compiler.parts import parts, rebuilt, replaced
+from daebench.compiler.python_text import function, pack
 from daebench.errors import InvalidProblem
 from daebench.systems.definition_parts import extent
-
-ARCTAN2 = "from daebench.runs.local_flow import arctan2\n\n\n"
-"""Inserted before the map into coordinates if it may contain an angle, because NumPy's own function does not take complex numbers."""
 
 
 class _Printer(NumPyPrinter):  # type: ignore[misc]
@@ -85,17 +83,6 @@ def _first_line(error: BaseException) -> str:
     """Return the first line of an error, without the class of our printer."""
     text = (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
     return text.replace(f"Unsupported by {_Printer}: ", "it contains the function ")
-
-
-def pack(items: Iterable[str]) -> str:
-    """Return the source of a tuple of these items."""
-    inner = ", ".join(items)
-    return f"({inner},)" if inner else "()"
-
-
-def function(signature: str, *lines: str) -> str:
-    """Return the source of a function with these lines as its body."""
-    return f"def {signature}:\n    " + "\n    ".join(lines) + "\n"
 
 
 def shaped(items: Sequence[str], shape: tuple[int, ...]) -> str:

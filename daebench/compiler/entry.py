@@ -1,9 +1,9 @@
-"""Calls of machine code from Python: arguments of one form as words, and results put together of words."""
+"""Calls of recorded functions from Python: arguments of one form as words, and results put together of words."""
 
 import ctypes
 import struct
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, count
 from typing import Any
 from weakref import ref
@@ -12,8 +12,8 @@ import numpy as np
 
 from daebench.compiler.memory import Memory, memory_for
 
-FORMATS = {"d": "d", "s": "f4x", "i": "q", "b": "q", "z": "dd"}
-"""How numbers of each kind are packed into words."""
+FORMATS = {"d": "d", "s": "f4x", "i": "q", "b": "q"}
+"""How numbers of each kind are packed into words; complex ones are two."""
 
 DTYPES = {
     "d": np.dtype(np.float64),
@@ -49,7 +49,7 @@ ARRAYS = {"f8": "d", "f4": "s", "i8": "i", "u8": "i", "c16": "z"}
 
 def given(form: Any) -> Any:
     """Return a form as :meth:`daebench.compiler.trace.program.Program.entry` takes it."""
-    if _of_array(form):
+    if of_array(form):
         return [ARRAYS[form[0]], *form[1:]]
     return tuple(map(given, form)) if isinstance(form, tuple) else form
 
@@ -71,23 +71,34 @@ def described(x: Any) -> Any:
 
 
 class Entry:
-    """A function for arguments of one form, at an address.
+    """A function for arguments of one form.
 
     What takes arguments apart and puts results together is written out for the form: a run may call its kernel for a few steps at a time.
+
+    Parameters
+    ----------
+    form : nested tuple
+        The form, see :func:`form_of`.
+    head : dict
+        What is known of the function: what its results are, their ``kinds``, and whether it ``allocates``.
+    place : callable
+        Makes, for the form of an array, what gives the words of an array.
+    pack : callable
+        Makes of words what the function is given.
+    array : callable
+        Makes an array of a pointer, its type, its lengths and its strides.
     """
 
-    def __init__(self, form: Any, head: dict[str, Any], address: int) -> None:
+    def __init__(
+        self, form: Any, head: dict[str, Any], place: Callable[[Any], Any], pack: Callable[..., Any], array: Callable[..., Any]
+    ) -> None:
         self.kinds, self._allocates = head["kinds"], head["allocates"]
-        letters = _packed(form), (FORMATS.get(kind, "q") for kind in self.kinds)
-        self._packed, self._found = (struct.Struct("=" + "".join(each)) for each in letters)
-        self._buffer, self._unpacked = ctypes.c_char * self._found.size, self._found.unpack
-        self._places: dict[str, _Place] = {}
-        pattern, words, checks = self._pattern(form, count())
+        self._places: dict[str, Any] = {}
+        pattern, words, checks = self._pattern(form, place, count())
         space: dict[str, Any] = {f"place_{name}": place for name, place in self._places.items()}
-        space |= {"array": _array, "bool": bool, "complex": complex, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
+        space |= {"array": array, "bool": bool, "complex": complex, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
         space |= {"floats": (float, np.float64), "bools": (bool, np.bool_), "complexes": (complex, np.complex128), "float32": np.float32}
-        space |= {"pack": self._packed.pack, "Other": _Other}
-        space |= {"call": ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)}
+        space |= {"pack": pack, "Other": Other}
         found = f"({_together(head['results'], self.kinds, count())})"
         guard = f"    if not ({' and '.join(checks)}): raise Other\n" if checks else ""
         size = " + ".join(f"{name}.nbytes" for name in self._places if self._allocates) or "0"
@@ -95,9 +106,9 @@ class Entry:
             f"def taken(x):\n    {pattern} = x\n{guard}    return pack({', '.join(words)}), {size}\ndef together(v):\n    return {found}\n"
         )
         exec(text, space)
-        self._call, self._taken, self._together = space["call"], space["taken"], space["together"]
+        self._taken, self._together = space["taken"], space["together"]
 
-    def _pattern(self, form: Any, leaves: Iterator[int]) -> tuple[str, list[str], list[str]]:
+    def _pattern(self, form: Any, place: Callable[[Any], Any], leaves: Iterator[int]) -> tuple[str, list[str], list[str]]:
         """Return what an argument is unpacked to, the words that it is packed into, and tests of its form."""
         if not isinstance(form, tuple):
             name = f"x{next(leaves)}"
@@ -107,21 +118,40 @@ class Entry:
                 return name, [f"{name}.real", f"{name}.imag"], [f"type({name}) in complexes"]
             tests = {"s": f"type({name}) is float32", "b": f"type({name}) in bools", "d": f"type({name}) in floats"}
             return name, [name], [tests[form]] if form in tests else []
-        if _of_array(form):
+        if of_array(form):
             name = f"x{next(leaves)}"
-            self._places[name] = _Place(form)
+            self._places[name] = place(form)
             return name, [f"*place_{name}({name})"], []
-        parts = [self._pattern(part, leaves) for part in form]
+        parts = [self._pattern(part, place, leaves) for part in form]
         words, checks = (list(chain.from_iterable(part[k] for part in parts)) for k in (1, 2))
         return f"[{', '.join(part[0] for part in parts)}]", words, checks
 
-    def words(self, args: tuple[Any, ...]) -> tuple[bytes, int] | None:
+    def words(self, args: tuple[Any, ...]) -> tuple[Any, int] | None:
         """Return arguments in words, and the bytes of their arrays where new ones are made; None if they are of another form."""
         try:
-            words: tuple[bytes, int] = self._taken(args)
-        except (_Other, TypeError, ValueError, struct.error):
+            words: tuple[Any, int] = self._taken(args)
+        except (Other, TypeError, ValueError, struct.error):
             return None
         return words
+
+    def __call__(self, words: Any, given: int) -> Any:
+        """Return the result for what :meth:`words` gives."""
+        return self.timed(words, given)[0]
+
+    def timed(self, words: Any, given: int) -> tuple[Any, float]:
+        """Return the same, and the CPU time of the function."""
+        raise NotImplementedError
+
+
+class OfMachine(Entry):
+    """A function at an address; other parameters as :class:`Entry`."""
+
+    def __init__(self, form: Any, head: dict[str, Any], address: int) -> None:
+        letters = "".join(packed(form)), "".join(FORMATS.get(kind, "q") for kind in head["kinds"])
+        taken, self._found = (struct.Struct("=" + each) for each in letters)
+        super().__init__(form, head, _Place, taken.pack, _array)
+        self._buffer, self._unpacked = ctypes.c_char * self._found.size, self._found.unpack
+        self._call = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)
 
     def __call__(self, words: bytes, given: int) -> Any:
         """Return the result for what :meth:`words` gives."""
@@ -144,7 +174,7 @@ class Entry:
         return self._together(self._unpacked(found))
 
 
-class _Other(Exception):
+class Other(Exception):
     """An argument is of another form."""
 
 
@@ -165,7 +195,7 @@ class _Place:
         if last() is x:
             return words
         if type(x) is not np.ndarray or x.dtype != self.dtype or x.ndim != self.axes or x.flags.c_contiguous != self.ordered:
-            raise _Other
+            raise Other
         place = ctypes.addressof(_NOTHING.from_buffer(x.data)) if self.ordered and x.flags.writeable else x.ctypes.data
         strides = () if self.ordered else tuple(stride // x.itemsize for stride in x.strides)
         words = (place, *x.shape, *strides)
@@ -173,17 +203,19 @@ class _Place:
         return words
 
 
-def _packed(form: Any) -> Iterator[str]:
-    if _of_array(form):
-        yield "q" * (1 + form[1] * (1 if form[2] else 2))
+def packed(form: Any) -> Iterator[str]:
+    """Return the letters of the words of a form."""
+    if of_array(form):
+        yield from "q" * (1 + form[1] * (1 if form[2] else 2))
     elif isinstance(form, tuple):
         for part in form:
-            yield from _packed(part)
+            yield from packed(part)
     elif form:
-        yield FORMATS[form]
+        yield from ["d", "d"] if form == "z" else [FORMATS[form]]
 
 
-def _of_array(form: Any) -> bool:
+def of_array(form: Any) -> bool:
+    """Return whether a form is that of an array."""
     return isinstance(form, tuple) and len(form) == 3 and isinstance(form[1], int)
 
 

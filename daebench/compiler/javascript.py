@@ -173,7 +173,7 @@ def functions(source: str, names: Iterable[str], arguments: Sequence[int], par: 
         def run(S: Array, P: Array, O: Array) -> None:  # noqa: E741
             index = count()
             vectors = [read(S, (0.0,) * n, index) for n in arguments]
-            taken = len(parameters_in(source, name))
+            taken = len(parameters_in(source, name)) or page.program.space[name].taken()
             given = vectors if taken == len(vectors) + 1 else vectors[len(vectors) + 1 - taken :]
             put(O, 0, page(name, *given, read(P, par, count())))
 

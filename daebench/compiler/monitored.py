@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import NamedTuple
 
-from daebench.compiler.codegen import function, pack
+from daebench.compiler.python_text import function, pack
 
 
 class Quantity(NamedTuple):

@@ -1,10 +1,10 @@
-"""Functions of generated modules as machine code: compiled for the forms of their arguments, or loaded from a sealed object file."""
+"""Functions of generated modules, recorded for the forms of their arguments: as machine code, in a sealed object file, or as Python."""
 
 import hashlib
 import json
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, cached_property
 from itertools import count
@@ -16,7 +16,8 @@ import numpy as np
 
 from daebench.compiler import sealed
 from daebench.compiler.callbacks import ARENA
-from daebench.compiler.entry import Entry, described, form_of, given
+from daebench.compiler.entry import Entry, OfMachine, described, form_of, given
+from daebench.compiler.in_python import OfPython
 from daebench.compiler.under_way import compiling
 from daebench.errors import DaebenchError, InvalidProblem, in_words
 
@@ -60,6 +61,17 @@ class _Function:
 
     def __init__(self, module: ModuleType, source: str, name: str, *, cached: bool) -> None:
         self._module, self._source, self._name, self._cached = module, source, name, cached
+        self._by_python = vars(module).get("BY_PYTHON", False)
+
+    def entry(self, form: Any) -> Entry:
+        """Return the function for arguments of a form."""
+        if not self._by_python and not no_machine_code():
+            return OfMachine(form, *self.at(form))
+        if not self._by_python:
+            why = no_machine_code()
+            sealed.warn(f"machine code cannot be made here ({why}); functions run as Python, a hundred to five hundred times slower.")
+        head, text, _ = self._made(form, "", "Python", ".text", lambda: self._printed(form))
+        return OfPython(form, head, text.decode())
 
     def at(self, form: Any, letters: str = "") -> tuple[dict[str, Any], int]:
         """Return what is known of the function for arguments of a form, and its address; ``letters`` are its types if C calls it."""
@@ -67,35 +79,63 @@ class _Function:
             raise self.missing()
         from daebench.compiler.machine import loaded, machine
 
-        purpose = "\n".join([self._module.__name__, self._name, vars(self._module)["__digest__"], repr(form), letters, machine()])
+        head, code, stem = self._made(form, letters, machine(), SUFFIX, lambda: self._compiled(form, letters))
+        return head, loaded(f"{stem}_{next(_count)}", code, "entry")
+
+    def _made(
+        self, form: Any, letters: str, machine: str, suffix: str, make: Callable[[], tuple[dict[str, Any], bytes]]
+    ) -> tuple[dict[str, Any], bytes, str]:
+        """Return what is known of the function and what was made of it for a machine, from a sealed file, with the name of that file."""
+        purpose = "\n".join([self._module.__name__, self._name, vars(self._module)["__digest__"], repr(form), letters, machine])
         key = hashlib.sha256(purpose.encode()).hexdigest()[:16]
-        path = Path(str(self._module.__file__)).with_suffix(f".{self._name}.{key}{SUFFIX}")
+        path = Path(str(self._module.__file__)).with_suffix(f".{self._name}.{key}{suffix}")
         content = sealed.read(path, purpose) if self._cached else None
         if content is None:
-            content = self._compiled(form, letters)
+            head, code = make()
+            content = json.dumps(head).encode() + b"\n" + code
             self._store(path, purpose, content)
-        head, _, code = content.partition(b"\n")
-        return json.loads(head), loaded(f"{path.stem}_{next(_count)}", code, "entry")
+        line, _, code = content.partition(b"\n")
+        return json.loads(line), code, path.stem
 
-    def _compiled(self, form: Any, letters: str) -> bytes:
-        """Return the head of an object file, which says what the function returns, and the file."""
+    def _compiled(self, form: Any, letters: str) -> tuple[dict[str, Any], bytes]:
+        """Return what is known of the function, and an object file."""
         from daebench.compiler.machine import object_file
         from daebench.compiler.print.llvm import Text
-        from daebench.compiler.trace.program import Program, parameters_in
+        from daebench.compiler.trace.program import parameters_in
 
-        with compiling(self.title), self._refusing(self.title):
-            program = Program(self._source)
-            function, structure = program.entry(self._name, given(form))
-            text = Text()
-            for each in program.functions[:-1]:
+        with self._recorded(form) as (functions, structure):
+            function, text = functions[-1], Text()
+            for each in functions[:-1]:
                 text.add(each)
             if letters:
                 text.callback(function, "entry", letters, parameters_in(self._source, self._name).index("user"), ARENA, structure)
             else:
                 text.entry(function, "entry")
             allocates = function in text.allocating
-            head = {"results": described(structure), "kinds": "".join(result.kind for result in function.results), "allocates": allocates}
-            return json.dumps(head).encode() + b"\n" + object_file(text.whole(), loops=allocates or bool(letters))
+            return _head(function, structure, allocates=allocates), object_file(text.whole(), loops=allocates or bool(letters))
+
+    def _printed(self, form: Any) -> tuple[dict[str, Any], bytes]:
+        """Return what is known of the function, and its text in Python."""
+        from daebench.compiler.print import python
+
+        with self._recorded(form) as (functions, structure):
+            try:
+                return _head(functions[-1], structure), python.text(functions).encode()
+            except python.Unprintable as error:
+                raise self.missing() from error
+
+    @contextmanager
+    def _recorded(self, form: Any) -> Iterator[tuple[Sequence[Any], Any]]:
+        """Record the function and those that it calls, while it is said that it takes time; what cannot be recorded is one sentence."""
+        from daebench.compiler.trace.program import Program
+
+        try:
+            with compiling(self.title):
+                program = Program(self._source)
+                _, structure = program.entry(self._name, given(form))
+                yield program.functions, structure
+        except (TypeError, NameError, IndexError, ZeroDivisionError) as error:
+            raise InvalidProblem(f"{self.title} cannot be compiled: {error}, in {_innermost(error) or self._name}.") from error
 
     @property
     def title(self) -> str:
@@ -104,28 +144,8 @@ class _Function:
 
     def missing(self) -> NoMachineCode:
         """Return that the function cannot be had without machine code."""
-        return NoMachineCode(f"machine code cannot be made here ({no_machine_code()}), and {self.title} needs it.")
-
-    @cached_property
-    def in_python(self) -> Callable[..., Any]:
-        """The function as Python executes it."""
-        space = {**_names(), **vars(self._module)}
-        exec(self._source, space)
-        sealed.warn(
-            f"machine code cannot be made here ({no_machine_code()}); functions run as Python, a hundred to a thousand times slower."
-        )
-        return space[self._name]  # type: ignore[no-any-return]
-
-    @contextmanager
-    def _refusing(self, title: str) -> Iterator[None]:
-        """Turn what cannot be recorded into one sentence."""
-        try:
-            yield
-        except (TypeError, NameError, IndexError, ZeroDivisionError) as error:
-            from daebench.compiler.places import place_of
-
-            where = place_of(_innermost(error) or self._name)
-            raise InvalidProblem(f"{title} cannot be compiled: {error}, in {where}.") from error
+        why = f", which cannot be made here ({no_machine_code()})" if no_machine_code() else ""
+        return NoMachineCode(f"{self.title} needs machine code{why}.")
 
     def _store(self, path: Path, purpose: str, content: bytes) -> None:
         if not self._cached:
@@ -136,16 +156,34 @@ class _Function:
             sealed.warn(f"cannot store machine code in {path.parent} ({error.strerror}); it is compiled again next time.")
 
 
+def _head(function: Any, structure: Any, *, allocates: bool = False) -> dict[str, Any]:
+    """Return what is known of a function, as :class:`daebench.compiler.entry.Entry` takes it."""
+    return {
+        "name": function.name,
+        "results": described(structure),
+        "kinds": "".join(result.kind for result in function.results),
+        "allocates": allocates,
+    }
+
+
 def _innermost(error: BaseException) -> str:
-    """Return the name of the generated function in which an error was raised: the last that Python executed, or that was followed."""
-    name = ""
-    for frame, _ in traceback.walk_tb(error.__traceback__):
-        code = frame.f_code
-        if code.co_filename == "<string>" and code.co_name != "<module>":
-            name = code.co_name
-        elif code.co_name == "inlined":
-            name = frame.f_locals["self"].name
-    return name
+    """Return the function in which an error was raised, the last that was executed or followed; of files with file and line."""
+    from daebench.compiler.files import PREFIX
+
+    found = ""
+    for frame, line in traceback.walk_tb(error.__traceback__):
+        code, name = frame.f_code, frame.f_code.co_name
+        if name == "inlined" and (node := getattr(frame.f_locals["self"], "node", None)):
+            file, name, line = frame.f_locals["self"].space["__file__"], node.name, node.lineno
+        elif name == "inlined":
+            file, name = "<string>", frame.f_locals["self"].name
+        else:
+            file = code.co_filename
+        if file.startswith(PREFIX) and name != "<module>":
+            found = f"{name} of {file.removeprefix(PREFIX).replace('.', '/')}.py, line {line}"
+        elif file == "<string>" and name != "<module>":
+            found = f"its function {name}"
+    return found
 
 
 class Native:
@@ -158,17 +196,22 @@ class Native:
 
     def __call__(self, *args: Any) -> Any:
         """Return the result of the function."""
-        if no_machine_code():
-            return self._executed(args)[0]
         entry, words = self._for(args)
         return entry(*words)
 
     def timed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
-        """Return the result of the function for these arguments, and the CPU time of its machine code alone."""
-        if no_machine_code():
-            return self._executed(args)
+        """Return the result of the function for these arguments, and the CPU time of the function alone."""
         entry, words = self._for(args)
         return entry.timed(*words)
+
+    def columns(self, *args: Any) -> Any:
+        """Return the results for columns in place of numbers, of a function that Python executes and that does the same with each row."""
+        form = _form_of_columns(args)
+        if form not in self._made:
+            self._made[form] = self._function.entry(form)
+        entry = self._made[form]
+        assert isinstance(entry, OfPython)
+        return entry.columns(args)
 
     def _for(self, args: tuple[Any, ...]) -> tuple[Entry, tuple[bytes, int]]:
         """Return the function for arguments of this form, and these in words with the bytes of their arrays."""
@@ -176,21 +219,11 @@ class Native:
         if entry is None or (words := entry.words(args)) is None:
             form = form_of(args)
             if form not in self._made:
-                self._made[form] = Entry(form, *self._function.at(form))
+                self._made[form] = self._function.entry(form)
             entry = self._last = self._made[form]
             words = entry.words(args)
         assert words is not None
         return entry, words
-
-    def _executed(self, args: tuple[Any, ...]) -> tuple[Any, float]:
-        """Return the result as Python computes it, and the CPU time."""
-        began = time.thread_time()
-        try:
-            with np.errstate(all="ignore"):
-                result = self._function.in_python(*map(_of_numpy, args))
-        except NameError as error:  # of dual numbers, say
-            raise self._function.missing() from error
-        return result, time.thread_time() - began
 
     @property
     def kinds(self) -> dict[Any, str]:
@@ -198,19 +231,8 @@ class Native:
         return {form: entry.kinds for form, entry in self._made.items()}
 
 
-def _of_numpy(x: Any) -> Any:
-    """Return nested tuples of NumPy's numbers, whose quotients by zero are infinite."""
-    if isinstance(x, tuple):
-        return tuple(map(_of_numpy, x))
-    return np.float64(x) if isinstance(x, float) else np.complex128(x) if isinstance(x, complex) else x
-
-
-@cache
-def _names() -> dict[str, Any]:
-    """Return what functions take from NumPy and from Python."""
-    names = {name: getattr(np, name) for name in np.__all__ if isinstance(getattr(np, name, None), np.ufunc)}
-    arrays = {"numpy": np, "inf": np.inf, "empty": np.empty, "zeros": np.zeros, "arange": np.arange}
-    return names | arrays | {"abs": abs, "max": max, "min": min}
+def _form_of_columns(x: Any) -> Any:
+    return tuple(map(_form_of_columns, x)) if isinstance(x, tuple) else "z" if np.iscomplexobj(x) else "d"
 
 
 class Callback:

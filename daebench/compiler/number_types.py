@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from daebench.compiler.syntax import SourceFile, copied
 from daebench.systems.files.package import text_of
 
 DOUBLE = "2.220446049250313e-16"
@@ -84,13 +83,20 @@ class NumberType:
         """
         if not self.width:
             return [], list(roots)
-        file = SourceFile(self.points, text_of(self.points), {"REMEMBERS": "initialise" in roots})
-        names = [stand_in if (stand_in := f"{name}_{self.kind}") in file.functions else name for name in roots]
-        stand_ins = [file.functions[name] for name in names if name in file.functions]
+        parts = [self._side(node, remembers="initialise" in roots) for node in ast.parse(text_of(self.points)).body]
+        functions = {node.name: node for part in parts for node in part if isinstance(node, ast.FunctionDef)}
+        names = [stand_in if (stand_in := f"{name}_{self.kind}") in functions else name for name in roots]
+        stand_ins = [functions[name] for name in names if name in functions]
         read = {node.id for function in stand_ins for node in ast.walk(function) if isinstance(node, ast.Name)}
-        numbers = [f"{name} = {ast.unparse(value)}" for name, value in file.literals.items() if name in read]
-        helpers = [function for name, function in file.functions.items() if name in read]
+        assigned = [node for part in parts for node in part if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)]
+        numbers = [ast.unparse(node) for node in assigned if ast.unparse(node.targets[0]) in read]
+        helpers = [function for name, function in functions.items() if name in read]
         return [*numbers, *map(_plain, [*helpers, *stand_ins])], names
+
+    @staticmethod
+    def _side(node: ast.stmt, *, remembers: bool) -> list[ast.stmt]:
+        """Return what is left of a statement at module level: a side of a branch, which is on whether the scheme remembers something."""
+        return [node] if not isinstance(node, ast.If) else node.body if remembers else node.orelse
 
 
 NUMBER_TYPES = {
@@ -127,7 +133,6 @@ def _spacing(dtype: str) -> float:
 
 def _plain(function: ast.FunctionDef) -> str:
     """Return the source of a function without annotations."""
-    function = copied(function)
     for node in ast.walk(function):
         if isinstance(node, ast.FunctionDef):
             node.returns = None

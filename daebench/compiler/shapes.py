@@ -26,22 +26,7 @@ class Stages:
     kind: "Kind"
 
 
-@dataclass(frozen=True)
-class Variable:
-    """A kind that a call determines, such as that of the unknowns of Newton's iteration."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class Function:
-    """A function that is passed to another: the kinds of its parameters, as far as they are known, and of its result."""
-
-    parameters: tuple["Kind", ...]
-    result: "Kind"
-
-
-Kind = str | Pack | Stages | Variable | Function | None
+Kind = str | Pack | Stages | None
 
 NAMED: Mapping[str, Kind] = {
     **{name: name for name in (NUMBER, INDEX, DATA, IDENTITY, VECTOR, MULTIPLIER, HALF)},
@@ -52,6 +37,9 @@ NAMED: Mapping[str, Kind] = {
 }
 """Kinds by their names in annotations."""
 
+SPACES = (VECTOR, MULTIPLIER, HALF, JACOBIAN, ROWS, INVERSE_MASS, MATRIX, GRAM, HALF_MATRIX)
+"""Kinds of vectors and matrices."""
+
 WIDER = {JACOBIAN: ROWS, INVERSE_MASS: MATRIX}
 """Kinds with a pattern of zeros, and the dense kinds that replace them in sums, multiples and wherever the zeros do not matter."""
 
@@ -61,6 +49,9 @@ ENTRY |= {MATRIX: VECTOR, INVERSE_MASS: VECTOR}
 
 ADD = {VECTOR: "axpy", MULTIPLIER: "axpy_m", HALF: "axpy_m", MATRIX: "axpy_dd"}
 """Operations w x + y."""
+
+PLAIN_SUMS = {(GRAM, False): "plus_mm", (ROWS, True): "minus_md"}
+"""Operations x + y, or x - y where the second part is true, of kinds that have no other sum."""
 
 SCALE = {VECTOR: "scale", MULTIPLIER: "scale_m", HALF: "scale_m", ROWS: "scale_md", MATRIX: "scale_dd", GRAM: "scale_mm"}
 """Operations w x."""
@@ -116,9 +107,9 @@ OVERLOADS: Mapping[str, Mapping[tuple[Kind, ...], tuple[str, Kind]]] = {
 """Overloaded functions, by the kinds of their arguments: the operation, and the kind of its result."""
 
 
-def wider(kind: Kind) -> Kind:
+def wider(kind: str) -> str:
     """Return the kind without its pattern of zeros."""
-    return WIDER.get(kind, kind) if isinstance(kind, str) else kind
+    return WIDER.get(kind, kind)
 
 
 def product_of(left: str, right: str) -> Product | None:
@@ -132,50 +123,8 @@ def _widened(shape: str) -> str:
     return WIDER.get(kind, kind) + dot + turned
 
 
-def joined(kinds: "list[Kind]") -> Kind:
-    """Return the common kind of several kinds; None if there is none."""
-    if len({*kinds}) == 1:
-        return kinds[0]
-    wide = {NUMBER if kind in (NUMBER, DATA, INDEX) else wider(kind) for kind in kinds}
-    return wide.pop() if len(wide) == 1 else None
-
-
-def fits(kind: Kind, wanted: Kind) -> bool:
-    """Return whether a value of one kind is accepted where another is wanted; an unknown kind is accepted everywhere."""
-    if kind is None or wanted is None or isinstance(wanted, Variable | Function) or isinstance(kind, Variable | Function):
-        return True
-    if isinstance(kind, Pack) and isinstance(wanted, Pack):
-        return len(kind.kinds) == len(wanted.kinds) and all(map(fits, kind.kinds, wanted.kinds))
-    if isinstance(wanted, Stages):
-        entries = kind.kinds if isinstance(kind, Pack) else (kind.kind,) if isinstance(kind, Stages) else ()
-        return isinstance(kind, Pack | Stages) and all(fits(entry, wanted.kind) for entry in entries)
-    if isinstance(kind, Stages) and isinstance(wanted, Pack):
-        return all(fits(kind.kind, entry) for entry in wanted.kinds)
-    return kind in (wanted, DATA) or wider(kind) == wanted or (kind == INDEX and wanted in (NUMBER, DATA))
-
-
-def settled(wanted: Kind, kind: Kind, bindings: dict[str, Kind]) -> None:
-    """Record the variables in the kind of a parameter that the kind of an argument determines."""
-    if isinstance(wanted, Variable):
-        bindings.setdefault(wanted.name, kind)
-    elif isinstance(wanted, Pack) and isinstance(kind, Pack) and len(wanted.kinds) == len(kind.kinds):
-        for part, of_part in zip(wanted.kinds, kind.kinds, strict=True):
-            settled(part, of_part, bindings)
-    elif isinstance(wanted, Stages) and isinstance(kind, Stages):
-        settled(wanted.kind, kind.kind, bindings)
-
-
-def filled(kind: Kind, bindings: Mapping[str, Kind]) -> Kind:
-    """Return a kind with its variables replaced by the kinds found for them; None for variables without one."""
-    if isinstance(kind, Variable):
-        return bindings.get(kind.name)
-    if isinstance(kind, Pack):
-        return Pack(tuple(filled(part, bindings) for part in kind.kinds))
-    return Stages(filled(kind.kind, bindings)) if isinstance(kind, Stages) else kind
-
-
 def said(kind: Kind) -> str:
     """Return a kind in words."""
     if isinstance(kind, str):
         return {NUMBER: "a number", INDEX: "an integer", DATA: "run-time data", IDENTITY: "the identity"}.get(kind, f"a {kind}")
-    return "a tuple" if isinstance(kind, Pack | Stages) else "a function" if isinstance(kind, Function) else "a value of unknown kind"
+    return "a tuple" if isinstance(kind, Pack | Stages) else "a value of unknown kind"

@@ -1,66 +1,128 @@
-"""Source files as syntax, and the small rewritings that the linker applies to them."""
+"""The syntax of files of schemes: how they are prepared to be executed."""
 
 import ast
 from collections.abc import Mapping, Sequence
-from functools import cache, reduce
-from typing import Any
+
+from daebench.errors import InvalidProblem
 
 LANGUAGE = "daebench.schemes.kernels.language"
 LANGUAGES = (LANGUAGE, "daebench.schemes.kernels.poisson_language", "daebench.schemes.kernels.spaces")
-"""The files that declare the names which the linker provides; their declarations form one set of names."""
+"""The files that declare the names of the scheme language; their declarations form one set of names."""
 
-DATA = "scheme_data"
-"""Name of the run-time data of scheme and form. Only functions that read them get them, so that others are the same for all schemes."""
-
-RUN_TIME = {"DATA": f"{DATA}[0]", "FORM_DATA": f"{DATA}[1]", "LENGTH": "par[{0}][0]", "RATE": "par[{0}][1]"}
-RUN_TIME |= {"ITERATIONS_ASKED": f"{DATA}[2][0]", "ROUNDINGS": f"{DATA}[2][1]"}
-"""Places of the run-time data; length and rate come after the problem's parameters, whose number is inserted."""
+RUN_TIME: Mapping[str, tuple[int, ...]] = {"LENGTH": (0, 0), "RATE": (0, 1), "DATA": (1,), "FORM_DATA": (2,)}
+RUN_TIME = {**RUN_TIME, "ITERATIONS_ASKED": (3, 0), "ROUNDINGS": (3, 1)}
+"""Places of the run-time data behind the parameters of the problem, in what each function gets last."""
 
 
-@cache
-def _statements(text: str) -> Sequence[ast.stmt]:
-    """Return the statements of a source text, which nobody may change: all linkers share them."""
-    return ast.parse(text).body
+class _Prepared(ast.NodeTransformer):
+    """What a file needs besides: run-time data are asked for, and what is bound, chosen or returned is whole."""
+
+    def __init__(self, path: str, deferred: bool, single: bool) -> None:
+        self.path, self.inside, self.deferred, self.single = path, False, deferred, single
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        typed = self.inside and self.single and isinstance(node.value, float)
+        return ast.copy_location(call("float32", [node]), node) if typed else node
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        self.inside = True
+        node.body = [self.visit(each) for each in node.body]
+        self.inside = False
+        return node
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if self.inside and node.id in RUN_TIME:
+            return ast.copy_location(call("_run_time", [ast.Constant(node.id)]), node)
+        return node
+
+    def _whole(self, node: ast.expr) -> ast.expr:
+        """Return an expression that is whole: sums, multiples and transposes are made so."""
+        wanting = self.inside and isinstance(node, ast.BinOp | ast.UnaryOp | ast.Attribute)
+        return ast.copy_location(call("_whole", [node]), node) if wanting else node
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        self.generic_visit(node)
+        if not (isinstance(node.func, ast.Name) and node.func.id == "range"):
+            node.args = [self._whole(argument) for argument in node.args]
+        return node
+
+    def visit_Tuple(self, node: ast.Tuple) -> ast.Tuple:
+        self.generic_visit(node)
+        node.elts = [self._whole(entry) for entry in node.elts]
+        return node
+
+    def visit_List(self, node: ast.List) -> ast.List:
+        self.generic_visit(node)
+        node.elts = [self._whole(entry) for entry in node.elts]
+        return node
+
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.GeneratorExp:
+        self.generic_visit(node)
+        node.elt = self._whole(node.elt)
+        return node
+
+    def visit_Assign(self, node: ast.Assign) -> ast.Assign:
+        node.value = self._whole(self.visit(node.value))
+        return node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.Assign:
+        assert isinstance(node.target, ast.Name)
+        value = ast.copy_location(ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, self.visit(node.value)), node)
+        return ast.copy_location(ast.Assign([node.target], self._whole(value)), node)
+
+    def visit_Return(self, node: ast.Return) -> ast.Return:
+        node.value = node.value and self._whole(self.visit(node.value))
+        return node
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        self.generic_visit(node)
+        node.body, node.orelse = self._whole(node.body), self._whole(node.orelse)
+        if not self.deferred:
+            return node
+        nothing = ast.arguments(posonlyargs=[], args=[], kwonlyargs=[], kw_defaults=[], defaults=[])
+        return ast.copy_location(call("selected", [node.test, *(ast.Lambda(nothing, side) for side in (node.body, node.orelse))]), node)
+
+    def visit_Global(self, node: ast.Global) -> ast.Global:
+        raise self._refused(node, "a scheme changes no global name")
+
+    def visit_While(self, node: ast.While) -> ast.While:
+        raise self._refused(node, "a loop needs a bound, as for k in range(n) has")
+
+    def _refused(self, node: ast.stmt, why: str) -> InvalidProblem:
+        return InvalidProblem(f"{self.path}, line {node.lineno}: {ast.unparse(node).splitlines()[0].rstrip(':')}: {why}.")
+
+    def visit_For(self, node: ast.For) -> ast.For:
+        self.generic_visit(node)
+        if unrolled(node.iter):
+            node.iter = ast.copy_location(call("_unrolled", [node.iter]), node.iter)
+        return node
 
 
-class SourceFile:
-    """One source file as syntax, with its constant ``if`` statements settled.
+def unrolled(node: ast.expr) -> bool:
+    """Whether an expression is a range over the number of stages or of constraints."""
+    ranged = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    return ranged and any(isinstance(part, ast.Name) and part.id in ("STAGES", "CONSTRAINTS") for part in ast.walk(node))
 
-    ``imports`` joins both files of the language, ``homes`` distinguishes them; ``lowered`` holds the functions with operators replaced.
+
+def steers(node: ast.AST) -> bool:
+    """Whether a function has branches, loops or tests."""
+    kinds = (ast.If, ast.For, ast.While, ast.IfExp, ast.BoolOp, ast.Compare, ast.Not)
+    return any(isinstance(part, kinds) for part in ast.walk(node))
+
+
+def prepared(path: str, text: str, deferred: bool, single: bool) -> ast.Module:
+    """Return a file of a scheme as it is executed.
+
+    ``deferred`` choices call ``selected`` with functions; numbers of ``single`` precision are made by ``float32``.
+
+    Raises
+    ------
+    InvalidProblem
+        If it changes a global name, or has a loop without a bound.
     """
-
-    def __init__(self, name: str, text: str, constants: Mapping[str, bool | int | float]) -> None:
-        self.name = name
-        self.functions: dict[str, ast.FunctionDef] = {}
-        self.lowered: dict[str, ast.FunctionDef] = {}
-        self.literals: dict[str, ast.Constant] = {}
-        self.imports: dict[str, tuple[str, str]] = {}
-        self.homes: dict[str, tuple[str, str]] = {}
-        self.aliases: dict[str, ast.expr] = {}
-        self.annotations: dict[str, ast.expr] = {}
-        self._read(_statements(text), constants)
-
-    def _read(self, body: Sequence[ast.stmt], constants: Mapping[str, bool | int | float]) -> None:
-        for node in body:
-            if isinstance(node, ast.FunctionDef):
-                self.functions[node.name] = node
-            elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("daebench.schemes.kernels", "daebench.schemes")):
-                module = LANGUAGE if node.module in LANGUAGES else str(node.module)
-                self.imports |= {alias.asname or alias.name: (module, alias.name) for alias in node.names}
-                self.homes |= {alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names}
-            elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id in constants:
-                self._read(node.body if constants[node.test.id] else node.orelse, constants)
-            elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-                self._assigned(node.targets[0].id, node.value)
-            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-                self.annotations[node.target.id] = node.annotation
-
-    def _assigned(self, name: str, value: ast.expr) -> None:
-        """Record a literal, or an expression that may name a kind of value."""
-        if isinstance(value, ast.Constant):
-            self.literals[name] = value
-        else:
-            self.aliases[name] = value
+    tree = ast.parse(text)
+    _Prepared(path, deferred, single).visit(tree)
+    return ast.fix_missing_locations(tree)
 
 
 class TypedLiterals(ast.NodeTransformer):
@@ -71,37 +133,6 @@ class TypedLiterals(ast.NodeTransformer):
         return ast.parse(f"numpy.float32({node.value!r})", mode="eval").body if isinstance(node.value, float) else node
 
 
-def gathered(name: str, terms: Sequence[ast.expr]) -> ast.expr:
-    """Return a tuple, a sum, a minimum or a maximum of terms."""
-    if name == "tuple":
-        return ast.Tuple(list(terms), ast.Load())
-    if name == "sum":
-        return reduce(lambda x, y: ast.BinOp(x, ast.Add(), y), terms)
-    return terms[0] if len(terms) == 1 else call(name, terms)
-
-
 def call(name: str, arguments: Sequence[ast.expr]) -> ast.Call:
     """Return the call of a function by name."""
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
-
-
-def copied(node: Any) -> Any:
-    """Return a copy of syntax that shares nothing that can be changed with it; ``copy.deepcopy`` takes three times as long."""
-    if type(node) is list:
-        return [copied(part) for part in node]
-    if not isinstance(node, ast.AST) or not node._fields:
-        return node
-    new = type(node).__new__(type(node))
-    new.__dict__ = {name: copied(part) for name, part in node.__dict__.items()}
-    return new
-
-
-def parameters_of(node: ast.FunctionDef) -> list[str]:
-    """Return the names of a function's parameters."""
-    return [argument.arg for argument in node.args.args]
-
-
-def called(node: ast.FunctionDef) -> list[str]:
-    """Return the parameters of a function that it calls."""
-    calls = {n.func.id for n in ast.walk(node) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
-    return [parameter for parameter in parameters_of(node) if parameter in calls]

@@ -13,7 +13,7 @@ from daebench.compiler.cache import RECORDED
 from daebench.compiler.linear import health
 
 
-def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed: Sequence[str] = ()) -> str:
+def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed: Sequence[str] = (), others: Sequence[str] = ()) -> str:
     """Return the text of a module.
 
     Parameters
@@ -27,10 +27,13 @@ def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed:
         added.
     executed : sequence of str
         Texts that Python executes: constants, and functions that it calls as they are. Recorded functions may use them too.
+    others : sequence of str
+        Roots that are not in the texts, but in files of schemes.
     """
     body = "\n\n".join(recorded)
     names = re.findall(r"^def (\w+)\(", body, re.M)
-    native, called = tuple(name for name in roots if name in names), {x: of for x, of in callbacks.SIGNATURES.items() if x in names}
+    native = tuple(name for name in roots if name in names or name in others)
+    called = {x: of for x, of in callbacks.SIGNATURES.items() if x in names}
     body = "\n\n".join([constants(callbacks, health), text_of(callbacks.noted), body]) if called else body
     head = [f'"""{title}"""\n\nimport numpy', *executed, f"NATIVE = {native}", f"CALLBACKS = {called}"]
     return "\n".join([*head, RECORDED, body, ""])

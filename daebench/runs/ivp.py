@@ -121,7 +121,7 @@ class InitialValueProblem:
             if not module.ELEMENTWISE:
                 vector = np.asarray if self.arrays else tuple
                 return np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
-            columns = call(*(tuple(x.T) for x in arguments), par)
+            columns = call.columns(*(tuple(x.T) for x in arguments), par)
             return stacked(columns, arguments[0].shape[:-1])
 
 

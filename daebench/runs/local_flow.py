@@ -15,15 +15,6 @@ State = tuple[Any, Any]
 Map = Callable[[Any, Any], State]
 
 
-def arctan2(y: Any, x: Any) -> Any:
-    """Return the angle of the point (x, y), exact to first order in imaginary parts, which NumPy's own function does not accept."""
-    angle = np.arctan2(np.real(y), np.real(x))
-    if not (np.iscomplexobj(y) or np.iscomplexobj(x)):
-        return angle
-    a, b = np.real(x), np.real(y)
-    return angle + 1j * (a * np.imag(y) - b * np.imag(x)) / (a * a + b * b)
-
-
 def functions(ivp: ConstrainedIvp, form: str = "local") -> types.ModuleType:
     """Return the module of ``chart``, ``inverse_chart`` and, of the form local, ``two_form``, uncompiled, as functions of tuples."""
     if not ivp.facts.CHART:

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
+import uncompiled
 from ivps import ivp
 from tallied import tally
 
@@ -45,12 +46,16 @@ def marked(pairs, *marks):
         *marked(OTHER_PAIRS, pytest.mark.slow, pytest.mark.exhaustive),
     ],
 )
-def test_machine_code_does_what_the_scheme_file_says(scheme, place):
+def test_machine_code_and_python_do_what_the_scheme_file_says(scheme, place, monkeypatch):
     if why := FixedStep(scheme).refusal(ivp(place)):
         pytest.skip(why)
     request = Request(value=0.002, steps=40, watch=("energy", "manifold", "integrals"))
-    fast, slow = (FixedStep(scheme, compiled=compiled).solve(ivp(place), request) for compiled in (True, False))
+    fast, printed = (FixedStep(scheme, compiled=compiled).solve(ivp(place), request) for compiled in (True, False))
+    monkeypatch.setattr(FixedStep, "kernel", uncompiled.kernel)
+    slow = FixedStep(scheme).solve(ivp(place), request)
     assert fast.failure is None
+    assert (fast.work, fast.maxima) == (printed.work, printed.maxima)
+    assert np.array_equal((fast.q, fast.p), (printed.q, printed.p))
     assert fast.work == slow.work
     assert np.abs(fast.q - slow.q).max() < 1e-13
     assert np.abs(fast.p - slow.p).max() < 1e-12
@@ -95,7 +100,7 @@ def test_nothing_is_counted_or_watched_where_nothing_is_asked():
 
 
 def test_rattle_derives_no_second_derivatives_where_h_is_separable():
-    kernel = FixedStep("rattle", compiled=False).kernel(ivp("spherical-fast"), "float64", (), count=False)
+    kernel = uncompiled.kernel(FixedStep("rattle"), ivp("spherical-fast"), "float64", (), count=False)
     assert not {"H_qp", "H_qq", "curvature", "Gv_q", "a_p"} & set(vars(kernel))
 
 
@@ -153,9 +158,9 @@ def test_leaving_the_domain_of_the_potential_is_said_and_no_nan_travels():
 
 
 def test_an_unwritable_cache_compiles_in_memory_with_a_warning(tmp_path, monkeypatch):
+    where = ivp("spherical-fast")
     (tmp_path / "file").write_text("not a folder")
     monkeypatch.setenv("DAEBENCH_CACHE", str(tmp_path / "file" / "cache"))
-    where = ivp("spherical-fast")
     with pytest.warns(cache.CacheWarning, match="compiling in memory"):
         fresh = make_ivp(source_of(where.source.define(), "fresh"), "fig1.2b")
     run = FixedStep("rattle").solve(fresh, Request(value=0.01, steps=5, watch=("energy",)))

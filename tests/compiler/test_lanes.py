@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from recorded import compiled
 
-from daebench.compiler.linear.elimination_source import Target, solver
+from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.kernels import array_solver
+from daebench.compiler.linear.tuples import Values
 from daebench.errors import InvalidProblem
 
 W, EPS = 4, 2.0**-52
@@ -179,12 +180,18 @@ def test_elimination_in_loops_takes_the_same_pivots_in_each_lane():
     assert 10 < singular < 60
 
 
+def solving(n, *, lanes):
+    """Return a text with ``solve_d`` for n unknowns."""
+    full, target = [[1] * n] * n, Target("float64", stages=1, least_squares=False, lanes=lanes)
+    plan = {"states": "constrained", "roots": {}, "operations": ["solve_d"], "sites": {}, "single": False}
+    return f"FILES = files(globals(), {plan}, {repr(Values(n, 1, full[:1], full, target))!r})"
+
+
 @pytest.mark.parametrize("n", [2, 3])
 def test_pivots_whose_divisions_wait_are_those_of_single_runs(n):
-    target = Target("float64", compiled=True, stages=1, least_squares=False)
-    single = compiled(solver("solve", n, target), "solve")
-    judged = f"def judged(A, b):\n    x, pivot = solve(A, b)\n    return x, pivot > {4.0 * EPS}, max(pivot, 0.0)\n"
-    text, vector = solver("solve", n, target._replace(lanes=True)), (0.0,) * n
+    single = compiled(f"{solving(n, lanes=False)}\n\ndef single(A, b):\n    return solve_d(A, b)\n", "single")
+    judged = f"def judged(A, b):\n    x, pivot = solve_d(A, b)\n    return x, pivot > {4.0 * EPS}, max(pivot, 0.0)\n"
+    text, vector = solving(n, lanes=True), (0.0,) * n
     run, rng, singular = placed(f"{text}\n\n{judged}", "judged", ((vector,) * n, vector), n + 2), np.random.default_rng(4), 0
     for turn in range(60):
         numbers = rng.standard_normal((n * n + n, W)) * 10.0 ** rng.integers(-6, 6, (n * n + n, 1))

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import uncompiled
+from uncompiled import named
 
 import daebench
 from daebench.compiler.single_forces import in_single
@@ -24,7 +26,7 @@ def run(name, where, precision, *, compiled=False, steps=50):
 
 def kernel(where, precision):
     ivp, method = initial_value_problem(*where), FixedStep("rattle", compiled=False)
-    module = method.kernel(ivp, precision, (), count=False, singular="")
+    module = uncompiled.kernel(method, ivp, precision, (), count=False, singular="")
     return ivp, module, method.linked(ivp, module, 0.005).par
 
 
@@ -43,7 +45,7 @@ def test_forces_have_the_rounding_of_single_precision_and_constraints_that_of_do
     _, double, _ = kernel(where, "float64")
     q = tuple(np.float64(x) for x in ivp.q0 + 0.01 * random.normal(size=ivp.d))
     p = tuple(np.float64(x) for x in random.normal(size=ivp.d))
-    force, exact = (np.array(module.H_q(p, q, par)) for module in (mixed, double))
+    force, exact = (np.array(named(module, "H_q")(p, q, par)) for module in (mixed, double))
     off = np.abs(force - exact).max() / np.abs(exact).max()
     assert 1e-9 < off < 1e-4
     assert force.dtype == np.float64

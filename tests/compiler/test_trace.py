@@ -3,30 +3,30 @@
 import inspect
 import itertools
 import types
+from functools import partial
 
 import numpy as np
 import on_arrays
 import pytest
 import steered
+from recorded import compiled
 from sympy.printing.numpy import NumPyPrinter
 
 import daebench
-from daebench.compiler import cache, link
+from daebench.compiler import cache, files, link
 from daebench.compiler.cache import RECORDED, generated
 from daebench.errors import InvalidProblem
 from daebench.schemes.kernels import newton
 
-_count = itertools.count()
+
+@pytest.fixture(params=[False, True], ids=["machine code", "Python"])
+def native(request):
+    """What makes a function of a text."""
+    return partial(compiled, by_python=request.param)
 
 
-def native(text, name="root"):
-    """Return a function of a text as machine code."""
-    source = f'"""A text."""\n\nNATIVE = ({name!r},)\n{RECORDED.lstrip()}\n\n{text}\n'
-    return getattr(generated("text", f"text {next(_count)} {name} {text}", lambda: source), name)
-
-
-def of(module, name):
-    """Return a function of a file as machine code, and as Python has it."""
+def of(native, module, name):
+    """Return a function of a file as it is recorded, and as Python has it."""
     return native(inspect.getsource(module), name), getattr(module, name)
 
 
@@ -49,8 +49,8 @@ NUMBERS = (-2.5, -1.0, -0.3, -0.0, 0.0, 0.1, 0.3, 1.0, 1.7, 4.0, float("inf"), f
 
 
 @pytest.mark.parametrize("name", roots(steered, ["x", "y"]))
-def test_machine_code_gives_the_bits_of_python(name):
-    fast, slow = of(steered, name)
+def test_machine_code_gives_the_bits_of_python(name, native):
+    fast, slow = of(native, steered, name)
     compared = 0
     for x, y in itertools.product(NUMBERS, repeat=2):
         try:
@@ -70,7 +70,7 @@ PRINTED = {"sinc"} | {name.removeprefix("numpy.") for name in NumPyPrinter().kno
 
 
 @pytest.mark.parametrize("name", sorted(PRINTED))
-def test_every_smooth_function_that_definitions_may_contain_is_that_of_numpy(name):
+def test_every_smooth_function_that_definitions_may_contain_is_that_of_numpy(name, native):
     function = getattr(np, name)
     arguments = ["x", "y"][: function.nin] if isinstance(function, np.ufunc) else ["x"]
     fast, compared = native(f"def root({', '.join(arguments)}):\n    return {name}({', '.join(arguments)})"), 0
@@ -86,29 +86,29 @@ def test_every_smooth_function_that_definitions_may_contain_is_that_of_numpy(nam
 
 @pytest.mark.parametrize("name", roots(on_arrays, ["a", "n"]))
 @pytest.mark.parametrize("n", [3, 4, 7])
-def test_machine_code_on_arrays_gives_the_bits_of_python(name, n):
-    fast, slow = of(on_arrays, name)
+def test_machine_code_on_arrays_gives_the_bits_of_python(name, n, native):
+    fast, slow = of(native, on_arrays, name)
     for shift in (0.5, -1.25):
         a = np.arange(n) * 0.7 + shift
         assert bits(fast(a.copy(), n)) == bits(slow(a.copy(), n))
         assert bits(fast(np.repeat(a, 2)[::2], n)) == bits(slow(a.copy(), n))
 
 
-def test_arrays_that_are_given_are_written_to():
+def test_arrays_that_are_given_are_written_to(native):
     fast = native("def root(out, x):\n    out[1, 0] = x\n    out[0] = 2.0 * x\n    return ()")
     out = np.ones((2, 2))
     assert fast(out, 3.0) == ()
     assert out.tolist() == [[6.0, 6.0], [3.0, 1.0]]
 
 
-def test_numbers_of_single_precision_stay_single_and_whole_ones_widen_them():
+def test_numbers_of_single_precision_stay_single_and_whole_ones_widen_them(native):
     text = "def root(x, n):\n    return x * numpy.float32(0.1), x + x, n * x, sqrt(x), numpy.float64(x) * 0.1"
     fast, x = native(text), np.float32(0.3)
     expected = (x * np.float32(0.1), x + x, np.float64(3) * np.float64(x), np.sqrt(x), float(x) * 0.1)
     assert fast(x, 3) == tuple(map(float, expected))
 
 
-def test_a_long_function_is_one_function_that_is_called():
+def test_a_long_function_is_one_function_that_is_called(native):
     terms = "\n".join(f"    t{k} = x * {k}.25 - y / (1.0 + {k}.0 * x * x)" for k in range(200))
     long = f"def long(x, y):\n{terms}\n    s = 0.0\n    if x > y:\n        s = 1.0\n    return s + " + " + ".join(
         f"t{k}" for k in range(200)
@@ -136,7 +136,7 @@ def test_a_long_function_is_one_function_that_is_called():
     ],
     ids=["branches", "turns", "break", "index", "statement", "name", "subscript"],
 )
-def test_what_cannot_be_recorded_is_refused_in_one_sentence(text, said):
+def test_what_cannot_be_recorded_is_refused_in_one_sentence(text, said, native):
     with pytest.raises(InvalidProblem, match=said) as refused:
         native(text)(1.0, 2.0)
     assert "\n" not in str(refused.value)
@@ -163,9 +163,10 @@ def test_what_cannot_be_recorded_is_found_in_its_file(fault, monkeypatch):
     file, text_of = "daebench.schemes.kernels.newton", link.text_of
     broken = text_of(file).replace("    return OK\n\n\ndef ended", f"{ending}\n\n\ndef ended")
     assert broken != text_of(file)
-    monkeypatch.setattr(link, "text_of", lambda module: broken if module == file else text_of(module))
-    monkeypatch.setattr(link, "_read", link._read.__wrapped__)
-    monkeypatch.setattr(cache, "toolchain", lambda: f"a compiler with {fault}")
+    for reader in (link, files):
+        monkeypatch.setattr(reader, "text_of", lambda module: broken if module == file else text_of(module))
+    known = cache.toolchain()
+    monkeypatch.setattr(cache, "toolchain", lambda: f"{known} with {fault}")
     with pytest.raises(InvalidProblem, match=said) as refused:
         daebench.run("spherical_pendulum", method="rattle", h=0.01, steps=1)
     line = inspect.getsourcelines(newton.judge)[1]
@@ -175,6 +176,6 @@ def test_what_cannot_be_recorded_is_found_in_its_file(fault, monkeypatch):
 def test_a_kernel_is_a_module_with_its_constants_and_nothing_else():
     functions = "def helper(x):\n    return x\n\ndef root(x):\n    return helper(x)\n"
     source = f'"""A text."""\n\nEACH = [1, 2]\nNATIVE = ("root",)\n{RECORDED.lstrip()}\n\n{functions}'
-    module = generated("text", f"constants {next(_count)}", lambda: source)
+    module = generated("text", "constants", lambda: source)
     assert isinstance(module, types.ModuleType)
     assert (module.EACH, module.root(2.0), hasattr(module, "helper")) == ([1, 2], 2.0, False)

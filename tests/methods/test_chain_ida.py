@@ -81,7 +81,6 @@ def few(monkeypatch):
     """Have formulations of short chains run uncompiled, in loops over nodes and written out."""
     monkeypatch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
     monkeypatch.setattr("daebench.methods.formulations.chain._module", uncompiled.kept_chain_module)
-    monkeypatch.setattr("daebench.runs.ivp.InitialValueProblem.functions", uncompiled.kept_functions)
 
 
 @pytest.fixture

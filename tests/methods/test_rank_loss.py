@@ -8,6 +8,7 @@ from itertools import pairwise
 import definitions
 import numpy as np
 import pytest
+import uncompiled
 from runs import method
 
 from daebench.compiler.definition import source_of
@@ -160,13 +161,12 @@ def test_the_alarm_is_for_steps_that_do_not_resolve_a_minimum():
     text = Linker(source.derivation, Options(compiled=False, singular="watch")).module(
         "Rank.", [("daebench.schemes.kernels.rank", "lost")], False
     )
-    names = {}
-    exec(text, names)
+    lost = uncompiled.run(text, "lost").lost
 
     def alarms(h, delta, shift):
         pivots = [delta**2 + (k * h + shift) ** 2 for k in range(-40, 41)]
         states = [(0.0, b, a) for a, b in pairwise(pivots)]
-        return any(names["lost"](a, b, ()) for a, b in pairwise(states))
+        return any(lost(a, b, ()) for a, b in pairwise(states))
 
     shifts = np.linspace(0, 1, 23)[:-1]
     assert all(alarms(1.0, 0.0, shift) for shift in shifts)
@@ -174,7 +174,7 @@ def test_the_alarm_is_for_steps_that_do_not_resolve_a_minimum():
     assert not any(alarms(1.0, 5.0, shift) for shift in shifts)
     rough = [1.0, 1.0, 0.01, 1.0, 1.0]
     states = [(0.0, b, a) for a, b in pairwise(rough)]
-    assert not any(names["lost"](a, b, ()) for a, b in pairwise(states))
+    assert not any(lost(a, b, ()) for a, b in pairwise(states))
 
 
 @pytest.mark.parametrize("branch", ["through", "other branch", "reflected"])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import uncompiled
 from published import FEKETE_Q
 from scipy.integrate import solve_ivp
 
@@ -69,10 +70,9 @@ def test_twenty_points_start_on_the_published_rings_and_end_where_the_test_set_s
 def test_the_forces_on_nine_points_in_loops_are_those_written_by_hand(random):
     where = initial_value_problem("fekete", "spiral", {"points": 9})
     linker = Linker(where.source.derivation, Options(compiled=False, loops=True))
-    scope = {}
-    exec(linker.module("Forces.", [(LANGUAGE, "H_q")]), scope)
+    forces = uncompiled.run(linker.module("Forces.", [(LANGUAGE, "H_q")]), "forces")
     q, v = where.q0[:-1].reshape(9, 3), random.normal(size=(9, 3))
-    slope = -scope["H_q"](np.append(v.ravel(), 0.0), where.q0, where.par)
+    slope = -forces.H_q(np.append(v.ravel(), 0.0), where.q0, where.par)
     assert np.abs(slope[:27] - (repelled(q) - 0.5 * v).ravel()).max() < 1e-12
     assert slope[27] == pytest.approx(0.5 * np.sum(v**2), rel=1e-13)
 

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import uncompiled
 from ivps import ivp
 from oracles import solution
 from planted import plant
@@ -182,15 +183,17 @@ def test_work_is_what_an_independent_tally_counts_for_any_hamiltonian(name, monk
 
 
 def test_no_second_derivatives_are_derived_where_h_is_separable():
-    kernel = FixedStep("lobatto4", compiled=False).kernel(ivp("spherical-fast"), "float64", (), count=False)
+    kernel = uncompiled.kernel(FixedStep("lobatto4"), ivp("spherical-fast"), "float64", (), count=False)
     assert not {"H_qp", "H_qq", "curvature", "Gv_q", "a_p"} & set(vars(kernel))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), [("lobatto3", "stretched-M"), ("radau2_ggl", "stretched-M")], ids=["lobatto3", "radau2_ggl"])
-def test_machine_code_does_what_the_files_say_where_the_mass_depends_on_q(name, place):
+def test_machine_code_does_what_the_files_say_where_the_mass_depends_on_q(name, place, monkeypatch):
     request = Request(value=0.02, steps=20)
-    fast, slow = (FixedStep(name, compiled=compiled).solve(ivp(place), request).complete() for compiled in (True, False))
+    fast = FixedStep(name).solve(ivp(place), request).complete()
+    monkeypatch.setattr(FixedStep, "kernel", uncompiled.kernel)
+    slow = FixedStep(name).solve(ivp(place), request).complete()
     assert fast.work == slow.work
     assert np.abs(fast.q - slow.q).max() < 1e-14
     assert np.abs(fast.p - slow.p).max() < 1e-14
@@ -219,7 +222,7 @@ ALLOWED = {"order": 0.1, "two-form": 2e-14, "reversal": 2e-14, "manifold": 2e-14
 """Of what is right; what is wrong must exceed it at least twice."""
 
 TABLEAU_FAULTS = {
-    "iiia-in-place-of-iiib": ("lobatto_iiib", lambda t: tableaux.Tableau(tableaux.lobatto_iiia(3, 40).A, t.b, t.c), "two-form"),
+    "iiia-in-place-of-iiib": ("lobatto_iiib", lambda t: tableaux.Tableau(tableaux.lobatto_iiia(3).A, t.b, t.c), "two-form"),
     "rows-of-iiib": ("lobatto_iiib", lambda t: tableaux.Tableau((t.A[0], t.A[2], t.A[1]), t.b, t.c), "order"),
     "a-weight": ("lobatto_iiia", lambda t: tableaux.Tableau(t.A, (t.b[0] * 1.01, t.b[1] * 0.9975, t.b[2]), t.c), "reversal"),
     "a-node": ("lobatto_iiia", lambda t: tableaux.Tableau(t.A, t.b, (t.c[0], t.c[1] * 1.01, t.c[2])), "order"),

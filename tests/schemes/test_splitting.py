@@ -11,6 +11,8 @@ from planted import plant
 from scipy.integrate import solve_ivp
 
 from daebench.compiler.definition import source_of
+from daebench.compiler.entry import form_of
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis, tangent_map
@@ -140,10 +142,13 @@ def test_at_rest_the_kinetic_flow_rests_in_every_number_type(name, number):
     here = place(name)
     par = tuple(map(np.float32 if number is np.float32 else np.float64, here.par))
     kinetic = here.functions("kinetic_increment").kinetic_increment
-    changes = kinetic((number(0),) * here.d, tuple(map(number, here.q0)), (par[0].dtype.type(0.01),), par)
+    given = (number(0),) * here.d, tuple(map(number, here.q0)), (par[0].dtype.type(0.01),), par
+    changes = kinetic(*given)
     for x in (*changes[0], *changes[1]):
         assert abs(x) < 1e-36
-        assert np.asarray(x).dtype == number
+        assert isinstance(x, complex) == (number is np.complex128)
+    (kinds,) = (kinds for form, kinds in kinetic.kinds.items() if form == form_of(given))
+    assert set(kinds) == {FLOAT32 if number is np.float32 else FLOAT64}
 
 
 def test_the_derivative_of_the_kinetic_flow_at_rest_is_that_of_straight_motion(name):

@@ -1,5 +1,8 @@
-"""The work of a run counted independently: by wrapping the functions of its uncompiled kernel."""
+"""The work of a run counted independently: by wrapping the functions of its kernel, which Python executes as they are written."""
 
+import uncompiled
+
+from daebench.compiler.files import Function
 from daebench.compiler.work import WORK
 from daebench.runs.trajectory import CONSTRAINED
 
@@ -12,14 +15,21 @@ KINDS |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_tw
 
 def tally(monkeypatch, method, ivp, request):
     """Return the work of a run by kind, counted call by call."""
+    monkeypatch.setattr(type(method), "kernel", uncompiled.kernel)
     kernel, found = method.kernel(ivp, "float64", request.watched(CONSTRAINED), count=True), dict.fromkeys(WORK, 0)
-    sweeps = [each for each in vars(kernel) if "update" in each and not each.startswith(("newton", "relax", "tally", "branch_walked"))]
-    for function, kind in (KINDS | dict.fromkeys(sweeps, "newton")).items():
-        if hasattr(kernel, function):
-            monkeypatch.setattr(kernel, function, _counting(getattr(kernel, function), found, kind))
-    for name in ("rows", "independence", "chart"):
-        if hasattr(kernel, name):
-            monkeypatch.setattr(kernel, name, _not_counting(getattr(kernel, name), found))
+    method.solve(ivp, request)  # reads the files, and makes the operations that are called
+    wrapped = {}
+    for space in [vars(kernel), *kernel.FILES.read.values()]:
+        for name, function in list(space.items()):
+            of_file = isinstance(function, Function)
+            kind = "newton" if of_file and "update" in name else KINDS.get(name)
+            if id(function) not in wrapped and callable(function) and (of_file or space is vars(kernel)):
+                if kind:
+                    wrapped[id(function)] = _counting(function, found, kind)
+                elif name in ("rows", "independence", "chart"):
+                    wrapped[id(function)] = _not_counting(function, found)
+            if id(function) in wrapped:
+                monkeypatch.setitem(space, name, wrapped[id(function)])
     method.solve(ivp, request)
     return found
 
@@ -29,6 +39,7 @@ def _counting(function, found, kind):
         found[kind] += 1
         return function(*arguments)
 
+    wrapper.key = getattr(function, "key", "")
     return wrapper
 
 

@@ -3,8 +3,6 @@
 import types
 from functools import cache
 
-from daebench.compiler.link import Linker, Options
-from daebench.compiler.syntax import LANGUAGE
 from daebench.methods.formulations import chain_residuals, residuals
 from daebench.methods.formulations.residuals import NAMES
 
@@ -14,7 +12,7 @@ _kept = {}
 def run(text, name):
     """Return a module of generated source whose functions Python executes, those of which machine code is made too."""
     found = types.ModuleType(name)
-    exec(NAMES, found.__dict__)
+    exec(f"import numpy\n{NAMES}", found.__dict__)
     exec(text, found.__dict__)
     return found
 
@@ -45,10 +43,16 @@ def kept_chain_module(ivp, formulation, multipliers):
     return chain_module(ivp.source, formulation, multipliers)
 
 
-def kept_functions(ivp, *names):
-    """Return a module of a problem's functions without machine code, made once; in place of ``InitialValueProblem.functions``."""
-    key = (ivp.source, names)
+def kernel(method, ivp, precision, watch, *, count, stage_multipliers=False, singular="stop"):
+    """Return the generated module of a scheme on a problem executed by Python; in place of ``FixedStep.kernel``."""
+    options = method._options(ivp, precision, watch, count=count, stage_multipliers=stage_multipliers, singular=singular)
+    key = ivp.source, method._key(ivp, options)
     if key not in _kept:
-        text = Linker(ivp.source.derivation, Options(compiled=False)).module("Uncompiled.", [(LANGUAGE, name) for name in names])
-        _kept[key] = run(text, "_".join(names))
+        _kept[key] = run(method._module(ivp, options), method.scheme_module)
     return _kept[key]
+
+
+def named(module, name):
+    """Return a function of a module without machine code by its name in the scheme language: from its text, or from a file."""
+    files = vars(module).get("FILES")
+    return files.root(*files.plan["homes"][name]) if files and name in files.plan["homes"] else getattr(module, name)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 import sympy as sp
+import uncompiled
+from uncompiled import named
 
 from daebench.compiler.chain.band import of_width
 from daebench.compiler.chain.blocks import Blocks, pairs
@@ -144,11 +146,11 @@ def test_what_is_watched_is_the_same(problem, watch):
 
 
 def test_single_precision_stays_single(problem):
-    kernel = FixedStep("rattle", compiled=False).kernel(place(problem, "arrays"), "float32", (), count=False)
+    kernel = uncompiled.kernel(FixedStep("rattle"), place(problem, "arrays"), "float32", (), count=False)
     ivp = place(problem, "arrays")
     p, q = (np.float32(x) for x in (ivp.p0, ivp.q0))
     par = (*map(np.float32, ivp.par), (np.float32(1), np.float32(0)))
-    (p1, q1), _, _, report = kernel.one_step((p, q), (), np.float32(0.01), par)
+    (p1, q1), _, _, report = named(kernel, "one_step")((p, q), (), np.float32(0.01), par)
     assert p1.dtype == q1.dtype == np.float32
     assert report[0] == 0
     assert np.asarray(report[1]).dtype == np.float32

@@ -11,7 +11,7 @@ from daebench.compiler.chain.fields import At, Field, Scalar, combined, made, no
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import at_node
 from daebench.compiler.chain.program import Program
-from daebench.compiler.codegen import pack
+from daebench.compiler.python_text import pack
 from daebench.compiler.syntax import LANGUAGE
 from daebench.errors import InvalidProblem
 

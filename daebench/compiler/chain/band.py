@@ -11,8 +11,8 @@ from typing import Literal
 from daebench.compiler.chain.blocks import Block, Blocks
 from daebench.compiler.chain.fields import At, Field
 from daebench.compiler.chain.loops import Demand
-from daebench.compiler.codegen import function
 from daebench.compiler.linear import kernels
+from daebench.compiler.python_text import function
 
 Entries = Mapping[tuple[int, int], str]
 """Sources of the entries of a row. A key is the place of the node, counted from the present one, and the number of the unknown there."""

@@ -12,8 +12,9 @@ from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.facts import Derived
 from daebench.compiler.linear.arrays import Arrays
-from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.elimination import Target
 from daebench.compiler.monitored import Monitored, State, of_constrained
+from daebench.compiler.python_text import function
 from daebench.compiler.work import WORK
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
@@ -87,7 +88,7 @@ class ChainDerivation(Derived):
         functions = [self._of_node(q, case.q)]
         functions += self._of_speeds(p, case.p) if self.chain.speeds else [self._of_node(p, case.p)]
         rows = [f"numpy.array([{part}((float(k),), par) for k in range({self.chain.nodes})], dtype=float).ravel()" for part in (p, q)]
-        return "\n".join([*functions, codegen.function(f"{name}(par)", f"return {', '.join(rows)}")])
+        return "\n".join([*functions, function(f"{name}(par)", f"return {', '.join(rows)}")])
 
     def _of_node(self, name: str, values: Sequence[Exact]) -> str:
         """Source of name(k, par), which returns the values at node k."""

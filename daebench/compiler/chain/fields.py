@@ -6,6 +6,7 @@ from functools import partialmethod
 from itertools import count
 from typing import Any
 
+from daebench.compiler.values import Element
 from daebench.errors import InvalidProblem
 
 _NUMBERS = count()
@@ -25,10 +26,15 @@ class Scalar:
         Whether its value is known only after a loop over nodes.
     """
 
+    of_any_form = True
+    """It may stand for a tuple too."""
+
     def __init__(self, text: str, late: bool = False) -> None:
         self.text, self.late = text, late
 
     def _with(self, pattern: str, other: Any) -> "Scalar":
+        if isinstance(other, Element):
+            return NotImplemented  # type: ignore[no-any-return]
         return Scalar(pattern.format(self.text, say(other)), self.late or is_late(other))
 
     __lt__ = partialmethod(_with, "({0} < {1})")
@@ -43,6 +49,9 @@ class Scalar:
 
     def __radd__(self, other: Any) -> "Scalar":
         return self if isinstance(other, int) and other == 0 else self._with("({1} + {0})", other)
+
+    def __pow__(self, n: int) -> "Scalar":
+        return self * self if n == 2 else self._with("({0} ** {1})", n)
 
     def __neg__(self) -> "Scalar":
         return Scalar(f"(-{self.text})", self.late)

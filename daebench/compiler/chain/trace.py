@@ -5,21 +5,22 @@ method of :class:`daebench.compiler.chain.algebra.ChainLanguage`. Vectors are fi
 a loop up the chain and one down. An iteration is that of ``kernels/newton.py``, with its update as a separate function.
 """
 
-import ast
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
-from daebench.compiler import codegen
+from daebench.compiler import values
 from daebench.compiler.chain.algebra import ChainLanguage, Rows
 from daebench.compiler.chain.band import of_width
 from daebench.compiler.chain.fields import At, Field, Scalar, applied, say, selected, stored
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import Nodes
 from daebench.compiler.chain.program import Iteration, Program
-from daebench.compiler.codegen import pack
-from daebench.compiler.syntax import DATA, LANGUAGE, RUN_TIME, copied, parameters_of
+from daebench.compiler.files import Files, Function
+from daebench.compiler.python_text import function, pack
+from daebench.compiler.shapes import OVERLOADS
+from daebench.compiler.syntax import RUN_TIME
 from daebench.errors import InvalidProblem
 
 if TYPE_CHECKING:
@@ -43,18 +44,104 @@ HOMES = {"H": "mechanical"}
 """Files that compose functions of the scheme language from others; any other such function is in ``composed``."""
 
 
+class Symbols:
+    """Runs functions of files as Python does, on symbols."""
+
+    def __init__(self) -> None:
+        self.names = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs"), "selected": _selected}
+        self.space: dict[str, Any] = {}
+
+    def add(self, text: str) -> None:
+        """Add functions to a generated module."""
+        exec(text, self.space)
+
+    def take(self, name: str, operation: Callable[..., Any]) -> None:
+        """Add an operation to a generated module."""
+        self.space[name] = operation
+
+    def body(self, function: Function) -> Callable[..., Any]:
+        """Return the function itself."""
+        return function.plain
+
+
+class ChainFiles(Files):
+    """The files of a scheme, run on the symbols of a chain."""
+
+    deferred = True
+
+    def __init__(self, tracer: "Tracer") -> None:
+        linker = tracer.linker
+        super().__init__({"constants": linker.constants, "states": "constrained", "homes": {}, "single": False}, Symbols())
+        self.tracer, self.linker = tracer, linker
+
+    def names_of(self, module: str) -> dict[str, Any]:
+        """Return the names of a file. Iterations are written; what a chain has of its own takes the place of what is composed."""
+        if module in self.read:
+            return self.read[module]
+        space = super().names_of(module)
+        for name in [name for name, value in space.items() if isinstance(value, Function)]:
+            if (module, name) in ITERATIONS:
+                space[name] = partial(self.tracer.iterated, module, name)
+            elif (module, name) in OF_REPORTS:
+                space[name] = partial(self._reported, module, name)
+            elif module.rpartition(".")[2] in ("mechanical", "composed") and hasattr(self.tracer.language, name):
+                space[name] = partial(self._of_chain, name)
+        return space
+
+    def _reported(self, module: str, name: str, *arguments: Any) -> Scalar:
+        return applied(self.linker.resolve(module, name), *values.held(arguments), Scalar("par"))
+
+    def _of_chain(self, name: str, *args: Any) -> Any:
+        return self.called(name, args)
+
+    def operation(self, name: str) -> Any:
+        """Return an operation of the chain, or a constant of the type of numbers."""
+        return Scalar(name) if name in ("EPS", "INF") else getattr(self.tracer.language, name)
+
+    def bare(self, name: str) -> bool:
+        """Whether a function is called without the parameters of the problem, as all are."""
+        return True
+
+    def _run_time(self, name: str) -> Any:
+        if name in self.plan["constants"]:
+            return self.plan["constants"][name]
+        place, *inside = RUN_TIME[name]
+        return Scalar("par" + "".join(f"[{i}]" for i in (len(self.tracer.nodes.parameters) + place, *inside)))
+
+    def called(self, name: str, args: Sequence[Any]) -> Any:
+        """Return the value of a call of a function of the scheme language, and count its work."""
+        if name in OVERLOADS or hasattr(self.tracer.language, name):
+            work, program = self.linker.work_of("", name), self.tracer.programs[-1]
+            program.work = [mine + more for mine, more in zip(program.work or [0] * len(work), work, strict=True)]
+            return super().called(name, args)
+        module, name = self.linker.filled(name) or (f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
+        if name not in self.names_of(module):
+            raise InvalidProblem(f"a scheme asks for {name}, which long chains do not support; take a shorter chain, or another scheme.")
+        return self.function(module, name)(*args)
+
+
+def _selected(test: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
+    """Return a choice between two values, which may be elements."""
+    if not isinstance(test, Scalar):
+        return one() if test else other()
+    x, y = one(), other()
+    if isinstance(x, values.Element):
+        return x.merged(y, lambda a, b: selected(test, lambda: a, lambda: b))
+    return selected(test, lambda: x, lambda: y)
+
+
 class Tracer:
     """Writes the functions of a chain that a linker asks for. The linker joins them with the loop over steps."""
 
     def __init__(self, linker: "Linker", nodes: Nodes) -> None:
         self.linker, self.nodes = linker, nodes
         self.language = ChainLanguage(self)
+        self.files = ChainFiles(self)
         self.programs: list[Program] = []
         self.companions: dict[tuple[Rows, Field], Field] = {}
         self.momenta: dict[Field, Field] = {}
         self.memory: Any = ()
         self.updates = count(1)
-        self._functions: dict[tuple[str, str], Callable[..., Any]] = {}
 
     # ---- what generated functions call
 
@@ -70,78 +157,12 @@ class Tracer:
             return ""
         typed = "ZERO + x[{i}]" if promoted else "x[{i}]"
         entries = [f"{typed.format(i=i)} if k > 0 else ZERO" if i in masked else typed.format(i=i) for i in range(width)]
-        self.linker.emitted.setdefault(f"ended_{name}", codegen.function(f"ended_{name}(x, k)", f"return {pack(entries)}"))
+        self.linker.emitted.setdefault(f"ended_{name}", function(f"ended_{name}(x, k)", f"return {pack(entries)}"))
         return f"ended_{name}"
 
     def banded(self, width: int) -> None:
         """Emit the elimination of matrices of this half-bandwidth."""
         self.linker.emitted |= of_width(width)
-
-    # ---- running files
-
-    def _call(self, module: str, name: str) -> Callable[..., Any]:
-        """Return the value of a name: a method of the scheme language, or a function of a file, to be executed on symbols."""
-        if module == LANGUAGE:
-            if implementation := self.linker.filled(name):
-                return self._call(*implementation)
-            operation = getattr(self.language, name, None)
-            if operation is not None:
-                return self._counted(name, operation)
-            return self._call(f"daebench.schemes.kernels.{HOMES.get(name, 'composed')}", name)
-        if (module, name) in ITERATIONS:
-            return partial(self.iterated, module, name)
-        if (module, name) in OF_REPORTS:
-            return lambda *arguments: applied(self.linker.function(module, name, {}), *arguments, Scalar("par"))
-        if (module, name) not in self._functions:
-            self._functions[module, name] = self._compiled(module, name)
-        return self._functions[module, name]
-
-    def _counted(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        work = self.linker.work_of("", name)
-
-        def counting(*arguments: Any) -> Any:
-            program = self.programs[-1]
-            program.work = [mine + more for mine, more in zip(program.work or [0] * len(work), work, strict=True)]
-            return function(*arguments)
-
-        return counting
-
-    def _compiled(self, module: str, name: str) -> Callable[..., Any]:
-        """Return a function of a file, with the names that it uses bound to their values here."""
-        file = self.linker.file(module)
-        if name not in file.functions:
-            raise InvalidProblem(f"a scheme asks for {name}, which long chains do not support; take a shorter chain, or another scheme.")
-        node = self.linker.lowered(module, name)
-        bare = copied(node)
-        bare.returns, bare.decorator_list = None, []
-        for argument in bare.args.args:
-            argument.annotation = None
-        tree = ast.fix_missing_locations(ast.Module([_Deferred().visit(bare)], []))
-        used = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)} - set(parameters_of(node))
-        scope: dict[str, Any] = {name: partial(_chosen, name) for name in ("min", "max")} | {"abs": partial(applied, "abs")}
-        scope["selected"] = selected
-        scope |= {
-            identifier: self._meaning(module, identifier)
-            for identifier in used
-            if identifier in file.imports or identifier in file.functions
-        }
-        scope |= {identifier: literal.value for identifier, literal in file.literals.items()}
-        exec(compile(tree, module, "exec"), scope)
-        return scope[name]  # type: ignore[no-any-return]
-
-    def _meaning(self, module: str, name: str) -> Any:
-        home, defined_name = self.linker.file(module).imports.get(name, (module, name))
-        if home.rpartition(".")[2] in ("mechanical", "composed") and hasattr(self.language, defined_name):
-            home = LANGUAGE
-        if home == LANGUAGE and defined_name in self.linker.constants:
-            return self.linker.constants[defined_name]
-        if home == LANGUAGE and defined_name in ("EPS", "INF"):
-            return Scalar(defined_name)
-        if home == LANGUAGE and defined_name in RUN_TIME:
-            return Scalar(RUN_TIME[defined_name].format(len(self.nodes.parameters)))
-        if home != LANGUAGE and defined_name in self.linker.file(home).literals:
-            return self.linker.file(home).literals[defined_name].value
-        return lambda *arguments: self._call(home, defined_name)(*arguments)
 
     # ---- writing functions
 
@@ -155,7 +176,7 @@ class Tracer:
     def _run(self, name: str, arguments: Sequence[str]) -> Any:
         """Return the results of a function of the scheme language, without stage multipliers if they are not stored."""
         handed = [self._argument(argument) for argument in arguments]
-        results = self._call(LANGUAGE, name)(*handed)
+        results = values.held(self.files.called(name, handed))
         if name == "start":
             self.memory = results[0]
         if name in ("step", "increment") and not self.linker.options.stage_multipliers:
@@ -202,9 +223,7 @@ class Tracer:
 
     def _emit(self, name: str, arguments: Sequence[str], lines: Sequence[str]) -> None:
         """Emit a function with these lines as its body."""
-        if any(DATA in line for line in lines):
-            self.linker.reading.add(name)
-        self.linker.emitted[name] = _written(f"{name}({', '.join([*arguments, *self.linker.given(name)])})", lines)
+        self.linker.emitted[name] = _written(f"{name}({', '.join([*arguments, 'par'])})", lines)
 
     def _returned(self, results: Any) -> str:
         """Return the source of results; fields become new arrays."""
@@ -224,15 +243,15 @@ class Tracer:
 
     def iterated(self, module: str, iteration: str, update: Callable[..., Any], x: Any, data: Any, *numbers: Scalar) -> Any:
         """Emit an iteration of a file with this update; return the unknowns after it and its report."""
-        outer, starts = self.programs[-1], _flat(x)
+        outer, starts = self.programs[-1], _flat(values.held(x))
         if outer.top is not outer:
             raise InvalidProblem("a scheme iterates within an iteration, which long chains do not support.")
         places = [(outer.reserve(part.width), outer.reserve(part.width)) if isinstance(part, Field) else None for part in starts]
         updating = self._update(outer, update, x, data, places)
         name = outer.name("after")
-        iterating = self.linker.function(module, iteration, {"update": updating})
+        iterating = self.linker.resolve(module, iteration, {"update": updating})
         first = pack(say(part) if place is None else str(place[0]) for part, place in zip(starts, places, strict=True))
-        handed = ", ".join([first, pack(self._shared(outer)), *map(say, numbers), *self.linker.given(iterating)])
+        handed = ", ".join([updating, first, pack(self._shared(outer)), *map(say, numbers), "par"])
         call = f"{name}, report_{name} = {iterating}({handed})"
         starting = [_kept(part, f"slab[k, {place[0]} + {{i}}]") for part, place in zip(starts, places, strict=True) if place]
         outer.events.append(Iteration(starting, [call]))
@@ -244,8 +263,8 @@ class Tracer:
         """Emit one update. It reads fields from one half of their columns of the slab and writes new ones into the other half."""
         inner = Program(outer.nodes, outer)
         self.programs.append(inner)
-        now = [_recalled(part, f"now_{i}", 0) for i, part in enumerate(_flat(x))]
-        then, *judged = update(_shaped(x, now), data)
+        now = [_recalled(part, f"now_{i}", 0) for i, part in enumerate(_flat(values.held(x)))]
+        then, *judged = values.held(update(_shaped(x, now), data))
         following = _flat(then)
         inner.wishes += [(_kept(part, f"slab[k, then_{i} + {{i}}]"), []) for i, part in enumerate(following) if places[i]]
         body = inner.lines()
@@ -263,18 +282,6 @@ class Tracer:
     def _shared(outer: Program) -> list[str]:
         """Names of the values that an update shares with the function that calls it."""
         return ["slab", *outer.arguments]
-
-
-class _Deferred(ast.NodeTransformer):
-    """Replaces conditional expressions by calls of :func:`selected`, for their tests may be numbers in the generated source."""
-
-    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
-        """Replace one expression."""
-        visited = self.generic_visit(node)
-        assert isinstance(visited, ast.IfExp)
-        nothing = ast.arguments(posonlyargs=[], args=[], kwonlyargs=[], kw_defaults=[], defaults=[])
-        branches = [ast.Lambda(nothing, branch) for branch in (visited.body, visited.orelse)]
-        return ast.Call(ast.Name("selected", ast.Load()), [visited.test, *branches], [])
 
 
 def _written(signature: str, lines: Sequence[str]) -> str:
@@ -299,11 +306,11 @@ def _flat(x: Any) -> list[Any]:
 
 
 def _shaped(x: Any, parts: Sequence[Any]) -> Any:
-    """Return fields in the nested tuple form of x."""
+    """Return fields and numbers in the nested tuple form of x, as elements where it has elements."""
     left = iter(parts)
 
     def shaped(branch: Any) -> Any:
-        return tuple(map(shaped, branch)) if isinstance(branch, tuple) else next(left)
+        return tuple(map(shaped, branch)) if isinstance(branch, tuple) else values.like(branch, next(left))
 
     return shaped(x)
 

@@ -10,7 +10,7 @@ from daebench.compiler.constrained.extended import ExtendedDerivation
 from daebench.compiler.constrained.inertia import inertia_of, potential_of
 from daebench.compiler.constrained.local import LocalDerivation
 from daebench.compiler.derivatives import nested_jacobian
-from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.tuples import Values
 
 

@@ -12,7 +12,7 @@ from daebench.compiler.constrained.inertia import has_canonical
 from daebench.compiler.derivatives import jacobian
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.facts import Derived
-from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored, State, of_constrained
 from daebench.compiler.work import WORK

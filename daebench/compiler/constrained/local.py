@@ -5,11 +5,10 @@ from functools import cached_property
 
 import sympy as sp
 
-from daebench.compiler import codegen
 from daebench.compiler.constrained.derivation import Arguments, Derivation, Rule
 from daebench.compiler.constrained.extended import ExtendedDerivation
 from daebench.compiler.derivatives import nested_jacobian
-from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.compiler.monitored import Monitored
 from daebench.compiler.trigonometry import shortened
@@ -83,11 +82,6 @@ class LocalDerivation(Derivation):
         half = p_y.T * q_y
         upper = sp.Matrix(*half.shape, lambda i, j: shortened(half[i, j] - half[j, i]) if i < j else 0)
         return upper - upper.T
-
-    def source(self, name: str) -> str | None:
-        """Return the source of the problem's function of this name, or None if it is not an expression of this problem."""
-        text = super().source(name)
-        return codegen.ARCTAN2 + text if text and name == "inverse_chart" else text
 
     @cached_property
     def _rules(self) -> dict[str, Callable[[], Rule]]:

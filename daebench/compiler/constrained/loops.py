@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from daebench.compiler.codegen import function
 from daebench.compiler.equal_terms import added
+from daebench.compiler.python_text import function
 
 if TYPE_CHECKING:
     from daebench.compiler.constrained.derivation import Derivation

@@ -7,10 +7,10 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.codegen import function
 from daebench.compiler.linear.arrays import Arrays
-from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.elimination import Target
 from daebench.compiler.poisson.parts import InParts
+from daebench.compiler.python_text import function, pack
 from daebench.systems.lattice import PoissonLattice
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
@@ -103,7 +103,7 @@ class LatticeDerivation(InParts):
         """Source of name(y, par), which returns the sum of each density over all sites."""
         totals = [f"total_{i}" for i in range(len(densities))]
         lines = self._loop(totals, densities, add=True)
-        result = codegen.pack(totals) if packed else totals[0]
+        result = pack(totals) if packed else totals[0]
         return function(f"{name}(y, par)", *(f"{total} = 0.0 * y[0]" for total in totals), *lines, f"return {result}")
 
     def _loop(self, targets: Sequence[str], values: Sequence[sp.Expr], *, time: sp.Symbol | None = None, add: bool = False) -> list[str]:

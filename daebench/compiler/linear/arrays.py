@@ -1,6 +1,7 @@
 """The *arrays* algebra: vectors are NumPy arrays, for systems for which straight-line code would be too long."""
 
-from daebench.compiler.codegen import function
+from daebench.compiler.linear.elimination import Space
+from daebench.compiler.python_text import function
 
 
 class Arrays:
@@ -18,8 +19,18 @@ class Arrays:
     def __init__(self, n: int) -> None:
         self.n = n
 
-    def source(self, name: str) -> str | None:
-        """Return the source of the operation of this name, or None if there is none."""
+    def __repr__(self) -> str:
+        return f"Arrays({self.n})"
+
+    names = ("axpy", "axpy_m", "scale", "first_half", "second_half", "joined", "norm", "norm_m")
+    """Names of its operations."""
+
+    def provide(self, name: str, space: Space) -> None:
+        """Bring an operation into the names of a module."""
+        space.add(self.source(name))
+
+    def source(self, name: str) -> str:
+        """Return the source of the operation of this name."""
         half = self.n // 2
         bodies = {
             "axpy(w, x, y)": "w * x + y",
@@ -27,9 +38,11 @@ class Arrays:
             "scale(w, x)": "w * x",
             "first_half(y)": f"y[:{half}]",
             "second_half(y)": f"y[{half}:]",
-            "joined(u, v, y)": "concatenate((u, v))",
         }
         if name in ("norm", "norm_m"):
             return function(f"{name}(x)", "found = abs(x[0])", "for i in range(1, x.shape[0]):", "    found += abs(x[i])", "return found")
+        if name == "joined":
+            lines = ["out = empty(y.shape[0], dtype=y.dtype)", f"out[:{half}] = u", f"out[{half}:] = v", "return out"]
+            return function("joined(u, v, y)", *lines)
         sources = {signature.partition("(")[0]: function(signature, f"return {body}") for signature, body in bodies.items()}
-        return sources.get(name)
+        return sources[name]

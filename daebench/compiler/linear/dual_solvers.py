@@ -7,8 +7,8 @@ A x = b,      A dx = db - dA x
 
 from collections.abc import Sequence
 
-from daebench.compiler.codegen import function, pack
 from daebench.compiler.linear.kernels import array_solver, lines
+from daebench.compiler.python_text import function, pack
 
 REMAINDERS = [
     "for side in range({sides}):",
@@ -80,20 +80,3 @@ def least_squares_dual(name: str, n: int, k: int) -> str:
         *(f"    w[{i}, c] = y_[{i}]" for i in range(n)),
         f"return {pack(f'take(w, {i}, {n * k}, x_[{i}], {k})' for i in range(n))}, smallest",
     )
-
-
-def derivatives_written_out(n: int, rows: int = 0) -> list[str]:
-    """Source of the derivatives of the solutions of an unrolled elimination, from the stored exchanges and factors."""
-    N = range(n)
-    made = []
-    for s, side in enumerate(_sides(rows)):
-        x = f"y{s - 1}_" if s else "x"
-        made += [f"r{i} = {side}[{i}] - ({' + '.join(f'A[{i}][{j}] * {x}{j}' for j in N)})" for i in N]
-        for k in N:
-            made += [f"r{k}, r{i} = select(c{k}_{i}, r{i}, r{k}), select(c{k}_{i}, r{k}, r{i})" for i in range(k + 1, n)]
-            made += [f"r{i} = r{i} - f{k}_{i} * r{k}" for i in range(k + 1, n)]
-        for k in reversed(N):
-            made += [f"r{k} = r{k} - a{k}_{j} * r{j}" for j in range(k + 1, n)]
-            made.append(f"r{k} = r{k} / a{k}_{k}")
-        made += [f"{x}{i} = with_tangents({x}{i}, r{i})" for i in N]
-    return made

@@ -6,7 +6,7 @@ Loops over a small array run twice as fast if the array is not passed to another
 import ast
 from collections.abc import Mapping, Sequence
 
-from daebench.compiler.codegen import function, pack
+from daebench.compiler.python_text import function, pack
 from daebench.systems.files.package import text_of
 
 DEPENDENT = {"float64": "4e-11", "float32": "2e-05", "complex128": "4e-11"}
@@ -44,15 +44,10 @@ def lines(file: str, constants: Mapping[str, str], name: str = "solve") -> list[
     return "\n".join(map(ast.unparse, settled.body)).splitlines()
 
 
-def array_solver(file: str, name: str, n: int, dtype: str, rows: int = 0, *, compiled: bool = True) -> str:
-    """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, which fills an array for a file's kernel.
-
-    Code that is not compiled calls the compiled kernel of :mod:`daebench.compiler.linear.compiled_solvers`.
-    """
+def array_solver(file: str, name: str, n: int, dtype: str, rows: int = 0) -> str:
+    """Source of ``name(A, b)``, or ``name(A, b, X)`` with this many rows of X, which fills an array for a file's kernel."""
     sides = ["b", *(f"X[{r}]" for r in range(rows))]
     signature = f"{name}(A, b{', X' * bool(rows)})"
-    if not compiled:
-        return _calling(file, signature, n, dtype, sides)
     constants = {"UNKNOWNS": str(n), "COLUMNS": str(n + len(sides)), "DEPENDENT": DEPENDENT[dtype]}
     *body, pivot = lines(file, constants)
     solution, *others = (pack(f"a[{i}, {n + r}]" for i in range(n)) for r in range(len(sides)))
@@ -64,19 +59,4 @@ def array_solver(file: str, name: str, n: int, dtype: str, rows: int = 0, *, com
         *(f"a[{i}, {n + r}] = {side}[{i}]" for r, side in enumerate(sides) for i in range(n)),
         *body,
         f"return {', '.join(result)}",
-    )
-
-
-def _calling(file: str, signature: str, n: int, dtype: str, sides: Sequence[str]) -> str:
-    """Source of the call of a compiled kernel with A and the right sides as arrays."""
-    solver, tolerance = {"elimination": ("eliminate", ""), "least_squares": ("least_squares", f", {DEPENDENT[dtype]}")}[file]
-    array = f"numpy.empty(({n}, {{}}), dtype=numpy.{dtype})"
-    others = [f"tuple(tuple(B[:, r]) for r in range(1, {len(sides)}))"] * (len(sides) > 1)
-    return f"from daebench.compiler.linear.compiled_solvers import {solver}\n\n\n" + function(
-        signature,
-        f"a, B = {array.format(n)}, {array.format(len(sides))}",
-        "a[:] = A",
-        *(f"B[:, {r}] = {side}" for r, side in enumerate(sides)),
-        f"pivot = {solver}(a, B{tolerance})",
-        f"return {', '.join(['tuple(B[:, 0])', *others, 'pivot'])}",
     )

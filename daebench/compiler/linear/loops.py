@@ -6,9 +6,10 @@ Each operation returns a new array, because schemes change nothing in place. Str
 
 from collections.abc import Callable, Sequence
 
-from daebench.compiler.codegen import function
+from daebench.compiler.linear.elimination import Space
 from daebench.compiler.linear.kernels import DEPENDENT, lines
 from daebench.compiler.linear.tuples import Values
+from daebench.compiler.python_text import function
 
 
 class Loops:
@@ -24,16 +25,28 @@ class Loops:
     """Whether entries may be arrays in place of numbers."""
 
     def __init__(self, values: Values) -> None:
+        self.values = values
         self.d, self.m, self.target, self.measured = values.d, values.m, values.target, values.measured
         columns = [[i for i in range(self.d) if row[i]] for row in values.structure]
         starts = [sum(map(len, columns[:a])) for a in range(self.m + 1)]
         self.tables = {"STARTS": f"numpy.array({starts})", "FILLED": f"numpy.array({[i for row in columns for i in row]})"}
         self.massless = sorted(set(range(self.d)) - {i for block in values.mass for i in block})
 
-    def source(self, name: str) -> str | None:
-        """Return the source of the operation of this name, or None if there is none."""
-        rule = self._rules.get(name)
-        return None if rule is None else rule()
+    def __repr__(self) -> str:
+        return f"Loops({self.values!r})"
+
+    @property
+    def names(self) -> list[str]:
+        """Names of its operations."""
+        return list(self._rules)
+
+    def provide(self, name: str, space: Space) -> None:
+        """Bring an operation into the names of a module."""
+        space.add(self.source(name))
+
+    def source(self, name: str) -> str:
+        """Return the source of the operation of this name."""
+        return self._rules[name]()
 
     @property
     def _rules(self) -> dict[str, Callable[[], str]]:

@@ -1,32 +1,19 @@
-"""The *values* algebra: vectors are tuples, operations straight-line code generated for d positions and m constraints.
+"""The *values* algebra: vectors are tuples of d positions or m constraints, whose numbers are computed one by one.
 
 Structural zeros of G are left out of every product that has a Jacobian of constraints as its first factor.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
-from daebench.compiler.codegen import function, pack
-from daebench.compiler.linear.dual_solvers import least_squares_dual
-from daebench.compiler.linear.elimination_source import Target, blocked, eliminating
-from daebench.compiler.linear.kernels import array_solver
+from daebench.compiler.linear.elimination import Solvers, Space, Target
 
-
-def _sum(terms: Sequence[str]) -> str:
-    return " + ".join(terms) or "0.0"
-
-
-def _halves(n: int) -> str:
-    """Source of a return statement for a solution z of 2 n entries: its two halves, and the pivot."""
-    return f"return {pack(f'z[{i}]' for i in range(n))}, {pack(f'z[{i}]' for i in range(n, 2 * n))}, pivot"
-
-
-def _matrix(signature: str, entry: Callable[[int, int], str], left: range, right: range) -> Callable[[], str]:
-    """Return the writer of a function with this signature that returns a matrix of these entries."""
-    return lambda: function(signature, "return " + pack(pack(entry(i, j) for j in right) for i in left))
+Operation = Callable[..., Any]
 
 
 class Values:
-    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for tuples of fixed length.
+    """The operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for tuples of fixed length.
 
     Parameters
     ----------
@@ -51,152 +38,115 @@ class Values:
         self,
         d: int,
         m: int,
-        structure: Sequence[Sequence[bool]],
-        inverse_mass: Sequence[Sequence[bool]],
+        structure: Sequence[Sequence[Any]],
+        inverse_mass: Sequence[Sequence[Any]],
         target: Target,
         mass: Sequence[Sequence[int]] | None = None,
         unmeasured: int = 0,
     ) -> None:
-        self.d, self.m, self.structure, self.inverse_mass = d, m, structure, inverse_mass
-        self.target, self.mass, self.measured = target, mass or [range(d)], d - unmeasured
+        self.d, self.m, self.target, self.measured = d, m, target, d - unmeasured
+        self.structure, self.inverse_mass = ([[int(bool(entry)) for entry in row] for row in rows] for rows in (structure, inverse_mass))
+        self.mass = [list(block) for block in mass or [range(d)]]
+        self.solvers = Solvers(d, m, self.mass, target)
 
-    def source(self, name: str) -> str | None:
-        """Return the source of the operation of this name, or None if there is none."""
-        rule = self._rules.get(name)
-        return None if rule is None else rule()
-
-    @property
-    def _rules(self) -> dict[str, Callable[[], str]]:
-        """Source of each operation, by its name."""
-        return self._vectors | self._matrices | self._halves | self._solvers
+    def __repr__(self) -> str:
+        return f"Values{(self.d, self.m, self.structure, self.inverse_mass, self.target, self.mass, self.d - self.measured)!r}"
 
     @property
-    def _columns(self) -> list[list[int]]:
-        """Columns in which each row of G is not zero."""
-        return [[i for i in range(self.d) if row[i]] for row in self.structure]
+    def names(self) -> list[str]:
+        """Names of its operations."""
+        return [*self._vectors({}, _sum), *self._products(_sum), *self._matrices(), *self._halves(), *self.solvers.names]
 
-    @property
-    def _vectors(self) -> dict[str, Callable[[], str]]:
-        """Operations that return a vector, a multiplier or a number."""
-        d, m, columns = range(self.d), range(self.m), self._columns
+    def provide(self, name: str, space: Space) -> None:
+        """Bring an operation into the names of a module."""
+        if name in self.solvers.names:
+            self.solvers.provide(name, space)
+        else:
+            total = partial(_sum, none=space.names["float32"](0.0)) if self.target.dtype == "float32" else _sum
+            found = self._vectors(space.names, total) | self._products(total) | self._matrices() | self._halves()
+            space.take(name, found[name])
+
+    def _vectors(self, names: Any, total: Operation) -> dict[str, Operation]:
+        """Operations that return a vector, a multiplier or a number, each entry by itself."""
+        d, m, measured = range(self.d), range(self.m), self.measured
+        modulus = names.get("modulus", abs) if self.target.directions else abs
+
+        def combined(w: Any, x: Any, y: Any) -> Any:
+            return tuple([w * a + b for a, b in zip(x, y, strict=True)])
+
+        def scaled(w: Any, x: Any) -> Any:
+            return tuple([w * a for a in x])
+
+        return {
+            **dict.fromkeys(("axpy", "axpy_m"), combined),
+            **dict.fromkeys(("scale", "scale_m"), scaled),
+            "zero_m": lambda q: tuple([0.0 * q[0] for _ in m]),
+            "dot": lambda x, y: total(x[i] * y[i] for i in d),
+            "dot_moduli": lambda x, y: total(abs(x[i] * y[i]) for i in d),
+            "exceeding": lambda y, bound: total(names["exceeds"](y[a], bound[a]) for a in m),
+            "norm": lambda x: total(modulus(x[i]) if i < measured else 0.0 * modulus(x[i]) for i in d),
+            "norm_m": lambda x: total(modulus(x[i]) for i in m),
+        }
+
+    def _products(self, total: Operation) -> dict[str, Operation]:
+        """Products of matrices and vectors."""
+        d, m = range(self.d), range(self.m)
+        columns = [[i for i in d if row[i]] for row in self.structure]
         rows = [[a for a in m if self.structure[a][i]] for i in d]
-        modulus = "modulus" if self.target.directions else "abs"
-
-        def vector(signature: str, entry: str, over: range) -> Callable[[], str]:
-            return lambda: function(signature, "return " + pack(entry.format(i=i) for i in over))
-
+        light = [[[j for j in columns[a] if self.inverse_mass[j][i]] for i in d] for a in m]
         return {
-            "axpy": vector("axpy(w, x, y)", "w * x[{i}] + y[{i}]", d),
-            "scale": vector("scale(w, x)", "w * x[{i}]", d),
-            "axpy_m": vector("axpy_m(w, x, y)", "w * x[{i}] + y[{i}]", m),
-            "scale_m": vector("scale_m(w, x)", "w * x[{i}]", m),
-            "zero_m": vector("zero_m(q)", "0.0 * q[0]", m),
-            "dot": lambda: function("dot(x, y)", "return " + _sum([f"x[{i}] * y[{i}]" for i in d])),
-            "dot_moduli": lambda: function("dot_moduli(x, y)", "return " + _sum([f"abs(x[{i}] * y[{i}])" for i in d])),
-            "mul_moduli": lambda: function(
-                "mul_moduli(X, x, least)",
-                "return " + pack(_sum([f"abs(X[{a}][{i}]) * (abs(x[{i}]) + least)" for i in columns[a]]) for a in m),
-            ),
-            "exceeding": lambda: function(
-                "exceeding(y, bound)", "return " + _sum([f"(1.0 if abs(y[{a}]) > bound[{a}] else 0.0)" for a in m])
-            ),
-            "norm": lambda: function("norm(x)", "return " + _sum([f"{'0.0 * ' * (i >= self.measured)}{modulus}(x[{i}])" for i in d])),
-            "norm_m": lambda: function("norm_m(x)", "return " + _sum([f"{modulus}(x[{i}])" for i in m])),
-            "mul": lambda: function("mul(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in columns[a]]) for a in m)),
-            "mul_full": lambda: function("mul_full(X, v)", "return " + pack(_sum([f"X[{a}][{i}] * v[{i}]" for i in d]) for a in m)),
-            "mul_T": lambda: function("mul_T(X, y)", "return " + pack(_sum([f"X[{a}][{i}] * y[{a}]" for a in rows[i]]) for i in d)),
-            "mul_full_T": lambda: function("mul_full_T(X, y)", "return " + pack(_sum([f"X[{a}][{i}] * y[{a}]" for a in m]) for i in d)),
-            "apply": lambda: function("apply(S, x)", "return " + pack(_sum([f"S[{i}][{j}] * x[{j}]" for j in d]) for i in d)),
+            "mul": lambda X, v: tuple([total(X[a][i] * v[i] for i in columns[a]) for a in m]),
+            "mul_moduli": lambda X, x, least: tuple([total(abs(X[a][i]) * (abs(x[i]) + least) for i in columns[a]) for a in m]),
+            "mul_full": lambda X, v: tuple([total(X[a][i] * v[i] for i in d) for a in m]),
+            "mul_T": lambda X, y: tuple([total(X[a][i] * y[a] for a in rows[i]) for i in d]),
+            "mul_full_T": lambda X, y: tuple([total(X[a][i] * y[a] for a in m) for i in d]),
+            "apply": lambda S, x: tuple([total(S[i][j] * x[j] for j in d) for i in d]),
+            "gram": lambda X, Y: _matrix(lambda a, b: total(X[a][i] * Y[b][i] for i in columns[a]), m, m),
+            "gram_full": lambda X, Y: _matrix(lambda a, b: total(X[a][i] * Y[b][i] for i in d), m, m),
+            "jacobian_times": lambda X, S: _matrix(lambda a, i: total(X[a][j] * S[j][i] for j in light[a][i]), m, d),
+            "apply_md": lambda S, X: _matrix(lambda a, i: total(S[i][j] * X[a][j] for j in d), m, d),
+            "product": lambda X, Y: _matrix(lambda i, j: total(X[i][k] * Y[k][j] for k in d), d, d),
+            "product_T": lambda X, Y: _matrix(lambda i, j: total(X[a][i] * Y[a][j] for a in m), d, d),
         }
 
-    @property
-    def _matrices(self) -> dict[str, Callable[[], str]]:
-        """Operations that return a matrix."""
-        d, m, columns = range(self.d), range(self.m), self._columns
+    def _matrices(self) -> dict[str, Operation]:
+        """Operations on matrices, each entry by itself."""
+        d, m = range(self.d), range(self.m)
+
+        def scaled(left: range, right: range) -> Operation:
+            return lambda w, X: _matrix(lambda i, j: w * X[i][j], left, right)
+
         return {
-            "gram": _matrix("gram(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in columns[a]]), m, m),
-            "gram_full": _matrix("gram_full(X, Y)", lambda a, b: _sum([f"X[{a}][{i}] * Y[{b}][{i}]" for i in d]), m, m),
-            "plus_mm": _matrix("plus_mm(X, Y)", lambda a, b: f"X[{a}][{b}] + Y[{a}][{b}]", m, m),
-            "scale_mm": _matrix("scale_mm(w, X)", lambda a, b: f"w * X[{a}][{b}]", m, m),
-            "scale_dd": _matrix("scale_dd(w, X)", lambda i, j: f"w * X[{i}][{j}]", d, d),
-            "minus_md": _matrix("minus_md(X, Y)", lambda a, i: f"X[{a}][{i}] - Y[{a}][{i}]", m, d),
-            "jacobian_times": _matrix(
-                "jacobian_times(X, S)",
-                lambda a, i: _sum([f"X[{a}][{j}] * S[{j}][{i}]" for j in columns[a] if self.inverse_mass[j][i]]),
-                m,
-                d,
-            ),
-            "scale_md": _matrix("scale_md(w, X)", lambda a, i: f"w * X[{a}][{i}]", m, d),
-            "outer_md": _matrix("outer_md(y, x, X)", lambda a, i: f"y[{a}] * x[{i}] + X[{a}][{i}]", m, d),
-            "apply_md": _matrix("apply_md(S, X)", lambda a, i: _sum([f"S[{i}][{j}] * X[{a}][{j}]" for j in d]), m, d),
-            "axpy_dd": _matrix("axpy_dd(w, X, Y)", lambda i, j: f"w * X[{i}][{j}] + Y[{i}][{j}]", d, d),
-            "identity_plus": _matrix("identity_plus(w, X)", lambda i, j: f"{'1.0 + ' * (i == j)}w * X[{i}][{j}]", d, d),
-            "identity_d": _matrix("identity_d(q)", lambda i, j: f"{float(i == j)} + 0.0 * q[0]", d, d),
-            "transpose": _matrix("transpose(X)", lambda i, j: f"X[{j}][{i}]", d, d),
-            "product": _matrix("product(X, Y)", lambda i, j: _sum([f"X[{i}][{k}] * Y[{k}][{j}]" for k in d]), d, d),
-            "product_T": _matrix("product_T(X, Y)", lambda i, j: _sum([f"X[{a}][{i}] * Y[{a}][{j}]" for a in m]), d, d),
-            "identity_minus": _matrix("identity_minus(w, X)", lambda a, b: f"{'1.0 ' * (a == b)}- w * X[{a}][{b}]", m, m),
+            "scale_mm": scaled(m, m),
+            "scale_dd": scaled(d, d),
+            "scale_md": scaled(m, d),
+            "plus_mm": lambda X, Y: _matrix(lambda a, b: X[a][b] + Y[a][b], m, m),
+            "minus_md": lambda X, Y: _matrix(lambda a, i: X[a][i] - Y[a][i], m, d),
+            "outer_md": lambda y, x, X: _matrix(lambda a, i: y[a] * x[i] + X[a][i], m, d),
+            "axpy_dd": lambda w, X, Y: _matrix(lambda i, j: w * X[i][j] + Y[i][j], d, d),
+            "identity_plus": lambda w, X: _matrix(lambda i, j: 1.0 + w * X[i][j] if i == j else w * X[i][j], d, d),
+            "identity_minus": lambda w, X: _matrix(lambda a, b: 1.0 - w * X[a][b] if a == b else -w * X[a][b], m, m),
+            "identity_d": lambda q: _matrix(lambda i, j: float(i == j) + 0.0 * q[0], d, d),
+            "transpose": lambda X: _matrix(lambda i, j: X[j][i], d, d),
         }
 
-    @property
-    def _halves(self) -> dict[str, Callable[[], str]]:
+    def _halves(self) -> dict[str, Operation]:
         """Operations on the halves u and v of a Poisson system's state (u, v, c)."""
-        m = range(self.m)
-        return {
-            "first_half": lambda: function("first_half(y)", "return " + pack(f"y[{a}]" for a in m)),
-            "second_half": lambda: function("second_half(y)", "return " + pack(f"y[{self.m + a}]" for a in m)),
-            "joined": lambda: function(
-                "joined(u, v, y)",
-                "return " + pack([f"{half}[{a}]" for half in "uv" for a in m] + [f"y[{i}]" for i in range(2 * self.m, self.d)]),
-            ),
-        }
-
-    @property
-    def _solvers(self) -> dict[str, Callable[[], str]]:
-        """Solutions of linear systems."""
-        return {
-            "solve": lambda: self._of_constraints("solve", self.m) or eliminating("solve", self.m, self.target),
-            "solve_d": lambda: eliminating("solve_d", self.d, self.target),
-            "solve_dm": lambda: eliminating("solve_dm", self.d, self.target, self.m),
-            "solve_dd": lambda: eliminating("solve_dd", self.d, self.target, self.d),
-            "solve_mass": lambda: blocked("solve_mass", self.d, self.mass, self.target),
-            "solve_mass_m": lambda: blocked("solve_mass_m", self.d, self.mass, self.target, self.m),
-            "solve_mass_d": lambda: blocked("solve_mass_d", self.d, self.mass, self.target, self.d),
-            "solve_2m": self._solve_2m,
-            "solve_stages": lambda: self._solve_blocks("solve_stages", self.target.stages, self.m),
-            "solve_stages_but_one": lambda: self._solve_blocks("solve_stages_but_one", self.target.stages - 1, self.m),
-            "solve_stages_twice": lambda: self._solve_blocks("solve_stages_twice", 2 * self.target.stages, self.m),
-            "solve_stages_twice_d": lambda: self._solve_blocks("solve_stages_twice_d", 2 * self.target.stages, self.d),
-            "solve_2d": self._solve_2d,
-        }
-
-    def _of_constraints(self, name: str, n: int) -> str:
-        """Source of the least-squares solution of a system of n unknown multipliers, if requested and if n can be positive."""
-        if not self.target.least_squares or n == 1:
-            return ""
-        if self.target.directions:
-            return least_squares_dual(name, n, self.target.directions)
-        return array_solver("least_squares", name, n, self.target.dtype, compiled=self.target.compiled)
-
-    def _solve_blocks(self, name: str, blocks: int, size: int) -> str:
-        """Source of name(B, b): sum_j B[i][j] x[j] = b[i] for this many blocks of equal size."""
-        n = blocks * size
-        whole = pack(pack(f"B[{i // size}][{j // size}][{i % size}][{j % size}]" for j in range(n)) for i in range(n))
-        right = pack(f"b[{i // size}][{i % size}]" for i in range(n))
-        parts = pack(pack(f"z[{i * size + k}]" for k in range(size)) for i in range(blocks))
-        main = function(f"{name}(B, b)", f"z, pivot = _{name}({whole}, {right})", f"return {parts}, pivot")
-        inner = self._of_constraints(f"_{name}", n) if size == self.m else ""
-        return (inner or eliminating(f"_{name}", n, self.target)) + main
-
-    def _solve_2d(self) -> str:
-        """Source of solve_2d(A, b): A (x, y) = b for two halves, each of half the size of a state."""
-        return eliminating("_solve_2d", 2 * self.d, self.target) + function("solve_2d(A, b)", "z, pivot = _solve_2d(A, b)", _halves(self.d))
-
-    def _solve_2m(self) -> str:
-        """Source of solve_2m(A, B, C, D, b, c): the block system [[A, B], [C, D]] (x, y) = (b, c)."""
         m = self.m
-        blocks = {(0, 0): "A", (0, 1): "B", (1, 0): "C", (1, 1): "D"}
-        whole = pack(pack(f"{blocks[i // m, j // m]}[{i % m}][{j % m}]" for j in range(2 * m)) for i in range(2 * m))
-        right = pack([f"b[{i}]" for i in range(m)] + [f"c[{i}]" for i in range(m)])
-        main = function("solve_2m(A, B, C, D, b, c)", f"z, pivot = _solve_2m({whole}, {right})", _halves(m))
-        return (self._of_constraints("_solve_2m", 2 * m) or eliminating("_solve_2m", 2 * m, self.target)) + main
+        return {
+            "first_half": lambda y: tuple([y[a] for a in range(m)]),
+            "second_half": lambda y: tuple([y[m + a] for a in range(m)]),
+            "joined": lambda u, v, y: (*u, *v, *(y[i] for i in range(2 * m, self.d))),
+        }
+
+
+def _sum(terms: Any, none: Any = 0.0) -> Any:
+    """Return a sum from the first term on; if there is none, zero."""
+    first, *others = [*terms] or [none]
+    for term in others:
+        first = first + term
+    return first
+
+
+def _matrix(entry: Callable[[int, int], Any], left: range, right: range) -> tuple[tuple[Any, ...], ...]:
+    return tuple([tuple([entry(i, j) for j in right]) for i in left])

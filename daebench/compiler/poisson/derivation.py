@@ -7,9 +7,10 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler import codegen
-from daebench.compiler.linear.elimination_source import Target
+from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.tuples import Values
 from daebench.compiler.poisson.parts import InParts
+from daebench.compiler.python_text import function
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
 Arguments = dict[str, Sequence[sp.Symbol]]
@@ -118,7 +119,7 @@ class PoissonDerivation(InParts):
                 "margins", {"y": self.problem.y}, list(self.problem.domain), (len(self.problem.domain),), self.parameters
             )
             tests = " and ".join(f"margin[{i}].real > 0.0" for i in range(len(self.problem.domain)))
-            return margins + codegen.function("inside(y, par)", "margin = margins(y, par)", f"return {tests}")
+            return margins + function("inside(y, par)", "margin = margins(y, par)", f"return {tests}")
         rule = self.rule(name)
         if rule is None:
             return None
@@ -196,9 +197,7 @@ class DarbouxDerivation(PoissonDerivation):
         if name == "chart":
             return codegen.expressions(name, {"y": z}, list(self.map.y), (self.n,), self.parameters)
         if name == "canonical":
-            return codegen.ARCTAN2 + codegen.expressions(
-                name, {"y": y}, [*self.map.Q, *self.map.P, *self.map.C], (self.n,), self.parameters
-            )
+            return codegen.expressions(name, {"y": y}, [*self.map.Q, *self.map.P, *self.map.C], (self.n,), self.parameters)
         return super().source(name)
 
     @cached_property

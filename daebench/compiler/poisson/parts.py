@@ -6,10 +6,10 @@ from typing import Any, Self
 
 import sympy as sp
 
-from daebench.compiler.codegen import function
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.facts import Derived
 from daebench.compiler.monitored import Monitored, State, of_poisson
+from daebench.compiler.python_text import function
 from daebench.compiler.work import POISSON_WORK
 
 

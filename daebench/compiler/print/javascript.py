@@ -45,7 +45,7 @@ class _Printer:
     def __init__(self, function: Function, parameters: Sequence[str]) -> None:
         self.function, self.need = function, Needed(function, set())
         self.texts: dict[Value, list[Text]] = {p: [(name, ATOM)] for p, name in zip(function.parameters, parameters, strict=True)}
-        self.uses = Uses(function.block, self.need)
+        self.uses = Uses(function, self.need)
         self.written: list[str] = []
         self.variables: list[str] = []
         self.labels: dict[Region, str] = {}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from daebench.compiler.print.needed import Needed
-from daebench.compiler.trace.ir import If, Leave, Loop, Region, Value
+from daebench.compiler.trace.ir import Call, Function, If, Leave, Loop, Region, Value
 
 
 @dataclass
@@ -32,16 +32,18 @@ class Uses:
 
     Parameters
     ----------
-    block : sequence
-        Its block.
+    function : Function
+        The function.
     need : Needed
         What of it is needed.
     """
 
-    def __init__(self, block: Sequence[Any], need: Needed) -> None:
+    def __init__(self, function: Function, need: Needed) -> None:
         self.need = need
         self._uses: dict[Value, Use] = {}
-        self._look(block, ())
+        self._look(function.block, ())
+        for result in function.results:
+            self._used(result, ())
 
     def __getitem__(self, value: Value) -> Use:
         """Return the use of a value."""
@@ -74,6 +76,12 @@ class Uses:
         for x in node.args:
             if isinstance(x, Value):
                 self._used(x, place, width(node) if width(x) < width(node) else 1)
+
+    def _look_call(self, node: Call, place: tuple[int, ...], k: int) -> None:
+        if node in self.need.needed:
+            self._made(node.results, place)
+            for x in node.args:
+                self._used(x, place)
 
     def _look_if(self, node: If, place: tuple[int, ...], k: int) -> None:
         self._made(node.results, place)
@@ -111,6 +119,7 @@ _LOOKS: Mapping[type, Callable[[Uses, Any, tuple[int, ...], int], None]] = {
     Region: Uses._look_region,
     Loop: Uses._look_loop,
     Leave: Uses._look_leave,
+    Call: Uses._look_call,
 }
 
 

@@ -147,9 +147,10 @@ class Array:
         """Return a new array with the same entries."""
         return self._each(lambda x: x)
 
-    def _each(self, function: Callable[..., Any], other: Any = None) -> "Array":
-        """Return a new array of a function of the entries, and of those of another array or of a number."""
-        out = empty(self.code, self.shape, COMPLEX if isinstance(other, Complex) or COMPLEX in (self.kind, kind_in(other)) else self.kind)
+    def _each(self, function: Callable[..., Any], other: Any = None, kind: str = "") -> "Array":
+        """Return a new array of a function of the entries, and of those of another array or of a number; of a kind, if that is given."""
+        wide = isinstance(other, Complex) or COMPLEX in (self.kind, kind_in(other))
+        out = empty(self.code, self.shape, kind or (COMPLEX if wide else self.kind))
         given = (lambda place: (self[place],)) if other is None else (lambda place: (self[place], entry_of(other, place)))
         each(self.code, self.shape, lambda place: out.__setitem__(place, function(*given(place))))
         return out
@@ -184,7 +185,7 @@ class Array:
         return self._each(lambda x: -x)
 
     def __abs__(self) -> "Array":
-        return self._each(abs)
+        return self._each(abs, kind=FLOAT64 if self.kind == COMPLEX else "")
 
 
 def _bounds(part: slice, length: Any) -> tuple[Any, Any]:
@@ -227,7 +228,8 @@ def empty(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
         size = size * length
     wide = int(kind[1:] or 1)
     words = 2 * size if kind == COMPLEX else size * wide
-    return Array(code.effect("alloc", POINTER, (code.as_kind(words, INTEGER),)), kind, shape, contiguous(shape, wide))
+    of = FLOAT64 if kind == COMPLEX else kind[0]
+    return Array(code.effect("alloc", POINTER, (code.as_kind(words, INTEGER), of)), kind, shape, contiguous(shape, wide))
 
 
 def zeros(code: Code, shape: Any, kind: str = FLOAT64) -> Array:

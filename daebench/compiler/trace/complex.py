@@ -199,7 +199,14 @@ def _acosh(code: Code, z: Complex) -> Complex:
     return Complex(code, real, 2.0 * _real(code, "atan2")(minus.imag, plus.real))
 
 
-FUNCTIONS: Mapping[str, Callable[[Code, Complex], Any]] = {
+def _angle(code: Code, y: Any, x: Any) -> Complex:
+    """Return the angle of the point (x, y), to first order in imaginary parts."""
+    x, y = as_complex(code, x), as_complex(code, y)
+    imag = (x.real * y.imag - y.real * x.imag) / (x.real * x.real + y.real * y.real)
+    return Complex(code, _real(code, "atan2")(y.real, x.real), imag)
+
+
+FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "sqrt": _sqrt,
     "exp": _exp,
     "exp2": lambda code, z: _exp(code, z * log(2.0)),
@@ -220,6 +227,7 @@ FUNCTIONS: Mapping[str, Callable[[Code, Complex], Any]] = {
     "asinh": lambda code, z: _back(_asin(code, _turned(z))),
     "acosh": _acosh,
     "atanh": lambda code, z: _back(_atan(code, _turned(z))),
+    "atan2": _angle,
 }
 """Functions of complex numbers, by the names of the platform."""
 
@@ -234,7 +242,7 @@ def function_of(code: Code, name: str) -> Callable[..., Any]:
             return real(*args)
         if own is None:
             raise TypeError(f"{name} is no function of complex numbers")
-        return own(code, given[0])
+        return own(code, *args)
 
     return called
 

@@ -1,6 +1,7 @@
 """Functions that steer, followed: runs of simple statements are executed by Python, and branches, loops and returns are recorded."""
 
 import ast
+import types
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -32,12 +33,18 @@ class Steered:
     program : Program
         What it belongs to.
     name, text : str
-        Its name and its source.
+        Its name, and its source unless there is a node.
+    node : ast.FunctionDef, optional
+        Its syntax, if it is of a file.
+    space : dict
+        Names that it reads.
     """
 
     program: Program
     name: str
-    text: str
+    text: str = ""
+    node: ast.FunctionDef | None = field(default=None, repr=False)
+    space: dict[str, Any] = field(default_factory=dict, repr=False)
     parameters: Sequence[str] = ()
     body: Sequence[Statement] | None = field(default=None, repr=False)
     early: bool = False
@@ -46,11 +53,15 @@ class Steered:
         """Return the value of a call."""
         return self.program.called(self, args)
 
+    def called(self, args: Sequence[Any]) -> str:
+        """Return its name, by which calls are counted."""
+        return self.name
+
     def _read(self) -> None:
-        node = ast.parse(self.text).body[-1]
+        node = self.node or ast.parse(self.text).body[-1]
         assert isinstance(node, ast.FunctionDef)
         self.parameters = [argument.arg for argument in node.args.args]
-        self.body = statements(node, self.name)
+        self.body = statements(node, self.space["__file__"] if self.node else self.name)
         self.early = returns_early(self.body)
 
     def inlined(self, args: Sequence[Any]) -> Any:
@@ -64,7 +75,7 @@ class Follower:
     """Follows the statements of one function."""
 
     def __init__(self, function: Steered) -> None:
-        self.function, self.code, self.space = function, function.program.code, function.program.space
+        self.function, self.code, self.space = function, function.program.code, function.space
 
     def result(self, names: Names) -> Any:
         """Record the function, given its arguments by name; return its result."""
@@ -86,13 +97,23 @@ class Follower:
         return ()
 
     def _value(self, code: Any, names: Names) -> Any:
-        return eval(code, self.space, names)
+        return eval(code, {**self.space, **names}) if _scopes(code) else eval(code, self.space, names)
+
+    def _run(self, statement: Statement, names: Names) -> None:
+        """Execute simple statements."""
+        code = statement.code[0]
+        if not _scopes(code):
+            exec(code, self.space, names)
+            return
+        joined = {**self.space, **names}
+        exec(code, joined)
+        names.update({name: joined[name] for name in statement.binds if name in joined})
 
     def followed(self, body: Sequence[Statement], names: Names, ways: Ways) -> bool:
         """Record statements; return whether what comes behind them is reached."""
         for statement in body:
             if statement.kind == "run":
-                exec(statement.code[0], self.space, names)
+                self._run(statement, names)
             elif not getattr(self, f"_{statement.kind}")(statement, names, ways):
                 return False
         return True
@@ -204,3 +225,8 @@ class Follower:
 
     def _while(self, statement: Statement, names: Names, ways: Ways) -> bool:
         return Turns(self, statement, names, ways).recorded()
+
+
+def _scopes(code: types.CodeType) -> bool:
+    """Whether code has generators, whose own scopes see global names alone."""
+    return any(isinstance(constant, types.CodeType) for constant in code.co_consts)

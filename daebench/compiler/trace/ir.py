@@ -185,6 +185,13 @@ def common(*kinds: str) -> str:
     return widest + "".join(lengths)
 
 
+def met(*numbers: Any) -> str:
+    """Return the kind of an operation on numbers; known ones are of single precision where the others are."""
+    kinds = [kind_of(x) for x in numbers]
+    unknown = [kind for kind, x in zip(kinds, numbers, strict=True) if isinstance(x, Value)]
+    return common(*(unknown if unknown and all(kind[0] == FLOAT32 for kind in unknown) else kinds))
+
+
 def real(kind: str) -> str:
     """Return a kind, or that of double precision in place of that of whole numbers and truths."""
     return kind if kind[0] in FLOATS else FLOAT64 + kind[1:]
@@ -286,7 +293,7 @@ class Code:
             return self.emit(op, x.kind, (x, y))
         if tx not in NUMBERS or ty not in NUMBERS:
             return NotImplemented
-        kind = counting(common(kind_of(x), kind_of(y)))
+        kind = counting(met(x, y))
         if kind == INTEGER:
             known = _of_known(op, x, y)
             if known is not None:
@@ -297,7 +304,7 @@ class Code:
         """Return x / y."""
         if type(x) not in NUMBERS or type(y) not in NUMBERS:
             return NotImplemented
-        kind = real(common(kind_of(x), kind_of(y)))
+        kind = real(met(x, y))
         return self.emit("div", kind, (self.as_kind(x, kind), self.as_kind(y, kind)))
 
     def whole(self, op: str, x: Any, y: Any) -> Any:
@@ -313,7 +320,7 @@ class Code:
             return op == "ne"
         if type(x) not in NUMBERS or type(y) not in NUMBERS:
             return NotImplemented
-        kind = counting(common(kind_of(x), kind_of(y)))
+        kind = counting(met(x, y))
         return self.emit(op, TRUTH + kind[1:], (self.as_kind(x, kind), self.as_kind(y, kind)))
 
     def both(self, x: Any, y: Any) -> Any:
@@ -356,7 +363,7 @@ class Code:
             return x.merged(y, lambda a, b: self.select(test, a, b))
         if not isinstance(y, tuple(NUMBERS)):
             return y.merged(x, lambda a, b: self.select(test, b, a))
-        kind = common(kind_of(x), kind_of(y))
+        kind = met(x, y)
         kind = kind if kind == POINTER else kind[0] + common(kind, test.kind)[1:]
         x, y = self.as_kind(x, kind), self.as_kind(y, kind)
         return x if x is y else self.emit("select", kind, (self.truth(test), x, y))
@@ -395,7 +402,7 @@ class Code:
             return max(args) if op == "gt" else min(args)
         found = args[0]
         for x in args[1:]:
-            kind = common(kind_of(found), kind_of(x))
+            kind = met(found, x)
             found, x = self.as_kind(found, kind), self.as_kind(x, kind)
             found = self.select(self.compare(op, x, found), x, found)
         return found

@@ -10,14 +10,15 @@ from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, V
 from daebench.compiler.trace.shares import smallest_share, value_of
 from daebench.compiler.trace.structure import parts_of, unset
 from daebench.compiler.trace.turns import Wider
+from daebench.compiler.values import Element, held, like
 
 
-def take_all(like: Any, array: Array, row: Any, column: Any, width: int) -> Any:
-    """Return nested tuples of the form of ``like``, whose numbers are read from rows of an array, one row for each number."""
-    if not isinstance(like, tuple):
+def take_all(form: Any, array: Array, row: Any, column: Any, width: int) -> Any:
+    """Return nested tuples of this form, whose numbers are read from rows of an array, one row for each number."""
+    if not isinstance(form, tuple):
         return _read(array, (row, column), width)
     found, at = [], row
-    for part in like:
+    for part in form:
         found.append(take_all(part, array, at, column, width))
         at = at + length_of(part)
     return tuple(found)
@@ -59,7 +60,8 @@ def _write(array: Array, place: tuple[Any, ...], x: Any, width: int) -> None:
 
 
 def _numbers(x: Any) -> list[Any]:
-    """Return the numbers of nested tuples."""
+    """Return the numbers of nested tuples, and of elements in them."""
+    x = held(x)
     return [number for part in x for number in _numbers(part)] if isinstance(x, tuple) else [value_of(x)]
 
 
@@ -97,10 +99,10 @@ class Slot:
         """Return what was written."""
         parts = iter([self.code.effect("load", kind, self._place(k)) for k, kind in enumerate(self.kinds)])
 
-        def found(like: Any) -> Any:
-            return tuple([found(part) for part in like]) if isinstance(like, tuple) else next(parts)
+        def found(form: Any) -> Any:
+            return tuple([found(part) for part in form]) if isinstance(form, tuple) else next(parts)
 
-        return found(self.like)
+        return like(self.like, found(held(self.like)))
 
     def _place(self, k: int) -> tuple[Value, Value]:
         """Return where the lanes of a number are."""
@@ -117,6 +119,8 @@ def spoiled(live: Value, x: Any) -> Any:
     """Return numbers with NaN in the inactive lanes, so that no iteration continues for them."""
     if isinstance(x, tuple):
         return tuple([spoiled(live, part) for part in x])
+    if isinstance(x, Element):
+        return like(x, spoiled(live, x.held))
     return live.code.select(live, x, float("nan")) if differs(x) and kind_of(x)[0] == FLOAT64 else x
 
 

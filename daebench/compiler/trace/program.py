@@ -6,6 +6,9 @@ from collections.abc import Callable, Sequence
 from math import log, pi
 from typing import Any
 
+from daebench.compiler.files import Files, roots
+from daebench.compiler.files import Function as OfFile
+from daebench.compiler.syntax import steers
 from daebench.compiler.trace import dual, dual_functions, foreign, lanes
 from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
@@ -65,9 +68,30 @@ class Sized:
         """Return the value of a call."""
         return self.program.called(self, args)
 
+    def called(self, args: Sequence[Any]) -> str:
+        """Return its name."""
+        return self.name
+
     def inlined(self, args: Sequence[Any]) -> Any:
         """Record the function where it is called; return its result."""
         return self.function(*args)
+
+
+class InFile(Steered):
+    """A function of a file; the last of its arguments are the parameters and the run-time data."""
+
+    program: "Program"
+    plain: Callable[..., Any] | None = None
+
+    def called(self, args: Sequence[Any]) -> str:
+        """Return its name, with those of the functions that it is given."""
+        return " ".join([self.name, *(x.key for x in args if hasattr(x, "key"))])
+
+    def inlined(self, args: Sequence[Any]) -> Any:
+        """Record the function where it is called, followed if it steers, else executed by Python; return its result."""
+        *own, par = args
+        with self.program.files.given(par):
+            return self.plain(*own) if self.plain else super().inlined(own)
 
 
 class Program:
@@ -88,6 +112,16 @@ class Program:
         self.sizes: dict[str, int] = {}
         self.instances: dict[Any, tuple[Function, Any]] = {}
         self.functions: list[Function] = []
+        self.names, self.long = names(self.code), set[str]()
+        self.space["files"] = self._files
+        rest = self._add(text)
+        lines = _DOCSTRING.sub("", rest).split("\n")
+        exec("\n".join(line for line in lines if not line.startswith(("from ", "import ", "#"))), self.space)
+        self.code.together = str(self.space.get("LANES", ""))
+        self.follower: type[Follower] = Together if self.code.together else Follower
+
+    def _add(self, text: str, *, many: bool = False) -> str:
+        """Add the functions of a text, which are called ``many`` times; return the rest of it."""
         straight: list[tuple[str, str, int]] = []
         rest, at = [], 0
         for found in _FUNCTION.finditer(text):
@@ -95,24 +129,58 @@ class Program:
             at = found.end()
             name, source = found[1], found[0]
             bare = _DOCSTRING.sub("", source.partition("\n")[2])
-            for called in _CALLED.findall(bare):
+            for called in [*_CALLED.findall(bare), *[name] * (2 * many)]:
                 self.sites[called] = self.sites.get(called, 0) + 1
             if _STEERS.search(bare):
-                self.space[name] = Steered(self, name, source)
+                self.space[name] = Steered(self, name, source, space=self.space)
             else:
                 straight.append((name, source, len(bare)))
-        lines = _DOCSTRING.sub("", "".join([*rest, text[at:]])).split("\n")
-        exec("\n".join(line for line in lines if not line.startswith(("from ", "import ", "#"))), self.space)
-        self.code.together = str(self.space.get("LANES", ""))
-        self.follower: type[Follower] = Together if self.code.together else Follower
         exec("\n".join(source for _, source, _ in straight), self.space)
-        for name, _, length in straight:
-            if self.sites.get(name, 0) > 1 and length > LONG:
+        self.long |= {name for name, _, length in straight if length > LONG}
+        self._size()
+        return "".join([*rest, text[at:]])
+
+    # ---- files of schemes ------------------------------------------------------------------------------------------------
+
+    def _files(self, space: dict[str, Any], plan: Any, algebra: str) -> Files:
+        """Return the files of schemes of a module, whose names get those of their roots."""
+        self.files = Files(plan, self, algebra)
+        for name, times in plan["sites"].items():
+            self.sites[name] = self.sites.get(name, 0) + times
+        self._size()
+        found = roots(self.files)
+        for root in found.values():
+            root.program = self  # type: ignore[attr-defined]
+        self.space.update(found)
+        return self.files
+
+    def add(self, text: str) -> None:
+        """Add operations of the algebra."""
+        self._add(text, many=True)
+
+    def take(self, name: str, operation: Callable[..., Any]) -> None:
+        """Add an operation of the algebra."""
+        self.sites[name] = self.sites.get(name, 0) + 2
+        self.space[name] = Sized(self, name, operation)
+
+    def body(self, function: OfFile) -> Callable[..., Any]:
+        """Return what is called for a function of a file."""
+        plain = function.plain
+        found = InFile(self, function.key, node=function.node, space={**plain.__globals__, "__file__": plain.__code__.co_filename})
+        found.plain = None if steers(function.node) else plain
+        return lambda *args: self.called(found, (*args, self.files.par))
+
+    # ---- calls -----------------------------------------------------------------------------------------------------------
+
+    def _size(self) -> None:
+        """Have long functions that are called several times recorded once."""
+        for name in self.long:
+            if self.sites.get(name, 0) > 1 and not isinstance(self.space[name], Sized):
                 self.space[name] = Sized(self, name, self.space[name])
 
     def called(self, function: Steered | Sized, args: Sequence[Any]) -> Any:
         """Return the value of a call: the first is recorded where it is, and if that was long, others are calls of one function."""
-        name = function.name
+        name = function.called(args)
         if self.sites.get(name, 0) <= 1:
             return function.inlined(args)
         if name not in self.sizes:
@@ -125,7 +193,7 @@ class Program:
         parts = parts_of(args)
         key = name, tuple(x.kind if isinstance(x, Value) else repr(x) for x in parts), pattern_of(args)
         if key not in self.instances:
-            self.instances[key] = self.instance(f"f{len(self.instances)}_{name}", function, args)
+            self.instances[key] = self.instance(f"f{len(self.instances)}_{function.name.rpartition('.')[2]}", function, args)
         made, structure = self.instances[key]
         call = Call(self.code, made, tuple(x for x in parts if isinstance(x, Value)))
         self.code.block.append(call)
@@ -215,6 +283,8 @@ def _function(code: Code, name: str) -> Callable[..., Any]:
 
 def _extreme(code: Code, op: str, args: Sequence[Any]) -> Any:
     args = [value_of(x) for x in (args[0] if len(args) == 1 else args)]
+    if len(args) == 1:
+        return args[0]
     if not any(isinstance(x, Dual) for x in args):
         return code.extreme(op, args)
     found = args[0]

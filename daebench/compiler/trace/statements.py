@@ -25,6 +25,8 @@ CHEAP = frozenset(
         "BOTH",
         "EITHER",
         "NEGATED",
+        "_whole",
+        "_run_time",
     )
 )
 """Functions whose values may be computed where they are not needed."""

@@ -4,17 +4,21 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
+from daebench.compiler.shapes import wider
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.complex import Complex, as_complex
 from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.ir import INTEGER, Code, Value, common, kind_of
 from daebench.compiler.trace.shares import Share
+from daebench.compiler.values import Element
 
 
 def parts_of(x: Any) -> list[Any]:
     """Return the numbers and pointers of a structure, side by side; lengths of arrays that are known belong to its pattern."""
     if isinstance(x, tuple):
         return [part for entry in x for part in parts_of(entry)]
+    if isinstance(x, Element):
+        return parts_of(x.whole.held)
     if isinstance(x, Complex):
         return [x.real, x.imag]
     if isinstance(x, Dual):
@@ -30,6 +34,8 @@ def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
     """Return a structure like x of other numbers and pointers."""
     if isinstance(x, tuple):
         return tuple([rebuilt(entry, parts) for entry in x])
+    if isinstance(x, Element):
+        return Element(x.algebra, x.kind, rebuilt(x.held, parts))
     if isinstance(x, Complex):
         return Complex(x.code, next(parts), next(parts))
     if isinstance(x, Dual):
@@ -47,6 +53,8 @@ def pattern_of(x: Any) -> Any:
     """Return what two structures have in common if their parts can stand for each other."""
     if isinstance(x, tuple):
         return tuple([pattern_of(entry) for entry in x])
+    if isinstance(x, Element):
+        return x.kind, pattern_of(x.held)
     if isinstance(x, Complex):
         return "complex"
     if isinstance(x, Dual):
@@ -62,6 +70,8 @@ def sized(code: Code, x: Any) -> Any:
     """Return a structure whose arrays have lengths that may differ from those of others."""
     if isinstance(x, tuple):
         return tuple([sized(code, entry) for entry in x])
+    if isinstance(x, Element):
+        return Element(x.algebra, x.kind, sized(code, x.held))
     if isinstance(x, Array):
         return Array(x.pointer, x.kind, *([code.as_kind(length, INTEGER) for length in row] for row in (x.shape, x.strides)))
     return x
@@ -69,6 +79,12 @@ def sized(code: Code, x: Any) -> Any:
 
 def promoted(code: Code, x: Any, like: Any) -> Any:
     """Return a structure whose numbers are complex, have derivatives, or are divided, where those of another are."""
+    if isinstance(like, Element):
+        element = x if isinstance(x, Element) else Element(like.algebra, like.kind, x)
+        same = element.kind == like.kind
+        if not same and wider(element.kind) != wider(like.kind):
+            return x
+        return Element(like.algebra, like.kind if same else wider(like.kind), promoted(code, element.held, like.held))
     if isinstance(x, tuple) and isinstance(like, tuple) and len(x) == len(like):
         return tuple([promoted(code, *both) for both in zip(x, like, strict=True)])
     if isinstance(x, Share) and pattern_of(x) != pattern_of(like):
@@ -88,6 +104,8 @@ def arrays_of(x: Any) -> list[Array]:
     """Return the arrays of a structure."""
     if isinstance(x, tuple):
         return [array for entry in x for array in arrays_of(entry)]
+    if isinstance(x, Element):
+        return arrays_of(x.held)
     return [x] if isinstance(x, Array) else []
 
 

@@ -156,7 +156,7 @@ class Together(Follower):
             self.exits.append((now, self._value(statement.code[0], names)))
             names[LIVE] = self.code.both(names[LIVE], self.code.negated(now))
             return False
-        moved = [name for name in MOVED if name in names] if self.function.name in STEPPING else []
+        moved = [name for name in MOVED if name in names] if self.function.name.rpartition(".")[2] in STEPPING else []
 
         def made() -> Any:
             assert ways.function is not None

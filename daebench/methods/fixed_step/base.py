@@ -176,7 +176,6 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             kernel,
             (*ivp.par, self._scales(ivp, h), *self.data),
             self.weights,
-            self.compiled,
             enter=enter,
             leave=lambda x: np.concatenate(leave(x)),
             work=self.counted,

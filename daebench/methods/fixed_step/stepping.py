@@ -93,8 +93,6 @@ class Linked:
         Run-time data: the problem's parameters, the scheme's numbers, the form's numbers.
     weights : ndarray, shape(k,)
         Weights of the substeps of a composition; empty where a step is one step.
-    compiled : bool
-        Whether the kernel is machine code.
     enter, leave : callable
         From the problem's start to the state that the scheme computes in, and from there to a row of numbers as they are stored.
     work : tuple of str
@@ -109,7 +107,6 @@ class Linked:
     kernel: Any
     par: tuple[Any, ...]
     weights: Array
-    compiled: bool
     enter: Callable[[Sequence[Any]], Any]
     leave: Callable[[Any], Array]
     work: tuple[str, ...]
@@ -173,7 +170,7 @@ class Run:
         self.linked, self.ivp, self.request, self.grid, self.names = linked, ivp, request, grid, names
         self.kernel = linked.kernel
         self.dtype = np.dtype(number_type(request.precision).dtype)
-        self.number: Callable[[Any], Any] = float if self.dtype == float and linked.compiled else self.dtype.type
+        self.number: Callable[[Any], Any] = float if self.dtype == float else self.dtype.type
         self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
         self.weights = linked.weights.astype(self.dtype)

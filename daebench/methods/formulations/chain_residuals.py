@@ -7,6 +7,7 @@ from functools import cached_property, partial
 import sympy as sp
 
 from daebench.compiler import callbacks, codegen
+from daebench.compiler.python_text import function
 from daebench.compiler.written import written
 from daebench.methods.formulations import residuals
 from daebench.methods.formulations.chain_equations import PLACES, NodeEquations, variants
@@ -99,8 +100,8 @@ def source(title: str, chain: ConstrainedChain, formulation: str, multipliers: s
     diagonals = [f"{_diagonal(-offset)} = above + {-offset}" for offset in sorted(set(ahead))]
     compiled = [
         residuals.HELPERS,
-        codegen.function("rows(y, yp, res, par)", *rows),
-        codegen.function("rows_y(y, yp, cj, above, JJ, par)", *diagonals, *rows_y),
+        function("rows(y, yp, res, par)", *rows),
+        function("rows_y(y, yp, cj, above, JJ, par)", *diagonals, *rows_y),
         CALLED,
         callbacks.called_back(2 * chain.d + chain.m * len(layout.forces), len(parameters) - 1, callbacks.IMPLICIT, callbacks.BANDED),
         momenta(chain),
@@ -118,7 +119,7 @@ def momenta(chain: ConstrainedChain) -> str:
         names = {chain.node: _number(nodes), **{symbol: f"par[{i}]" for i, symbol in enumerate(chain.parameters)}}
         names |= {symbol: f"v[{at(chain.b * place + i)}]" for place in PLACES for i, symbol in enumerate(of.unknowns["v", place])}
         lines += _loop(nodes, chain.b, [f"out[{at(i)}]" for i in range(chain.b)], list(of.momentum), names)
-    return codegen.function("momenta(v, out, par)", *lines)
+    return function("momenta(v, out, par)", *lines)
 
 
 def _columns(layout: Layout, of: NodeEquations, multipliers: str) -> dict[sp.Symbol, tuple[str, int]]:

@@ -4,10 +4,10 @@ It is two modules: the right side in real numbers, and its Jacobian, by complex 
 side for any type of numbers, so that no formula of the derivative of a least-squares solution is needed.
 """
 
-from daebench.compiler import codegen
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.linear import health
+from daebench.compiler.python_text import function, pack
 from daebench.compiler.wrapper import Wrapper
 from daebench.compiler.written import text_of
 from daebench.methods.formulations.residuals import JACOBIAN, RESIDUAL
@@ -59,8 +59,8 @@ def written(precision: str, d: int, parameters: int, *, compiled: bool) -> Wrapp
 
 def _right_side(d: int, parameters: int) -> str:
     """Return the source of the function of (y, out, par) that fills out with (q', p') and returns the smallest pivot."""
-    q, p = (codegen.pack(f"y[{i}]" for i in range(start, start + d)) for start in (0, d))
-    par = codegen.pack(f"par[{k}]" for k in range(parameters))
-    lines = [f"dp, dq, pivot = reduced_f({p}, {q}, {par})"]
+    q, p = (pack(f"y[{i}]" for i in range(start, start + d)) for start in (0, d))
+    par = pack(f"par[{k}]" for k in range(parameters))
+    lines = [f"dp, dq, pivot = f({p}, {q}, {par})"]
     lines += [f"out[{i}], out[{d + i}] = dq[{i}], dp[{i}]" for i in range(d)]
-    return codegen.function("right_side(y, out, par)", *lines, "return pivot")
+    return function("right_side(y, out, par)", *lines, "return pivot")

@@ -2,11 +2,11 @@
 
 import sympy as sp
 
-from daebench.compiler import codegen
 from daebench.compiler.callbacks import DENSE, EXPLICIT, EXPLICIT_DENSE, called_back
 from daebench.compiler.callbacks import IMPLICIT as IMPLICIT_CALLED_BACK
 from daebench.compiler.lattice.derivation import LatticeDerivation
 from daebench.compiler.poisson.derivation import PoissonDerivation
+from daebench.compiler.python_text import function
 from daebench.compiler.written import written
 from daebench.methods.formulations.residuals import HELPERS, IMPLICIT, ROOTS, implicit, writer
 
@@ -97,8 +97,8 @@ class LatticeRates(LatticeDerivation):
         rates = self._loop([f"out[{i * N} + k]" for i in range(self.fields)], self.field)
         slopes = self._loop(list(entries), list(entries.values()))
         return [
-            codegen.function("field(y, out, par)", *rates),
-            codegen.function("field_y(y, JJ, par)", "JJ[:] = 0.0", *slopes),
+            function("field(y, out, par)", *rates),
+            function("field_y(y, JJ, par)", "JJ[:] = 0.0", *slopes),
             ODE,
             IMPLICIT,
             _called_back(self.fields * N, len(self.parameters), EXPLICIT, EXPLICIT_DENSE),

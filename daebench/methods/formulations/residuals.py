@@ -11,6 +11,7 @@ from daebench.compiler.derivatives import jacobian
 from daebench.compiler.equal_terms import added
 from daebench.compiler.linear import health
 from daebench.compiler.linear.compiled_solvers import eliminating
+from daebench.compiler.python_text import function
 from daebench.compiler.written import text_of, written
 from daebench.methods.formulations.equations import OPTIONS, Equations
 
@@ -49,7 +50,7 @@ def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], paramet
     lines, values = codegen.computed(name, inputs, list(entries.values()), parameters)
     lines += [f"{array}[:] = 0.0" for array in outputs]
     lines += [f"{target} = {value}" for target, value in zip(entries, values, strict=True)]
-    return codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
+    return function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
 
 
 def _in_loops(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], parameters: Sequence[sp.Symbol], tables: dict[str, str]) -> str:
@@ -59,7 +60,7 @@ def _in_loops(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], para
         text = added(name, inputs, _entries(matrix), parameters, array)
         lines += text.lines
         tables |= text.tables
-    return codegen.function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
+    return function(f"{name}({', '.join([*inputs, *outputs, 'par'])})", *lines)
 
 
 def _entries(matrix: sp.Matrix) -> dict[tuple[int, ...], sp.Expr]:

@@ -1,7 +1,6 @@
 """What the monitor of a tolerance-driven run evaluates after each step: generated functions of a solver's unknowns."""
 
 import ctypes
-import inspect
 import types
 from collections.abc import Callable
 from functools import cache, cached_property
@@ -106,7 +105,7 @@ class Monitored:
             roots = ["H", "g", "Gv", "independence"] if ivp.arrays else [*roots, "independence"]
         elif ivp.facts.DOMAIN:
             roots.append("inside")
-        wrapper = Wrapper(self._text(), (), _momenta if constrained and ivp.arrays else None)
+        wrapper = Wrapper(self._text(), ("conserved", "independent", "explained"), _momenta if constrained and ivp.arrays else None)
         options: dict[str, Any] = {"wrapper": wrapper, "compiled": self.compiled, "singular": ivp.singular}
         options |= {"loops": True} if self._loops else {}
         return ivp.source.linked("monitored", f"What is monitored of {ivp.problem}.", roots, **options)
@@ -114,7 +113,7 @@ class Monitored:
     @property
     def _loops(self) -> bool:
         """Whether functions of a problem with many unknowns take arrays."""
-        return self.compiled and in_loops(self.posed.ivp.facts)
+        return in_loops(self.posed.ivp.facts)
 
     @property
     def address(self) -> int:
@@ -146,7 +145,7 @@ class Monitored:
         texts = {signature: f"def {signature}:\n    return {result}" for signature, result in functions.items()}
         if constrained and ivp.arrays:
             texts["conserved(y, par)"] = ARRAYS.format(d=size // 2)
-        return "\n\n".join([_looks(compiled=self.compiled), f"SIZE = {size}", *texts.values()])
+        return "\n\n".join([_looks(), f"SIZE = {size}", *texts.values()])
 
     def _looked(self, mode: int, t: float, y: Any) -> list[float]:
         """Return what the compiled look gives for unknowns, 4 numbers."""
@@ -188,10 +187,8 @@ def _tuple(name: str, places: range) -> str:
 
 
 @cache
-def _looks(*, compiled: bool) -> str:
-    """Return the source of what is the same for all problems: the look at steps, or where nothing is compiled what is called of it."""
+def _looks() -> str:
+    """Return the source of what is the same for all problems: the look at steps."""
     from daebench.methods.solvers import look
 
-    if compiled:
-        return "\n\n".join([constants(look), *map(text_of, look.WRITTEN)])
-    return f"from typing import Any\nfrom daebench.methods.solvers.thresholds import *\n\n{inspect.getsource(look.explained)}"
+    return "\n\n".join([constants(look), *map(text_of, look.WRITTEN)])

@@ -1,7 +1,7 @@
 """Functions that are composed of the problem's own functions: velocity constraint, hidden constraint, multiplier, mass."""
 
 from daebench.schemes.kernels.language import EXTENDED, G, Gv_p, Gv_q, H_p, H_pp, H_pp_and_time, H_q, H_qp, identity_d, solve, zero
-from daebench.schemes.kernels.spaces import Gram, Jacobian, Matrix, Multiplier, Number, Rows, Vector
+from daebench.schemes.kernels.spaces import Gram, Matrix, Multiplier, Number, Rows, Vector
 
 
 def Gv(p: Vector, q: Vector) -> Multiplier:
@@ -53,6 +53,6 @@ def H_pq(p: Vector, q: Vector) -> Matrix:
     return H_qp(p, q).T
 
 
-def rows(X: Jacobian, p: Vector, q: Vector) -> Rows:
+def rows(X: Rows, p: Vector, q: Vector) -> Rows:
     """X H_pp: the inverse mass applied to each row of X."""
     return X @ H_pp(p, q)

@@ -32,7 +32,7 @@ def project_position(q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -> tuple[Vec
     not to q0.
     """
     tangent, nu0, start_report = tangential(dq, G0, V)
-    if ONE_UNKNOWN:  # evaluated when the kernel is linked
+    if ONE_UNKNOWN:  # known when the file is executed
         (dq, nu), report = newton_of_one(update_position, (tangent, nu0), (q0, V))
     else:
         (dq, nu), report = newton(update_position, (tangent, nu0), (q0, V))

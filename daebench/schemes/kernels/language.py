@@ -1,17 +1,17 @@
 # mypy: disable-error-code="empty-body"
-"""The scheme language: the linker replaces this module by the problem's own functions and the algebra for their shapes.
+"""The scheme language: for each problem, its own functions and the algebra for their shapes take the place of this module.
 
-A scheme file imports the names of its language from here and is never executed directly. The linker joins it with the source of exactly
-those names for one problem, so that a compiler can inline everything in one namespace. The rules:
+A scheme file imports the names of its language from here. It is executed for one problem on values that record what is done with them, from
+which machine code is made, or on plain numbers. The rules:
 
-- vectors are values, shape(d,) for states and shape(m,) for multipliers: tuples that no function changes;
+- vectors are values, of shape(d,) for states and shape(m,) for multipliers, that no function changes;
 - formulas are written with ``+ - * / @`` and ``.T`` on the classes of ``spaces.py``, as ``p0 - h / 2 * (H_q(p0, q0) + G(q0).T @ lam)``;
-- every parameter has an annotation: it says which operation of the algebra an operator denotes. An operand of unknown kind or of a shape
-  that does not fit is refused with the file, the line and the expression;
-- an integer in arithmetic is a number of the run's type, and division by a power of two is multiplication by its inverse;
-- a scheme file has functions, ``CLAIMS``, names of kinds, and ``if`` statements on the constants below; nothing else at module level;
-- a function whose parameter is called, as ``update`` in Newton's iteration, is specialised for each function passed by name;
-- parameters of the problem are threaded through every call by the linker and never written.
+- every parameter has an annotation: a value of another kind is refused with the file, the line and the expression. What a function returns
+  as a ``Jacobian`` or ``InverseMass`` has the zeros of one;
+- branches and loops may depend on values that are not known yet; both sides of such a branch bind the same names to values of the same
+  kinds. With values that are known, constants, tuples, indices and functions, everything that Python does is possible;
+- work is counted by calls, so that functions of the problem are not called in a branch or a loop, except over stages or constraints;
+- at module level there are functions, ``CLAIMS``, names of kinds, and ``if`` statements on the constants below.
 """
 
 from collections.abc import Iterable
@@ -34,7 +34,7 @@ from daebench.schemes.kernels.spaces import (
     declare,
 )
 
-# ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
+# ---- constants, known when the file is executed ----------------------------------------------------------------------------
 
 SEPARABLE: bool = False
 """H = 1/2 p^T M^-1 p + U(q) with constant M, HLW (1.22)."""
@@ -76,8 +76,8 @@ SINGLE: bool = False
 """Pivots of a step do not show the rank of G, which is measured at its end: there is one constraint, or G M^-1 G^T is not formed."""
 
 STAGES: int = 1
-"""Number of stages. A range that names this constant, or the next, is unrolled: ``tuple(... for i in range(STAGES))``, ``min``, ``max``
-and ``sum`` of such, and statements ``for``."""
+"""Number of stages. A loop ``for`` over a range that names this constant, or the next, is no loop of the kernel: its turns follow each
+other. Generators, in ``tuple``, ``min``, ``max`` and ``sum``, are over such ranges alone."""
 
 CONSTRAINTS: int = 1
 """Number of constraints m."""

@@ -92,7 +92,7 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
                 return x, (NOT_CONVERGED, residual, taken, tally(update, iteration))
             last = size
         if iteration == until:
-            if TANGENTS:  # settled when the kernel is linked
+            if TANGENTS:  # known when the file is executed
                 return differentiated(update, x, data, size, (OK, residual, pivot, tally(update, iteration)))
             return x, (OK, residual, pivot, tally(update, iteration))
     return x, (NOT_CONVERGED, residual, taken, tally(update, 2 * LONGEST))

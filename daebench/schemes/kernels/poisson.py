@@ -7,6 +7,8 @@ from daebench.schemes.kernels.newton import OK
 from daebench.schemes.kernels.poisson_language import BOUNDED, chart, inside, step
 from daebench.schemes.kernels.spaces import Number, Report, Vector
 
+State = Vector
+
 OUTSIDE = 6
 
 

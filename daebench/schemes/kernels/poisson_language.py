@@ -1,5 +1,5 @@
 # mypy: disable-error-code="empty-body"
-"""Extension of :mod:`daebench.schemes.kernels.language` for Poisson systems: the linker fills these names in for one system.
+"""Extension of :mod:`daebench.schemes.kernels.language` for Poisson systems.
 
 The state is one vector y, shape(n,). Schemes that treat its halves differently take y = (u, v, c): u and v of the same length, and c,
 which no step changes: the Casimir coordinates of a canonical form.
@@ -7,7 +7,7 @@ which no step changes: the Casimir coordinates of a canonical form.
 
 from daebench.schemes.kernels.spaces import Half, HalfMatrix, Matrix, Number, Report, Vector, declare
 
-# ---- constants, settled when the kernel is linked ------------------------------------------------------------------------
+# ---- constants, known when the file is executed ----------------------------------------------------------------------------
 
 DENSE: bool = True
 """Derivatives of the vector field exist, so that equations are solved by Newton's iteration; otherwise by fixed-point iteration."""

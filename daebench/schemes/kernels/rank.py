@@ -6,7 +6,6 @@ from daebench.schemes.kernels.language import RANK_WATCHED, SINGLE, G, rows, sol
 from daebench.schemes.kernels.spaces import Number, Vector
 
 RANK_LOST = 7
-Pivots = tuple[Number, Number, Number]
 
 if SINGLE:
 
@@ -40,7 +39,7 @@ if RANK_WATCHED:
         """Return the smallest pivot so far, and the measures in this step and in the previous one."""
         return min(pivots[0], pivot), rank, pivots[1]
 
-    def lost(before: Pivots, now: Pivots) -> bool:
+    def lost(before: Any, now: Any) -> bool:
         """Return whether G loses rank within the next step, given the records before and after this step.
 
         The measure behaves like the square of an angle: if G loses rank transversally, its root sigma goes to zero linearly. Given the
@@ -62,6 +61,6 @@ else:
         """Return the smallest pivot so far."""
         return min(pivots, pivot)
 
-    def lost(before: Pivots, now: Pivots) -> bool:
+    def lost(before: Any, now: Any) -> bool:
         """Return False: nothing is monitored."""
         return False

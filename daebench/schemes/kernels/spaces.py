@@ -1,8 +1,8 @@
 # mypy: disable-error-code="empty-body"
 """The spaces of the vectors and matrices of a scheme, for annotations and for the type checker.
 
-No object of these classes is ever made. The linker replaces operators by operations of the algebra, see
-``daebench/compiler/operators.py``, and the kinds of ``daebench/compiler/shapes.py`` have the names of the classes.
+No object of these classes is ever made. Where a file is executed, :mod:`daebench.compiler.values` has the operators, by kinds that have the
+names of these classes.
 """
 
 from collections.abc import Iterator
@@ -183,12 +183,12 @@ RATE: Number = 0.0
 
 
 def declare(names: dict[str, Any]) -> None:
-    """Make the functions of a file of the language, given by its global names, raise an error that says that the linker fills them in."""
+    """Make the functions of a file of the language, given by its global names, raise an error that says that they are a problem's."""
 
     def unlinked(function: FunctionType) -> Any:
         @wraps(function)
         def call(*_: Any, **__: Any) -> NoReturn:
-            raise NotImplementedError("filled in by the linker")
+            raise NotImplementedError("filled in for each problem")
 
         return call
 

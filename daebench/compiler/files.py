@@ -1,0 +1,362 @@
+"""The files of schemes, run for one problem: on numbers, on values that record what is done with them, or on symbols of a chain.
+
+A file is executed as it stands. The names that it imports from the scheme language are the problem's functions, the operations of an
+algebra, or functions of other files; the constants of the language are known. What a machine does with a function, run it or follow it,
+is the machine's affair.
+"""
+
+import ast
+import builtins
+import re
+import threading
+import types
+from collections import ChainMap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache, cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from daebench.compiler import values
+from daebench.compiler.linear.elimination import CHOICES, Target
+from daebench.compiler.shapes import IDENTITY, MULTIPLIER, OVERLOADS, Kind, said
+from daebench.compiler.syntax import LANGUAGES, RUN_TIME, TypedLiterals, prepared
+from daebench.errors import InvalidProblem
+from daebench.schemes.kernels import language, poisson_language, spaces
+from daebench.systems.files.package import text_of
+
+
+class Machine(Protocol):
+    """What runs the functions of files. ``names`` take the place of those of Python, and ``space`` has those of the generated module."""
+
+    names: dict[str, Any]
+    space: dict[str, Any]
+
+    def add(self, text: str) -> None:
+        """Add functions to the generated module, given by their source."""
+
+    def take(self, name: str, operation: Callable[..., Any]) -> None:
+        """Add an operation to the generated module."""
+
+    def body(self, function: "Function") -> Callable[..., Any]:
+        """Return what is called for a function of a file."""
+
+
+class Files:
+    """The files of a scheme and of what surrounds it.
+
+    Parameters
+    ----------
+    plan : mapping
+        What the linker has found: ``constants`` of the language; ``homes`` of its names in files, as pairs of file and name; the file of
+        ``states``; names of functions that are ``bare``, without parameters of the problem; the place of run-time data ``after`` them;
+        ``written`` functions of files, which text has; ``roots`` and ``operations`` that text calls; ``work`` of one update of an
+        iteration, by its function; how many call ``sites`` there are; whether numbers are of ``single`` precision.
+    machine : Machine
+        What runs them.
+    algebra : str
+        Source of the algebra, which has the sources of its operations.
+    """
+
+    deferred = False
+    """Whether both sides of a conditional expression are functions, for its test may be a symbol."""
+
+    def __init__(self, plan: Mapping[str, Any], machine: Machine, algebra: str = "") -> None:
+        self.plan, self.machine, self._algebra = plan, machine, algebra
+        self._run = threading.local()
+        self.read: dict[str, dict[str, Any]] = {}
+        self._declared = cache(self._kinds)
+        self.identity = values.Element(self.algebra, IDENTITY, None)
+
+    def algebra(self, name: str, *held: Any) -> Any:
+        """Carry out an operation of the algebra."""
+        space = self.machine.space
+        return (space[name] if name in space else self.operation(name))(*held)
+
+    def operation(self, name: str) -> Any:
+        """Return a function of the problem, an operation of the algebra, or a constant of the type of numbers, by name."""
+        if name not in self.machine.space:
+            if "exchanged" not in self.machine.space:
+                self.add(CHOICES)
+            self._operations.provide(name, self)
+        return self.machine.space[name]
+
+    @property
+    def names(self) -> ChainMap[str, Any]:
+        """Names that operations of the algebra may call."""
+        return ChainMap(self.machine.space, self.machine.names, vars(builtins))
+
+    def add(self, text: str) -> None:
+        """Add functions to the module, given by their source."""
+        self.machine.add(ast.unparse(TypedLiterals().visit(ast.parse(text))) if self.plan["single"] else text)
+
+    def take(self, name: str, operation: Callable[..., Any]) -> None:
+        """Add an operation to the module."""
+        self.machine.take(name, operation)
+
+    @cached_property
+    def _operations(self) -> Any:
+        from daebench.compiler.linear.arrays import Arrays
+        from daebench.compiler.linear.loops import Loops
+        from daebench.compiler.linear.tuples import Values
+
+        return eval(self._algebra, {"Arrays": Arrays, "Target": Target, "Loops": Loops, "Values": Values})
+
+    @contextmanager
+    def given(self, par: Any) -> Iterator[None]:
+        """Run with these parameters and run-time data."""
+        before, self._run.par = self.par, par
+        try:
+            yield
+        finally:
+            self._run.par = before
+
+    @property
+    def par(self) -> Any:
+        """Parameters and run-time data of what this thread runs."""
+        return getattr(self._run, "par", ())
+
+    def root(self, module: str, name: str) -> Callable[..., Any]:
+        """Return a function of a file for code that holds vectors as the algebra does, and passes parameters last."""
+
+        def called(*args: Any) -> Any:
+            *own, par = args
+            with self.given(par):
+                function = self.function(module, name)
+                given = self.as_kinds(name, function.kinds, [self._text(x) if callable(x) else x for x in own])
+                return values.held(function(*given))
+
+        called.taken = lambda: 1 + len(self.function(module, name).node.args.args)  # type: ignore[attr-defined]
+        return called
+
+    def _text(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a function of generated text for files."""
+
+        def called(*args: Any) -> Any:
+            return function(*map(values.held, args), self.par)
+
+        called.key = getattr(function, "name", None) or function.__name__  # type: ignore[attr-defined]
+        return called
+
+    def function(self, module: str, name: str) -> "Function":
+        """Return a function of a file."""
+        found: Function = self.names_of(module)[name]
+        return found
+
+    def names_of(self, module: str) -> dict[str, Any]:
+        """Return the names of a file, which is executed when it is first asked for."""
+        if module not in self.read:
+            space: dict[str, Any] = {
+                "__builtins__": {**vars(builtins), **self.machine.names, "__import__": self._import, "sum": values.summed}
+            }
+            space |= {"__name__": module, "_whole": values.whole, "_unrolled": lambda x: x, "_run_time": self._run_time}
+            code, nodes = _compiled(module, text_of(module), self.deferred, self.plan["single"])
+            exec(code, space)
+            for name, function in space.items():
+                if isinstance(function, types.FunctionType) and function.__globals__ is space:
+                    space[name] = Function(self, module, function, nodes[function.__code__.co_firstlineno])
+            space.update({name: Name(self, name) for name in self.plan.get("written", {}).get(module, ())})
+            self.read[module] = space
+        return self.read[module]
+
+    def _import(self, name: str, into: Any = None, names: Any = None, asked: Sequence[str] = (), level: int = 0) -> Any:
+        """Import for a file: names of the language and of other files are those of this problem."""
+        if name in LANGUAGES:
+            return types.SimpleNamespace(**{each: self._name(each) for each in asked})
+        if name.startswith("daebench.schemes.") and not name.endswith(".claims"):
+            return types.SimpleNamespace(**self.names_of(name))
+        return __import__(name, into, names, asked, level)
+
+    def _name(self, name: str) -> Any:
+        if name in self.plan["constants"]:
+            return self.plan["constants"][name]
+        if name in RUN_TIME:
+            return name
+        if name == "State":
+            return self.names_of(f"daebench.schemes.kernels.{self.plan['states']}")["State"]
+        if name in ("EPS", "INF"):
+            return self.operation(name)
+        if name == "I":
+            return self.identity
+        if name in vars(spaces):
+            return vars(spaces)[name]
+        return Name(self, name)
+
+    def _run_time(self, name: str) -> Any:
+        """Return run-time data."""
+        if name in self.plan["constants"]:
+            return self.plan["constants"][name]
+        place, *inside = RUN_TIME[name]
+        found: Any = self.par[self.plan["after"] + place]
+        for i in inside:
+            found = found[i]
+        return found
+
+    def called(self, name: str, args: Sequence[Any]) -> Any:
+        """Return the value of a call of a function of the scheme language."""
+        if name == "tally":
+            return self._tally(*args)
+        if name == "multiplier":
+            return values.Element(self.algebra, MULTIPLIER, tuple(args[0]))
+        if name in OVERLOADS:
+            operation, kind = values.overloaded(name, args)
+            return values.as_kind(self.algebra, kind, self.algebra(operation, *map(values.held, args)))
+        taken, result = self._declared(name)
+        if home := self.plan["homes"].get(name):
+            found = self.function(*home)(*args)
+        else:
+            args = self.as_kinds(name, taken, args)
+            found = self.operation(name)(*map(values.held, args), *[self.par] * (not self.bare(name)))
+        return values.like(args[0], found) if name == "with_tangents" else values.as_kind(self.algebra, result, found, vouched=True)
+
+    def _kinds(self, name: str) -> tuple[Sequence[Kind], Kind]:
+        """Return the declared kinds of the parameters and of the result of a function of the scheme language."""
+        files = [language, poisson_language] if self.plan["states"] == "constrained" else [poisson_language, language]
+        declared = next((vars(file)[name] for file in files if name in vars(file)), None)
+        return values.kinds_of(declared) if declared else ((), None)
+
+    def bare(self, name: str) -> bool:
+        """Whether a function is called without the parameters of the problem."""
+        return name in self.plan["bare"]
+
+    def as_kinds(self, name: str, kinds: Sequence[Kind], args: Sequence[Any]) -> list[Any]:
+        """Return the arguments of a function as what it takes."""
+        taken = [values.whole(x) for x in args]
+        for place, (kind, x) in enumerate(zip(kinds, taken, strict=False)):
+            try:
+                taken[place] = values.as_kind(self.algebra, kind, x)
+            except values.Misfit as error:
+                raise values.Misfit(f"argument {place + 1} is {values.named(x)}, but {name} takes {said(kind)} there") from error
+        return taken
+
+    def _tally(self, update: Any, iterations: Any) -> Any:
+        return tuple([n * iterations for n in self.plan["work"].get(update.key, ())])
+
+
+class Name:
+    """A function of the scheme language, for files that import it."""
+
+    def __init__(self, files: Files, name: str) -> None:
+        self.files, self.name = files, name
+
+    def __call__(self, *args: Any) -> Any:
+        """Return the value of a call."""
+        return self.files.called(self.name, args)
+
+
+class Function:
+    """A function of a file.
+
+    Parameters
+    ----------
+    files : Files
+        The files.
+    module : str
+        Its file.
+    plain : function
+        The function as Python executes it.
+    node : ast.FunctionDef
+        Its syntax.
+    """
+
+    def __init__(self, files: Files, module: str, plain: types.FunctionType, node: ast.FunctionDef) -> None:
+        self.files, self.module, self.plain, self.node = files, module, plain, node
+        self.name, self.key = plain.__name__, f"{module}.{plain.__name__}"
+        self._kinds = values.kinds_of(plain)
+        self.kinds = self._kinds[0]
+
+    @cached_property
+    def _body(self) -> Callable[..., Any]:
+        return self.files.machine.body(self)
+
+    def __call__(self, *args: Any) -> Any:
+        """Return the value of a call, of which everything is whole."""
+        taken = self.files.as_kinds(self.name, self.kinds, args)
+        try:
+            found = self._body(*taken)
+        except values.Misfit as error:
+            raise placed(error) or error from error
+        try:
+            return values.as_kind(self.files.algebra, self._kinds[1], found, vouched=True)
+        except values.Misfit as error:
+            where = f"{path_of(self.module)}, line {self.node.lineno}"
+            raise InvalidProblem(f"{where}: {self.name} does not return what its annotation says: {error}.") from error
+
+
+def placed(error: BaseException) -> InvalidProblem | None:
+    """Return an error with file, line and expression of the innermost statement of a file in which it was raised; None if in none."""
+    trace, found = error.__traceback__, None
+    while trace:
+        if trace.tb_frame.f_code.co_filename.startswith(PREFIX):
+            found = trace
+        trace = trace.tb_next
+    if found is None:
+        return None
+    module = found.tb_frame.f_code.co_filename.removeprefix(PREFIX)
+    positions = list(found.tb_frame.f_code.co_positions())[found.tb_lasti // 2]
+    first, last, begin, end = (0 if x is None else x for x in positions)
+    lines = text_of(module).splitlines()[first - 1 : last]
+    lines[-1] = lines[-1][:end]
+    text = " ".join(line.strip() for line in [lines[0][begin:], *lines[1:]])
+    return InvalidProblem(f"{path_of(module)}, line {first}: {text}: {error}.")
+
+
+def path_of(module: str) -> str:
+    """Return the path of a file."""
+    return f"{module.replace('.', '/')}.py"
+
+
+PREFIX = "scheme:"
+"""Beginning of the file name of compiled files of schemes."""
+
+
+@cache
+def _compiled(module: str, text: str, deferred: bool, single: bool) -> tuple[types.CodeType, Mapping[int, ast.FunctionDef]]:
+    """Return the code of a file, and the syntax of its functions by their first lines."""
+    tree = prepared(path_of(module), text, deferred, single)
+    nodes = {node.lineno: node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    return compile(tree, f"{PREFIX}{module}", "exec"), nodes
+
+
+class Plain:
+    """Runs functions of files as Python does, on numbers of Python and NumPy; ``space`` has the names of the generated module."""
+
+    names: dict[str, Any] = {"float32": np.float32}  # noqa: RUF012
+
+    def __init__(self, space: dict[str, Any]) -> None:
+        self.space = space
+
+    def add(self, text: str) -> None:
+        """Add functions to the generated module, given by their source, and what they take from NumPy."""
+        for name in {*re.findall(r"\w+", text)} & {*np.__all__}:
+            self.space.setdefault(name, getattr(np, name))
+        exec(text, self.space)
+
+    def take(self, name: str, operation: Callable[..., Any]) -> None:
+        """Add an operation to the generated module."""
+        self.space[name] = operation
+
+    def body(self, function: Function) -> Callable[..., Any]:
+        """Return the function itself, whose errors of type are misfits."""
+
+        def run(*args: Any) -> Any:
+            try:
+                return function.plain(*args)
+            except TypeError as error:
+                raise values.Misfit(str(error)).with_traceback(error.__traceback__) from error
+
+        return run
+
+
+def files(space: dict[str, Any], plan: Mapping[str, Any], algebra: str) -> Files:
+    """Return the files of a generated module, whose names get those of its roots, for Python."""
+    found = Files(plan, Plain(space), algebra)
+    space.update(roots(found))
+    return found
+
+
+def roots(found: Files) -> dict[str, Callable[..., Any]]:
+    """Return the functions of files, and operations, that text calls, by their names there."""
+    operations = {name: found.operation(name) for name in found.plan["operations"]}
+    return operations | {name: found.root(*home) for name, home in found.plan["roots"].items()}

@@ -1,0 +1,61 @@
+"""The files of schemes, executed by Python on numbers of other kinds than machine code has."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import mpmath
+import numpy as np
+import pytest
+import uncompiled
+
+import daebench
+from daebench.methods.names import method_of
+
+ONE_STEP = ("daebench.schemes.kernels.constrained", "one_step")
+STEPS = 10
+
+
+def exact(x):
+    """Return nested tuples of numbers of 40 digits."""
+    return tuple(map(exact, x)) if isinstance(x, tuple | np.ndarray) else mpmath.mpf(float(x))
+
+
+@pytest.mark.parametrize(
+    ("problem", "name"),
+    [
+        ("spherical_pendulum", "rattle"),
+        ("double_pendulum", "lobatto3"),
+        ("slider_crank", "rattle"),
+        ("spherical_pendulum", "gauss2"),
+        ("double_pendulum", "radau2_ggl"),
+        ("spherical_pendulum", "energy_momentum"),
+    ],
+)
+def test_machine_code_has_the_digits_of_the_same_file_on_numbers_of_forty_digits(problem, name):
+    ivp = daebench.initial_value_problem(problem)
+    method = method_of(ivp, name)
+    kernel = uncompiled.kernel(method, ivp, "float64", (), count=False)
+    linked, one_step = method.linked(ivp, kernel, 0.01), kernel.FILES.root(*ONE_STEP)
+    with mpmath.workdps(40):
+        x, h, par = exact(linked.enter(ivp.start)), mpmath.mpf(1) / 100, exact(linked.par)
+        for _ in range(STEPS):
+            x, _, _, report = one_step(x, (), h, par)
+            assert report[0] == 0
+        run = daebench.run(ivp, method=name, h=0.01, steps=STEPS)
+        of_p, of_q = (
+            max(abs(a - mpmath.mpf(float(b))) for a, b in zip(one, other, strict=True))
+            for one, other in zip(x, (run.p[-1], run.q[-1]), strict=True)
+        )
+    rounding = np.finfo(float).eps * max(map(abs, (*x[0], *x[1])))
+    assert 0 < of_q < 10 * rounding
+    assert 0 < of_p < 10 * rounding / 0.01  # where momenta follow from g = 0, they are uncertain by eps |q| / h
+
+
+def test_threads_may_run_the_functions_of_one_module_with_parameters_of_their_own():
+    ivp = daebench.initial_value_problem("four_bar_spring")
+    H, state = ivp.functions("H").H, tuple(map(tuple, ivp.start))
+    others = [tuple(k * x for x in ivp.par) for k in (1.0, 2.0, 3.0)]
+    alone = [H(*state, par) for par in others]
+    with ThreadPoolExecutor(3) as pool:
+        together = list(pool.map(lambda k: [H(*state, others[k]) for _ in range(200)], range(3)))
+    assert len(set(alone)) == 3
+    assert all(set(found) == {expected} for found, expected in zip(together, alone, strict=True))
