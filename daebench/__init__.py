@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from daebench.methods.run import run
     from daebench.pages.animation.animation import animation
     from daebench.pages.certificate.certify import certify
+    from daebench.pages.generation.run import generate
     from daebench.runs.ivp import InitialValueProblem
     from daebench.runs.trajectory import PoissonTrajectory, Trajectory
     from daebench.studies.advise.advice import Advice
@@ -88,6 +89,7 @@ __all__ = [
     "coordinates",
     "diagnose",
     "ensemble",
+    "generate",
     "gradient",
     "initial_value_problem",
     "list_methods",
@@ -111,6 +113,7 @@ _HOME = {
     **dict.fromkeys(("DarbouxMap", "Lift", "Part", "PoissonCase", "PoissonSystem"), "systems.poisson"),
     **dict.fromkeys(("PoissonTrajectory", "Trajectory"), "runs.trajectory"),
     **dict.fromkeys(("as_poisson", "symplectic_projection"), "diagnostics.submanifold"),
+    "generate": "pages.generation.run",
     **dict.fromkeys(("Gradient", "gradient"), "methods.gradient"),
     "Advice": "studies.advise.advice",
     "Chaos": "studies.chaos.result",

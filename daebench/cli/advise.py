@@ -34,6 +34,7 @@ def advise(
     on_singular: OnSingular = None,
     store: Annotated[Path | None, typer.Option("--store", help="File of the stored runs; beside the compiled kernels if left out.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture and the table of runs.")] = None,
+    generate: Annotated[Path | None, typer.Option("--generate", help="New folder for the choice as code in C.")] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
@@ -50,9 +51,13 @@ def advise(
     asked |= {"anyway": anyway, "on_singular": on_singular}
     folder = Folder(out, pictures=("advise",))
     folder.check()
+    if generate is not None:
+        from daebench.runs.files import require_new
+
+        require_new(generate)
     with bar(f"advice on {problem}") as progress:
         advice = made(problem, **asked, parameters=pairs("param", param or []), progress=_planned(progress))
-    written = _write(folder, advice)
+    written = _write(folder, advice) + _generated(advice, generate)
     if as_json:
         print_json(advice.summary() | {"written": written})
     else:
@@ -96,6 +101,20 @@ def _write(folder: Folder, advice: "Advice") -> list[str]:
     with folder.described(advice.question.ivp, about) as written:
         draw(folder.out, advice)
     return written
+
+
+def _generated(advice: "Advice", out: Path | None) -> list[str]:
+    """Write the cheapest choice with a fixed step as code; return the paths."""
+    from daebench.errors import BadInput
+    from daebench.pages.generation.run import generate
+
+    if out is None or advice.choice is None:
+        return []
+    asked, choices = advice.question, [some for some in (advice.choice, *advice.runners_up) if some.knob == "h"]
+    if not choices:
+        raise BadInput(f"{advice.choice.method} chooses its own steps, so that it cannot be generated; name schemes with --methods.")
+    method, h = choices[0].method, choices[0].value
+    return [str(file) for file in generate(asked.problem, method, out, h=h, case=asked.case, parameters=asked.parameters).files]
 
 
 def _print(advice: "Advice") -> None:

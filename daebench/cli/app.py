@@ -23,6 +23,7 @@ from daebench.cli.diagnose import diagnose
 from daebench.cli.endings import INTERRUPTED, complain, ending, keep_interrupts
 from daebench.cli.ensemble import ensemble
 from daebench.cli.export import export
+from daebench.cli.generate import generate
 from daebench.cli.lesson import lesson
 from daebench.cli.listing import listing
 from daebench.cli.long import long
@@ -79,6 +80,7 @@ for command in (
     long,
     animate,
     report,
+    generate,
     lesson,
     bench,
     export,

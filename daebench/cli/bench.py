@@ -18,6 +18,8 @@ Ensemble = Annotated[
 ]
 Rows = Annotated[bool, typer.Option("--rows", help="Time steps of long chains per link instead, and of a problem in time.")]
 
+Generated = Annotated[bool, typer.Option("--generated", help="Time generated C instead, beside machine code.")]
+
 STARTS = 3
 """Number of new processes, of which the best counts."""
 
@@ -39,10 +41,11 @@ def bench(
     gradients: Gradients = False,
     ensemble: Ensemble = False,
     rows: Rows = False,
+    generated: Generated = False,
     as_json: Json = False,
 ) -> None:
     """Measure nanoseconds per step of fixed-step methods, and seconds to the first step with an empty and with a full cache."""
-    others = {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensemble, "--rows": rows}
+    others = {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensemble, "--rows": rows, "--generated": generated}
     if asked := [name for name, wanted in others.items() if wanted]:
         if len(asked) > 1:
             raise BadInput(f"{' and '.join(asked)} are different measurements; give one at a time.")

@@ -50,6 +50,19 @@ def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
         print_table(["heyoka, ms a trajectory", *heyoka], [["spherical_pendulum, fig1.2, to t = 100", *map(cell, heyoka.values())]])
 
 
+def generated(steps: int, repeat: int, *, as_json: bool) -> None:
+    """Print size and times of generated code."""
+    from daebench.pages.generation.timing import measure_generated
+
+    with bar("bench --generated"):
+        measured = measure_generated(steps=steps, repeat=repeat)
+    if as_json:
+        print_json({"steps": steps, "repeat": repeat, "rows": measured})
+        return
+    columns = ["problem", "method", "kB", "compile_s", "generated_ns", "machine_ns", "ratio", "note"]
+    print_table(columns, [[cell(row.get(column)) for column in columns] for row in measured])
+
+
 def rows(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print the time of a step per link of long chains, and on a time-dependent problem."""
     from daebench.studies.row_timing import H, measure_rows
@@ -70,6 +83,6 @@ def cell(value: object) -> str:
 
 
 MEASUREMENTS: MappingProxyType[str, Callable[..., None]] = MappingProxyType(
-    {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensembles, "--rows": rows}
+    {"--solvers": solvers, "--gradients": gradients, "--ensemble": ensembles, "--rows": rows, "--generated": generated}
 )
 """Measurements by their option."""

@@ -17,7 +17,8 @@ SecondsLimit = Annotated[float, typer.Option("--seconds-limit", help="Wall-clock
 
 def certify(
     mine: Annotated[
-        str, typer.Argument(help="FILE.py:NAME, LIBRARY.so:NAME or exec:PROGRAM, which are executed; or a fixed-step method of daebench.")
+        str,
+        typer.Argument(help="FILE.py:NAME, LIBRARY.so:NAME, exec:PROGRAM or a folder of generated C, which are executed; or a scheme."),
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder to write: a new one, or one with a certificate, which is replaced.")],
     problem: Annotated[
@@ -44,26 +45,35 @@ def certify(
     """
     from daebench.pages.certificate.certify import certify as certified
 
+    asked: dict[str, Any] = {"problems": problem or [], "h": h, "claims": _claims(claim or []), "files": include or []}
+    if Path(mine).is_dir():
+        mine, asked = _of_folder(Path(mine), asked)
     with bar(f"certify {mine}") as progress:
         certificate = certified(
             mine,
             out=out,
-            problems=problem or [],
-            h=h,
             parameters=pairs("param", param or []),
-            claims=_claims(claim or []),
             options=pairs("option", option or []),
             anyway=anyway,
             on_singular=on_singular,
-            files=include or [],
             seconds_limit=seconds_limit,
             overwrite=overwrite,
             progress=progress,
+            **asked,
         )
     if as_json:
         print_json({**certificate.content, "written": [str(out / "index.html"), str(out / "certificate.json")]})
     else:
         print(printable("\n".join(_said(certificate, out))))
+
+
+def _of_folder(folder: Path, asked: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the code of a folder of generated C, and what is asked, with what the folder says of itself where nothing else is asked."""
+    from daebench.pages.generation.compiled import compiled
+
+    own = compiled(folder)
+    files, claims = [*asked["files"], *own.files], own.claims | asked["claims"]
+    return own.code, {"problems": asked["problems"] or [own.problem], "h": asked["h"] or own.h, "claims": claims, "files": files}
 
 
 def _claims(given: list[str]) -> dict[str, Any]:

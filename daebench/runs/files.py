@@ -152,6 +152,12 @@ def check_zip(path: Path, option: str = "--out") -> None:
     check_place(path, option)
 
 
+def require_new(folder: Path) -> None:
+    """Accept a folder that is not there; raise :class:`BadInput` otherwise."""
+    if folder.exists():
+        raise BadInput(f"{folder} is there already; choose a new folder, or --overwrite.")
+
+
 def make_folder(path: Path) -> None:
     """Make an output folder before the work that would fill it; raise BadInput if it cannot be made or written to."""
     try:

@@ -40,6 +40,7 @@ FAST = [
     ("order", f"{ORDER} --halvings 3"),
     ("shadow", "shadow planar_pendulum --method rattle --h 0.1 --t-end 2 --orders 2,4"),
     ("lesson", "lesson"),
+    ("generate", "generate planar_pendulum --method rattle --h 0.01 --out code"),
     ("reference list", "reference list"),
     ("reference show", "reference show planar_pendulum-rotating"),
     ("reference at", "reference at planar_pendulum --case rotating --t 1.5"),
@@ -91,7 +92,7 @@ SLOW = [
 ]
 """The same of those that take seconds."""
 
-EXHAUSTIVE = [(f"bench --{what}", f"{BENCH} --{what}") for what in ("solvers", "gradients", "ensemble", "rows")]
+EXHAUSTIVE = [(f"bench --{what}", f"{BENCH} --{what}") for what in ("solvers", "gradients", "ensemble", "rows", "generated")]
 """The same of those that compile for minutes."""
 
 

@@ -73,6 +73,7 @@ WORDS = {
     "work-precision": ("PROBLEM", "--methods", "METHOD", "--h", "0.125,0.0625", *T, *ALONE),
     "modes": ("PROBLEM", "--methods", "METHOD"),
     "certify": ("METHOD", "--problem", "PROBLEM", "--h", "0.11", "--out", "OUT"),
+    "generate": ("PROBLEM", "--method", "METHOD", "--h", "0.001", "--language", "python", "--overwrite", "--out", "OUT"),
 }
 """Each command with what it is asked; OUT is a folder that its calls share, with the runs that are stored there."""
 
@@ -99,6 +100,7 @@ SHOWN = {
     "stability": lambda shown: shown["said"]["step-limit"],
     "work-precision": lambda shown: [shown["best"], shown["failed"]],
     "modes": lambda shown: [*shown["frequencies"], shown["steps"]["rattle"]],
+    "generate": lambda shown: shown["error"],
     "certify": lambda shown: shown["problems"][0]["numbers"]["orders"]["components"]["q"]["order"],
 }
 """What commands print as JSON that a wrong choice changes; animate prints none."""
@@ -138,7 +140,7 @@ def in_this_process(tasks, folder, *_):
         return [process.answer(json.loads(json.dumps(task))) for task in tasks]
 
 
-COARSE = {"certify": 0.01}
+COARSE = {"certify": 0.01, "generate": 0.01}
 """Commands whose runs have other numbers of steps; numbers of the others agree but for rounding."""
 
 

@@ -1,19 +1,14 @@
-"""Expressions of JavaScript as texts with their precedences, and the operations on them."""
+"""Numbers and operations of JavaScript."""
 
 from collections.abc import Callable, Mapping
 
-Text = tuple[str, int]
-"""An expression, and its precedence."""
-
+from daebench.compiler.print.texts import ATOM, Text, signed
 
 INFIX = {"and": ("&&", 3), "or": ("||", 2), "eq": ("===", 4), "ne": ("!==", 4), "lt": ("<", 5), "le": ("<=", 5), "gt": (">", 5)}
 INFIX |= {"ge": (">=", 5), "add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7), "mod": ("%", 7)}
 """Operators with their precedences."""
 
 SIGNS = {"neg": "-", "not": "!", "btoi": "+", "btod": "+"}
-CHOICE, SIGN, ATOM = 1, 8, 9
-"""Precedences of a choice, of a sign, and of what needs no parentheses."""
-
 SAME = frozenset(("itod", "dtoi"))
 """Conversions that change nothing: whole numbers are numbers, and only whole numbers become such."""
 
@@ -45,24 +40,3 @@ def number(x: float) -> str:
         return "Infinity" if x > 0 else "-Infinity"
     text = repr(int(x)) if float(x).is_integer() and abs(x) < 1e6 and str(float(x)) != "-0.0" else repr(x)
     return text.removeprefix("0") if text.startswith("0.") else text
-
-
-def infix(op: str, first: Text, *others: Text) -> Text:
-    """Return an operation on two or more operands; operations stay in the order in which they were recorded."""
-    sign, level = INFIX[op]
-    found = first
-    for other in others:
-        right = level if op in ("and", "or") else level + 1
-        found = f"{bound(found, level, first=True)}{sign}{bound(other, right)}", level
-    return found
-
-
-def signed(sign: str, x: Text) -> Text:
-    """Return an expression with a sign before it."""
-    return sign + bound(x, ATOM), SIGN
-
-
-def bound(x: Text, least: int, *, first: bool = False) -> str:
-    """Return an expression, in parentheses if its precedence is below ``least`` or if two signs would meet."""
-    written, level = x
-    return f"({written})" if level < least or (written[0] in "-+" and not first) else written

@@ -22,6 +22,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
+from daebench.schemes.kernels.claims import MAPPED
 
 if TYPE_CHECKING:
     from daebench.compiler.link import Linker
@@ -31,6 +32,9 @@ Result = TypeVar("Result")
 
 INTEGRATE, FIRST = (("daebench.schemes.kernels.loop", name) for name in ("integrate", "first"))
 """What is called of a generated module: the loop, and, where it monitors what is conserved, the values at the start."""
+
+ALONE = ("daebench.schemes.kernels.alone", "alone")
+"""One step by itself, where code has a loop of its own."""
 
 INITIALISE = ("daebench.schemes.kernels.constrained", "initialise")
 """What is called too where a scheme remembers something from step to step."""
@@ -135,6 +139,16 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, singular: str = "") -> str:
         """Return the text of a generated module for translation; unless ``singular`` says so, it does not monitor the rank of G."""
         return self._module(ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=singular))
+
+    def printable(self, ivp: Ivp, h: float) -> tuple[str, Any, Any]:
+        """Return the text of a generated module with one step by itself, a state that the scheme computes in, and the run-time data."""
+        options = self._options(ivp, "float64", (), count=False, stage_multipliers=True, singular=ivp.singular)
+        linker, roots = self._linker(ivp, options)
+        linked = self.linked(ivp, types.ModuleType("none"), h)
+        state, held = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
+        state = tuple(map(held, state)) if isinstance(state, tuple) and np.ndim(state[0]) else held(state)
+        output = [("daebench.schemes.kernels.language", "output")] * (self.form in MAPPED)
+        return linker.module(f"{self.name} on {ivp.problem}.", [*roots, ALONE, *output]), state, _tuples(linked.par)
 
     def _options(
         self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool, singular: str
@@ -266,6 +280,11 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             return np.concatenate([start[None], rows]), failure
 
         return along
+
+
+def _tuples(x: Any) -> Any:
+    """Return a nested tuple of floats."""
+    return tuple(map(_tuples, x)) if hasattr(x, "__len__") else float(x)
 
 
 def _complex_state(linked: Linked, vectors: Sequence[Sequence[complex]]) -> Any:

@@ -1,0 +1,285 @@
+"""A recorded function as statements of a language with braces: one variable a value, unless it is read once, where it is made.
+
+C and JavaScript differ in how variables are declared, in what leaves a block, and in the texts of numbers and operations.
+"""
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from daebench.compiler.print.needed import EFFECTS, Needed
+from daebench.compiler.print.texts import ATOM, SIGN, Text, bound, infix
+from daebench.compiler.print.uses import Use, Uses, width
+from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value
+from daebench.errors import BadInput
+
+LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+
+class Braces(ABC):
+    """Prints one function, which changes arrays and returns nothing.
+
+    Parameters
+    ----------
+    function : Function
+        The function.
+    parameters : sequence of str
+        Names of its parameters.
+    """
+
+    infix: Mapping[str, tuple[str, int]]
+    """Operators with their precedences."""
+
+    same: frozenset[str]
+    """Conversions that change nothing."""
+
+    what: str
+    """Who computes, in words."""
+
+    def __init__(self, function: Function, parameters: Sequence[str]) -> None:
+        self.function, self.need = function, Needed(function, set())
+        self.texts: dict[Value, list[Text]] = {p: [(name, ATOM)] for p, name in zip(function.parameters, parameters, strict=True)}
+        self.uses = Uses(function, self.need)
+        self.written: list[str] = []
+        self.variables: list[tuple[str, str]] = []
+        self.labels: dict[Region, str] = {}
+        self.tables: list[str] = []
+        self.count = 0
+
+    def text(self) -> str:
+        """Return the statements."""
+        self._block(self.function.block)
+        return "".join([*self.tables, self.declared(self.variables), *self.written])
+
+    @abstractmethod
+    def declared(self, variables: Sequence[tuple[str, str]]) -> str:
+        """Return the declaration of variables, given by name and kind, that get their values later."""
+
+    @abstractmethod
+    def constant(self, name: str, kind: str, x: str) -> str:
+        """Return the declaration of a variable that keeps its value."""
+
+    @abstractmethod
+    def table(self, name: str, value: Value) -> str:
+        """Return the declaration of a table of constants."""
+
+    @abstractmethod
+    def number(self, value: Value) -> str:
+        """Return a known number."""
+
+    @abstractmethod
+    def operation(self, value: Value, x: Sequence[Text]) -> Text | None:
+        """Return an operation on numbers that is none of the operators; None for one that there is not."""
+
+    @abstractmethod
+    def region(self, label: str, body: str) -> str:
+        """Return a block that is left by its label."""
+
+    @abstractmethod
+    def left(self, label: str) -> str:
+        """Return the statement that leaves a block."""
+
+    def kind_of(self, value: Value) -> str:
+        """Return the kind of a variable for a value, or for its entries."""
+        return value.kind[0]
+
+    def memory(self, value: Value) -> None:
+        """Write a statement that takes memory for an array, gives it back, or moves its entries.
+
+        Raises
+        ------
+        BadInput
+            If the language has no such statements here.
+        """
+        raise BadInput(f"{self.what} cannot compute with arrays; choose a smaller problem.")
+
+    def _name(self) -> str:
+        """Return a new name: a letter and a digit, and so on. No keyword of a language is of this form."""
+        k, self.count = self.count, self.count + 1
+        name, k = LETTERS[k % 52] + str(k // 52 % 10), k // 520
+        while k:
+            name, k = name + LETTERS[k % 52], k // 52
+        return name
+
+    # ---- expressions -----------------------------------------------------------------------------------------------------
+
+    def _of(self, value: Value) -> list[Text]:
+        """Return what stands for the entries of a value."""
+        value = self.uses.same(value)
+        if value.op == "const":
+            written = self.number(value)
+            return [(written, SIGN if written.startswith("-") else ATOM)] * width(value)
+        if value.op == "table" and value not in self.texts:
+            name = self._name()
+            self.tables.append(self.table(name, value))
+            self.texts[value] = [(name, ATOM)]
+        return self.texts[value]
+
+    def _entries(self, value: Value) -> list[Text]:
+        """Return the expressions for the entries of the result of an operation."""
+        args, length = value.args, width(value)
+        if value.op == "vset":
+            return [self._of(x)[0] for x in args]
+        if value.op == "vget":
+            return [self._of(args[0])[args[1]]]
+        if value.op == "any":
+            return [infix(self.infix["or"], *self._of(args[0]))]
+        if value.op in ("splat", *self.same):
+            return [self._of(args[0])[0]] * length
+        if value.op == "load":
+            return [(f"{self._place(args[0], args[1])}", ATOM)]
+        given = [self._of(x) for x in args]
+        columns = zip(*(x * length if len(x) < length else x for x in given), strict=True)
+        return [self._operation(value, column) for column in columns]
+
+    def _operation(self, value: Value, x: Sequence[Text]) -> Text:
+        found = self.operation(value, x)
+        if found is None and value.op in self.infix:
+            found = infix(self.infix[value.op], *x)
+        if found is None:
+            raise BadInput(f"{self.what} cannot compute {value.op} of these numbers; choose another problem or method for it.")
+        return found
+
+    def _whole(self, value: Value) -> list[Text]:
+        """Return what stands for the entries of a value, or one expression for a pointer."""
+        base, *offsets = self._of(value)
+        return [infix(self.infix["add"], base, *offsets)] if value.kind == POINTER and offsets else [base, *offsets]
+
+    def _place(self, pointer: Value, index: Value) -> str:
+        """Return an entry of an array."""
+        base, *offsets = self._of(pointer)
+        parts = [x for x in (*offsets, *self._of(index)) if x[0] != "0"]
+        return f"{base[0]}[{infix(self.infix['add'], *parts)[0] if parts else '0'}]"
+
+    # ---- statements ------------------------------------------------------------------------------------------------------
+
+    def _block(self, block: Sequence[Any]) -> None:
+        for node in block:
+            if type(node) is not Value:
+                _NODES[type(node)](self, node)
+            elif node in self.need.needed:
+                self._value(node)
+
+    def _value(self, value: Value) -> None:
+        if value.op == "store":
+            pointer, index, what = value.args
+            (stored,) = self._of(what)
+            self.written.append(f"{self._place(pointer, index)}={stored[0]};")
+            return
+        if value.op == "offset":
+            self.texts[value] = [*self._of(value.args[0]), *self._of(value.args[1])]
+            return
+        if value.op in (*EFFECTS, "alloc", "mark", "ccall"):
+            self.memory(value)
+            return
+        entries, use = self._entries(value), self.uses[value]
+        if value.op == "load" or not use.once:
+            entries = [self._kept(entry, value.kind[0], use) for entry in entries]
+        self.texts[value] = entries
+
+    def _kept(self, entry: Text, kind: str, use: Use) -> Text:
+        """Return the variable that an expression is given to, or a name or a constant itself."""
+        if re.fullmatch(r"\w+", entry[0]):
+            return entry
+        name = self._name()
+        if use.outside:
+            self.variables.append((name, kind))
+        self.written.append(f"{name}={entry[0]};" if use.outside else self.constant(name, kind, entry[0]))
+        return name, ATOM
+
+    def _variable(self, values: Sequence[Value]) -> None:
+        """Declare results or parameters where they are made, so that an engine need not carry them through loops around."""
+        here: list[tuple[str, str]] = []
+        for value in values:
+            if self.uses.changes(value):
+                names = [(self._name(), self.kind_of(value)) for _ in range(width(value))]
+                (self.variables if self.uses[value].outside else here).extend(names)
+                self.texts[value] = [(name, ATOM) for name, _ in names]
+        self.written += [self.declared(here)] if here else []
+
+    def _assigned(self, targets: Sequence[Value], values: Sequence[Value]) -> list[Text]:
+        """Return variables, each with what it is given."""
+        pairs = [(t, self._whole(v)) for t, v in zip(targets, values, strict=True) if self.uses.changes(t)]
+        given = [(name[0], x[0]) for t, v in pairs for name, x in zip(self._of(t), v, strict=True)]
+        return [(name, x) for name, x in given if name != x]  # type: ignore[misc]
+
+    def _give(self, targets: Sequence[Value], values: Sequence[Value]) -> None:
+        self.written += [f"{name}={x};" for name, x in self._assigned(targets, values)]
+
+    def _if(self, node: If) -> None:
+        wanted = any(map(self.uses.changes, node.results))
+        if not wanted and node not in self.need.steering:
+            return
+        self._variable(node.results)
+        outer, (test,), sides = self.written, self._of(node.test), []
+        for k, block in enumerate(node.blocks):
+            self.written = []
+            self._block(block)
+            if node.falls[k] and node.yields[k]:
+                self._give(node.results, node.yields[k])
+            sides.append("".join(self.written))
+        self.written = outer
+        then, other = sides
+        if then:
+            self.written.append(f"if({test[0]}){{{then}}}" + (f"else{{{other}}}" if other else ""))
+        elif other:
+            self.written.append(f"if(!{bound(test, ATOM)}){{{other}}}")
+
+    def _region(self, node: Region) -> None:
+        self._variable(node.results)
+        self.labels[node] = label = self._name()
+        outer, self.written = self.written, []
+        self._block(node.block)
+        self.written = [*outer, self.region(label, "".join(self.written))]
+
+    def _leave(self, node: Leave) -> None:
+        self._give(node.region.results, node.values)
+        self.written.append(self.left(self.labels[node.region]))
+
+    def _loop(self, node: Loop) -> None:
+        first = [self._whole(x) for p, x in zip(node.parameters, node.initial, strict=True) if self.uses.changes(p)]
+        self._variable(node.parameters)
+        names = [self._of(p) for p in node.parameters if self.uses.changes(p)]
+        pairs = [pair for both in zip(names, first, strict=True) for pair in zip(*both, strict=True)]
+        self.written += [f"{name[0]}={x[0]};" for name, x in pairs]
+        self.written.append("for(;;){")
+        self._block(node.block)
+        if node.nexts is not None:
+            self._next(node.parameters, self._assigned(node.parameters, node.nexts))
+        self.written.append("}")
+
+    def _call(self, node: Call) -> None:
+        if node in self.need.needed:
+            self.call(node)
+
+    def call(self, node: Call) -> None:
+        """Write the call of another function.
+
+        Raises
+        ------
+        BadInput
+            If the language has no such calls here.
+        """
+        raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.")
+
+    def _next(self, parameters: Sequence[Value], pairs: Sequence[tuple[str, Any]]) -> None:
+        """Give parameters their values in the next turn: those that later ones are computed from wait until these are."""
+        last: list[str] = []
+        kinds = {name[0]: self.kind_of(p) for p in parameters if p in self.texts for name in self._of(p)}
+        for k, (name, x) in enumerate(pairs):
+            if any(name in re.findall(r"\w+", other) for _, other in pairs[k + 1 :]):
+                kept = self._name()
+                self.written.append(self.constant(kept, kinds[name], x))
+                last.append(f"{name}={kept};")
+        waiting = {text.partition("=")[0] for text in last}
+        self.written += [f"{name}={x};" for name, x in pairs if name not in waiting] + last
+
+
+_NODES: Mapping[type, Callable[[Braces, Any], None]] = {
+    If: Braces._if,
+    Region: Braces._region,
+    Loop: Braces._loop,
+    Leave: Braces._leave,
+    Call: Braces._call,
+}

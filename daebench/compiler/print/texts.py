@@ -1,0 +1,28 @@
+"""Expressions as texts with their precedences."""
+
+Text = tuple[str, int]
+"""An expression, and its precedence."""
+
+CHOICE, SIGN, ATOM = 1, 8, 9
+"""Precedences of a choice, of a sign, and of what needs no parentheses."""
+
+
+def infix(operator: tuple[str, int], first: Text, *others: Text) -> Text:
+    """Return an operation on two or more operands; operations stay in the order in which they were recorded."""
+    sign, level = operator
+    found = first
+    for other in others:
+        right = level if sign in ("&&", "||") else level + 1
+        found = f"{bound(found, level, first=True)}{sign}{bound(other, right)}", level
+    return found
+
+
+def signed(sign: str, x: Text) -> Text:
+    """Return an expression with a sign before it."""
+    return sign + bound(x, ATOM), SIGN
+
+
+def bound(x: Text, least: int, *, first: bool = False) -> str:
+    """Return an expression, in parentheses if its precedence is below ``least`` or if two signs would meet."""
+    written, level = x
+    return f"({written})" if level < least or (written[0] in "-+" and not first) else written

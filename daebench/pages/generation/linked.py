@@ -1,0 +1,73 @@
+"""A fixed-step method on a problem, recorded: the functions of the scheme, and those of the problem in its own coordinates."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from daebench.compiler.constrained.held import in_loops
+from daebench.compiler.link import Linker, Options
+from daebench.compiler.syntax import LANGUAGE
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.pages.generation.recorded import Recorded, of_problem, of_scheme
+from daebench.runs.ivp import InitialValueProblem
+from daebench.schemes.kernels.claims import MAPPED
+
+ALONE = "daebench.schemes.kernels.alone"
+
+ENTERING = {"local": "inverse_chart", "canonical": "inverse_chart", "darboux": "canonical"}
+"""Functions into the coordinates in which a scheme computes, by the form of the system."""
+
+
+@dataclass(frozen=True)
+class Linked:
+    """Recorded functions, and the numbers that belong to them.
+
+    Parameters
+    ----------
+    scheme : Recorded
+        Functions of the scheme.
+    problem : sequence of Recorded
+        Functions of the problem.
+    state : nested tuple of float, or of ndarray
+        What the scheme computes in, at the start.
+    scales : tuple of float
+        The length and the rate of the start.
+    entering : str
+        Function into the coordinates of the scheme; "" if these are the problem's.
+    """
+
+    scheme: Recorded
+    problem: tuple[Recorded, ...]
+    state: Any
+    scales: tuple[float, ...]
+    entering: str
+
+
+def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float) -> Linked:
+    """Return a method on a problem, recorded."""
+    source, state, par = method.printable(ivp, h)
+    given = len(ivp.par) + 1
+    scheme = of_scheme(source, state, par, given, tuple(map(float, method.weights)))
+    entering = ENTERING[method.form] if method.form in MAPPED else ""
+    functions = [_functions(ivp, par, given)]
+    if entering:
+        text = Linker(ivp.source.form(method.form), Options(form=method.form)).module("Coordinates.", [(LANGUAGE, entering)])
+        functions.append(of_problem(text, _vectors(ivp, loops=False), par, given, [entering]))
+    return Linked(scheme, tuple(functions), state, par[len(ivp.par)], entering)
+
+
+def _functions(ivp: InitialValueProblem, par: Any, given: int) -> Recorded:
+    """Return the functions of a problem in its own coordinates."""
+    loops = in_loops(ivp.facts)
+    names = ["H"]
+    if ivp.facts.KIND == "constrained":
+        momenta = ["alone_momenta"] if ivp.source.derivation.mechanical else []
+        names += ["H_p", "lam", "alone_residuals", "alone_projected", *momenta]
+    roots = [(ALONE, name.removeprefix("alone_")) if name.startswith("alone_") else (LANGUAGE, name) for name in names]
+    options = Options(singular=ivp.singular, loops=loops)
+    text = Linker(ivp.source.derivation, options).module(f"Functions of {ivp.problem}.", roots)
+    return of_problem(text, _vectors(ivp, loops=loops), par, given, names)
+
+
+def _vectors(ivp: InitialValueProblem, *, loops: bool) -> tuple[Any, ...]:
+    held = (lambda x: x) if ivp.arrays or loops else lambda x: tuple(map(float, x))
+    return tuple(held(vector) for vector in ivp.start)

@@ -1,0 +1,206 @@
+"""A scheme linked to a problem as recorded functions of arrays: a step, what goes before it, and functions of a state.
+
+Arrays hold doubles. ``X`` has the state that the scheme computes in, and behind it the memory of the scheme; ``V`` and ``W`` vectors of
+the problem; ``P`` the parameters of the problem, and behind them the scales of its start; ``L`` the stage multipliers; ``R`` status,
+residual and smallest relative pivot; ``O`` what a function returns.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler.trace.arrays import Array
+from daebench.compiler.trace.ir import FLOAT64, POINTER, Function, Value
+from daebench.compiler.trace.program import Program, parameters_in
+
+LONG, LONGEST = 300, 10**9
+"""Operations of the longest function whose calls are written out; of functions with arrays all are, which belong to their call."""
+
+ALONE = "daebench.schemes.kernels.alone"
+
+FLAT = 10**9
+"""Length of arrays whose lengths nobody asks for."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Recorded functions.
+
+    Parameters
+    ----------
+    functions : dict of str to (Function, sequence of str)
+        The functions, with the names of their parameters.
+    called : list of Function
+        Functions that these call, each of which calls only those before it.
+    state, memory, multipliers : int
+        Numbers of a state, of the memory of the scheme, and of stage multipliers.
+    """
+
+    functions: dict[str, tuple[Function, Sequence[str]]]
+    called: list[Function]
+    state: int
+    memory: int
+    multipliers: int
+
+
+def taken(array: Array, like: Any, index: Iterator[int]) -> Any:
+    """Return numbers of an array in the form of nested tuples of numbers and arrays."""
+    if isinstance(like, tuple):
+        return tuple([taken(array, entry, index) for entry in like])
+    if not isinstance(like, Array | np.ndarray):
+        return array[next(index)]
+    first = next(index)
+    for _ in range(like.shape[0] - 1):
+        next(index)
+    return array[first : first + like.shape[0]]
+
+
+def put(array: Array, index: int, x: Any) -> int:
+    """Write nested tuples of numbers and arrays into an array from an index on; return the index after them."""
+    if isinstance(x, tuple):
+        for entry in x:
+            index = put(array, index, entry)
+        return index
+    if isinstance(x, Array):
+        array[index : index + x.shape[0]] = x
+        return index + int(x.shape[0])
+    array[index] = x
+    return index + 1
+
+
+def length(x: Any) -> int:
+    """Return how many numbers there are in nested tuples of numbers and arrays."""
+    return sum(map(length, x)) if isinstance(x, tuple) else x.shape[0] if isinstance(x, Array | np.ndarray) else 1
+
+
+def _arrays_in(x: Any) -> bool:
+    return any(map(_arrays_in, x)) if isinstance(x, tuple) else isinstance(x, Array | np.ndarray)
+
+
+@dataclass
+class _Recorder:
+    """Records functions of one linked module.
+
+    Parameters
+    ----------
+    source : str
+        The module.
+    like : nested tuple of float, or of ndarray
+        A state.
+    par : nested tuple of float
+        The run-time data: the parameters of the problem, and the scales of its start. What is behind them is constant.
+    given : int
+        Entries of ``par`` that P has.
+    """
+
+    source: str
+    like: Any
+    par: Any
+    given: int
+    prefix: str = ""
+    functions: dict[str, tuple[Function, Sequence[str]]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.program = Program(self.source, inlined=LONGEST if _arrays_in(self.like) else LONG)
+        self.space = self.program.space
+
+    def data(self, P: Array) -> Any:
+        """Return the run-time data."""
+        return (*taken(P, self.par[: self.given], count()), *self.par[self.given :])
+
+    def function(self, name: str, parameters: str, make: Callable[..., None]) -> None:
+        """Record what ``make`` does, given arrays and numbers of these names, as a function."""
+        given = parameters.split(",")
+
+        def parameter(made: Function, each: str) -> Any:
+            if not each.isupper():
+                return self.program.parameter(made, FLOAT64)
+            return Array(self.program.parameter(made, POINTER), FLOAT64, (FLAT,), (1,))
+
+        made, _ = self.program.recorded(name, lambda made: make(*(parameter(made, each) for each in given)))
+        self.functions[name] = made, given
+
+    @property
+    def called(self) -> list[Function]:
+        """Functions that others call, named apart from those of other modules."""
+        made = [made for made, _ in self.program.instances.values()]
+        for each in made:
+            each.name = self.prefix + each.name.removeprefix(self.prefix)
+        return made
+
+
+def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[float, ...]) -> Recorded:
+    """Return the functions of a scheme: ``start(X,h,P,R)`` where it remembers, ``step(X,h,P,L,R)``, and ``output(X,P,V)``.
+
+    Parameters
+    ----------
+    source : str
+        The linked module, with the roots of the loop, and one step by itself.
+    state, par, given
+        See :class:`_Recorder`.
+    weights : tuple of float
+        Weights of the substeps of a composition.
+    """
+    recorder = _Recorder(source, state, par, given)
+    space, memory, multipliers = recorder.space, (), 0
+    substeps: Any = (
+        recorder.program.names["array"](list(weights)) if weights else ()
+    )  # a loop over substeps, where a tuple would be written out
+
+    def start(X: Array, h: Value, P: Array, R: Array) -> None:
+        nonlocal memory
+        memory, report = space["initialise"](taken(X, state, count()), h, recorder.data(P))
+        put(R, 0, report[:3])
+        put(X, length(state), memory)
+
+    def step(X: Array, h: Value, P: Array, L: Array, R: Array) -> None:
+        nonlocal multipliers
+        index = count()
+        x, carried = taken(X, state, index), taken(X, memory, index)
+        x1, memory1, lam, report = space["alone_alone"](x, carried, h, substeps, recorder.data(P))
+        put(X, 0, (x1, memory1))
+        put(R, 0, report[:3])
+        multipliers = put(L, 0, lam)
+
+    def output(X: Array, P: Array, V: Array) -> None:
+        put(V, 0, space["output"](taken(X, state, count()), recorder.data(P)))
+
+    if "initialise" in space:
+        recorder.function("start", "X,h,P,R", start)
+    recorder.function("step", "X,h,P,L,R", step)
+    if "output" in space:
+        recorder.function("output", "X,P,V", output)
+    return Recorded(recorder.functions, recorder.called, length(state), length(memory), multipliers)
+
+
+def of_problem(source: str, vectors: tuple[Any, ...], par: Any, given: int, names: Sequence[str]) -> Recorded:
+    """Return functions ``NAME(V,P,O)`` of a problem at vectors V in its own coordinates.
+
+    Parameters
+    ----------
+    source : str
+        The linked module.
+    vectors : tuple of (tuple of float, or ndarray)
+        The vectors of a state.
+    par, given
+        See :class:`_Recorder`.
+    names : sequence of str
+        Functions, by the names that they have in the module.
+    """
+    recorder = _Recorder(source, vectors, par, given, prefix="own_")
+
+    def function(name: str) -> Callable[[Array, Array, Array], None]:
+        takes = parameters_in(source, name) or ["p", "q", "par"]
+
+        def made(V: Array, P: Array, O: Array) -> None:  # noqa: E741
+            p_and_q = taken(V, vectors, count())
+            put(O, 0, recorder.space[name](*p_and_q[-len(takes) + 1 :], recorder.data(P)))
+
+        return made
+
+    for name in names:
+        recorder.function(name.removeprefix("alone_"), "V,P,O", function(name))
+    return Recorded(recorder.functions, recorder.called, length(vectors), 0, 0)

@@ -1,0 +1,262 @@
+"""Generate a method on a problem as code of one's own."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from importlib import resources
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from daebench.compiler.print import c, javascript, javascript_operations, python
+from daebench.compiler.trace.ir import FLOAT64
+from daebench.errors import BadInput
+from daebench.methods.catalogue import find_problem
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import method_of
+from daebench.pages.generation import words
+from daebench.pages.generation.compiled import ABOUT
+from daebench.pages.generation.layout import laid_out
+from daebench.pages.generation.linked import Linked, linked
+from daebench.reference.solution import reference_solution
+from daebench.runs.files import require_new
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.request import Request
+
+
+@dataclass(frozen=True)
+class Language:
+    """A language: how functions and numbers are written, and the files; the kernel has the name that is chosen."""
+
+    functions: Callable[[Linked], str]
+    number: Callable[[float], str]
+    files: tuple[str, ...]
+
+
+def _one_by_one(language: Any, made: Linked) -> str:
+    """Return the functions, each behind those that it calls."""
+    texts = []
+    for part in (*made.problem, made.scheme):
+        texts += [laid_out(language.instance(function)) for function in part.called]
+        texts += [laid_out(language.function(function, parameters)) for function, parameters in part.functions.values()]
+    return "\n".join(texts)
+
+
+def _of_python(made: Linked) -> str:
+    """Return the functions, and the constants that they share."""
+    parts = (*made.problem, made.scheme)
+    return python.text([each for part in parts for each in (*part.called, *(function for function, _ in part.functions.values()))])
+
+
+_OF_C = partial(_one_by_one, c), lambda x: c.number(float(x), FLOAT64)
+LANGUAGES = {
+    "c": Language(*_OF_C, ("kernel.h", "kernel.c", "example.c", "check.c", "library.py", "Makefile", "CMakeLists.txt")),
+    "cpp": Language(*_OF_C, ("kernel.hpp", "example.cpp", "check.cpp", "Makefile", "CMakeLists.txt")),
+    "javascript": Language(
+        partial(_one_by_one, javascript), javascript_operations.number, ("kernel.mjs", "kernel.d.ts", "check.mjs", "page.html")
+    ),
+    "python": Language(_of_python, repr, ("kernel.py", "check.py")),
+}
+"""Languages, by the names that they have here."""
+
+BESIDE = ("README.md", "LICENSE")
+"""Files besides them."""
+
+ROWS, STEPS, MARGIN, COARSE = 5, 200, 1.25, 0.1
+"""Rows of a check, steps from one to the next, by how much more than daebench's own error a run may be off, and the largest such error."""
+
+
+class Generated(NamedTuple):
+    """The files of generated code, and the largest error at the times of its check, in the unit of a position."""
+
+    files: list[Path]
+    error: float
+
+
+def generate(
+    problem: str,
+    method: str,
+    out: str | Path,
+    *,
+    h: float,
+    language: str = "c",
+    name: str | None = None,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    anyway: bool = False,
+    on_singular: str | None = None,
+    overwrite: bool = False,
+) -> Generated:
+    """Write a fixed-step method on a problem as code that needs nothing but a compiler.
+
+    Parameters
+    ----------
+    problem, method : str
+        Names, as for :func:`daebench.run`.
+    out : str or Path
+        A new folder.
+    h : float
+        Step size, s, for which the code is checked. Its functions take any.
+    language : str
+        "c": C99, which C++ can include, and a loader of the compiled library for Python. "cpp": a header of C++17 with one class.
+        "javascript": an ES module, with types and a page. "python": a file that needs NumPy alone.
+    name : str, optional
+        Beginning of all names in the code; by default that of problem and method.
+    case : str, optional
+        Initial values and parameters that the code begins with.
+    parameters, options : mapping of str to float, optional
+        Parameters of the problem, and options of the method.
+    anyway : bool
+        Whether a scheme is taken for a structure matrix B for which it is no Poisson integrator.
+    on_singular : str, optional
+        What is done where G loses rank; "least-squares" leaves out constraints that depend on others.
+    overwrite : bool
+        Whether files in a folder that is there are replaced.
+
+    Returns
+    -------
+    Generated
+        Its ``files``, and the ``error`` of the method at the times of the check.
+
+    Raises
+    ------
+    BadInput
+        If the method has no fixed step or stops early, the name is no identifier, or the folder is there.
+
+    Examples
+    --------
+    >>> import daebench, tempfile
+    >>> code = daebench.generate("spherical_pendulum", "rattle", f"{tempfile.mkdtemp()}/pendulum", h=0.01)
+    >>> sorted(file.name for file in code.files)[-1]
+    'spherical_pendulum_rattle.h'
+    """
+    if language not in LANGUAGES:
+        raise BadInput(f"there is no language {language!r}; choose {' or '.join(LANGUAGES)}.")
+    folder = Path(out)
+    if not overwrite:
+        require_new(folder)
+    ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
+    chosen = method_of(ivp, method, options, anyway=anyway)
+    if not isinstance(chosen, FixedStepMethod):
+        raise BadInput(f"{method} has no fixed step, so that it cannot be generated; choose a scheme such as rattle.")
+    if refusal := chosen.refusal(ivp):
+        raise BadInput(refusal)
+    named = _name(name, ivp, chosen)
+    facts = _facts(ivp, chosen, h, named, LANGUAGES[language])
+    texts: dict[Path, str] = {}
+    for file in (*LANGUAGES[language].files, *BESIDE):
+        module = texts.get(folder / f"{named}.mjs", "").replace("\nexport ", "\n")
+        texts[folder / file.replace("kernel", named)] = _rendered(language, file, facts | {"module": module})
+    if language == "c":
+        texts[folder / ABOUT] = json.dumps(_about(ivp, chosen, h, named, facts["memory"]), indent=1) + "\n"
+    folder.mkdir(parents=True, exist_ok=True)
+    for path, text in texts.items():
+        path.write_text(text, encoding="utf-8")
+    return Generated(list(texts), facts["reference"]["error"])
+
+
+def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, name: str, memory: int) -> dict[str, Any]:
+    """Return what a folder says of itself, so that it can be certified."""
+    constrained = isinstance(ivp, ConstrainedIvp)
+    claims = words.claims(ivp, method) if constrained else {}
+    return {
+        "name": name,
+        "on": f"{ivp.problem}:{ivp.case}",
+        "method": method.name,
+        "h": h,
+        "claims": claims,
+        "callable": constrained and not memory,
+    }
+
+
+def _name(name: str | None, ivp: InitialValueProblem, method: FixedStepMethod[Any, Any]) -> str:
+    """Return the beginning of all names."""
+    if name is None:
+        return words.identifiers(["".join(x if x.isalnum() else "_" for x in f"{Path(ivp.problem).stem}_{method.name}")])[0]
+    if not words.IDENTIFIER.fullmatch(name) or name in words.RESERVED or name in ("check", "example", "main"):
+        raise BadInput(f"{name!r} is no name for functions and files of C; choose letters, digits and _, no keyword.")
+    return name
+
+
+def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    folder = resources.files("daebench.pages.generation") / "templates"
+    loader = FileSystemLoader([str(folder / language), str(folder / "common")])
+    environment = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
+    return environment.get_template(f"{file}.jinja").render(**facts)
+
+
+def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, name: str, language: Language) -> dict[str, Any]:
+    """Return what templates name."""
+    made = linked(ivp, method, h)
+    file = find_problem(ivp.problem)
+    parameters = words.parameters_of(ivp, words.docstring(file.path.read_text(encoding="utf-8")))
+    scales = [
+        ("scale_length", "length of the motion: the largest |q| of the start"),
+        ("scale_rate", "1/s, rate of the motion at the start"),
+    ]
+    parameters += [{"name": own, "value": value, "about": about} for (own, about), value in zip(scales, made.scales, strict=True)]
+    parameters = [each | {"text": language.number(each["value"])} for each in parameters]
+    facts: dict[str, Any] = {
+        "name": name,
+        "NAME": name.upper(),
+        "problem": ivp.problem,
+        "case": ivp.case,
+        "method": method.name,
+        "h": repr(h),
+    }
+    facts |= {"summary": words.commented(file.summary), "version": version("daebench"), "kind": ivp.facts.KIND, "parameters": parameters}
+    facts |= dict(zip(("order", "claims", "source"), words.claimed(ivp, method), strict=True))
+    facts |= {"definition": words.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
+    facts |= {"statuses": words.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
+    facts |= _sizes(ivp, made) | {"functions": language.functions(made), "entering": made.entering, "charted": bool(made.entering)}
+    facts["start"] = ", ".join(map(language.number, flat(made.state)))
+    facts["defaults"] = ", ".join(each["text"] for each in parameters)
+    return facts | {"reference": _reference(ivp, method, h, language), "steps_per_row": STEPS}
+
+
+def _sizes(ivp: InitialValueProblem, made: Linked) -> dict[str, Any]:
+    own = sum(len(vector) for vector in ivp.start)
+    sizes = {"state": made.scheme.state, "memory": made.scheme.memory, "multipliers": made.scheme.multipliers, "own": own}
+    if not isinstance(ivp, ConstrainedIvp):
+        return sizes | {"n": own, "shown": min(own, 6), "constraints": [], "has_momenta": False}
+    constraints = words.multipliers(ivp.source.define())
+    has = any("momenta" in part.functions for part in made.problem)
+    return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}
+
+
+def flat(x: Any) -> list[float]:
+    """Return the numbers of nested tuples of numbers and arrays in a row."""
+    return [entry for part in x for entry in flat(part)] if isinstance(x, tuple) else np.ravel(x).tolist()
+
+
+def _reference(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, language: Language) -> dict[str, Any]:
+    """Return rows of the exact motion, and by how much a run of the method may be off."""
+    steps = [STEPS * k for k in range(1, ROWS + 1)]
+    exact = reference_solution(ivp, [h * k for k in steps])
+    states = method.solve(ivp, Request(value=h, steps=steps[-1], every=STEPS, watch=())).complete()
+    if states.failure:
+        raise BadInput(states.failure)
+    key = "q" if isinstance(ivp, ConstrainedIvp) else "y"
+    rows = exact.states[key]
+    off = np.abs(getattr(states, key)[1:] - rows).max(axis=1)
+    if not off.max() <= COARSE * np.abs(rows).max():
+        raise BadInput(
+            f"with h = {h:g}, {method.name} on {ivp.problem} is off by {off.max():.2g} at t = {h * steps[-1]:g}; choose a smaller h."
+        )
+    floor = 64 * np.finfo(float).eps * max(1.0, float(np.abs(rows).max()))
+    bounds = MARGIN * off + exact.bound[key] + floor
+    return {
+        "error": float(off.max()),
+        "source": {"closed form": "the closed form of the motion"}.get(exact.kind, "a much finer run"),
+        "why": "a quarter more than daebench itself is off, and the bound of these rows",
+        "steps": ", ".join(map(str, steps)),
+        "rows": [", ".join(map(language.number, row)) for row in rows.tolist()],
+        "bounds": ", ".join(map(language.number, bounds.tolist())),
+    }

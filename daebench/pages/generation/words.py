@@ -1,0 +1,165 @@
+"""What generated code says of itself: what its parameters, its multipliers and its statuses mean, and what a scheme claims."""
+
+import ast
+import inspect
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import sympy as sp
+
+from daebench.compiler.constrained.distances import distance
+from daebench.runs.ivp import InitialValueProblem
+from daebench.schemes.kernels.claims import under_forces
+from daebench.schemes.kernels.newton import ITERATIONS
+
+WORDS = {1: "NO_CONVERGENCE", 2: "SINGULAR", 3: "NOT_FINITE", 4: "ENERGY_NOT_FINITE", 5: "CONSTRAINTS_NOT_MET", 6: "LEFT_DOMAIN"}
+WORDS |= {7: "RANK_LOST", 8: "DERIVATIVES_NOT_FINITE", 9: "ANOTHER_BRANCH", 10: "TURNED"}
+"""Names of statuses."""
+
+CLAIMS = {
+    "symmetric": "symmetric",
+    "symplectic": "symplectic on the manifold",
+    "keeps_g": "keeping g = 0 to round-off",
+    "keeps_Gv": "keeping G v = 0 to round-off",
+    "conserves_energy": "conserving H to round-off",
+    "conformal": "contracting the two-form as a damping -c p does",
+}
+"""Claims of a scheme in words."""
+
+
+def commented(text: str) -> str:
+    """Return a text that ends no comment and no docstring of any language."""
+    for ending, other in (("*/", "* /"), ('"""', "''"), ("\\", "/")):
+        text = text.replace(ending, other)
+    return text
+
+
+def docstring(text: str) -> dict[str, str]:
+    """Return what the docstring of ``problem`` in the text of a problem's file says of each parameter."""
+    found = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
+    doc = inspect.cleandoc(ast.get_docstring(found[0]) or "") if found else ""
+    sections = re.split(r"^(\w[\w ]*)\n-+\n", doc + "\n", flags=re.M)
+    rows = sections[sections.index("Parameters") + 1] if "Parameters" in sections else ""
+    return {
+        names: " ".join(about.split()).rstrip(".") for names, about in re.findall(r"^(\w+) : [^\n]*\n((?:[ \t]+\S[^\n]*\n?)+)", rows, re.M)
+    }
+
+
+def multipliers(problem: Any) -> list[str]:
+    """Return what each multiplier of a problem means, and its unit; for a chain, those of a node and of the joint before it."""
+    if hasattr(problem, "joints"):
+        joints = [f"of each joint: g = {g}; the force is -lam grad g" for g in problem.joints]
+        return [*joints, *(f"of each node: g = {g}; the force is -lam grad g" for g in problem.own)]
+    words = problem.parts.constraints if getattr(problem, "parts", None) else [""] * problem.m
+    found = []
+    for k, (about, constraint) in enumerate(zip(words, problem.g, strict=True)):
+        factor = _factor(sp.sympify(constraint), problem.q)
+        expression = f"lam[{k}], of {about + ', ' if about else ''}g = {constraint}"
+        if factor is None:
+            found.append(f"{expression}; the force is -lam grad g")
+            continue
+        times = "" if factor == 1 else f"{factor} "
+        found.append(f"{expression}; a force of 2 {times}lam l along the distance l, N: tension where positive, thrust where negative")
+    return found
+
+
+def _factor(g: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
+    """Return c where g is c (l^2 - const), l being the distance of two points, or of one from a fixed point; None otherwise."""
+    between = distance(g, q)
+    if between is not None:
+        return between.factor
+    if not g.is_polynomial(*q) or (polynomial := sp.Poly(g, *q)).total_degree() != 2:
+        return None
+    terms = {powers: value for powers, value in polynomial.terms() if sum(powers) == 2}
+    linear = {powers.index(1) for powers, _ in polynomial.terms() if sum(powers) == 1}
+    alone = all(2 in powers for powers in terms) and linear <= {powers.index(2) for powers in terms}
+    factors = {*terms.values()}
+    return factors.pop() if alone and len(factors) == 1 and not next(iter(terms.values())).has(*q) else None
+
+
+def definition(ivp: InitialValueProblem) -> dict[str, str]:
+    """Return the parts of a definition as text."""
+    found: Any = ivp.source.define()
+    if ivp.facts.KIND == "poisson":
+        if hasattr(found, "sites"):
+            return {"H": f"the sum over {found.sites} sites of {found.h}"}
+        return {"H": str(found.H), "B": str(found.B.tolist())}
+    if hasattr(found, "nodes"):
+        return {"nodes": str(found.nodes), "H": "1/2 p^T M^-1 p + U"}
+    if found.H is not None:
+        return {"H": str(found.H)} | _constraints(found)
+    rows = f",\n{' ' * 19}".join(str(row) for row in found.M.tolist())
+    return {"H": "1/2 p^T M^-1 p + U", "M": f"[{rows}]", "U": str(found.U)} | _constraints(found)
+
+
+def _constraints(found: Any) -> dict[str, str]:
+    return {f"g{k}" if found.m > 1 else "g": str(g) for k, g in enumerate(found.g)}
+
+
+def statuses(reasons: Mapping[int, tuple[str, str]]) -> list[tuple[int, str, str]]:
+    """Return number, name and sentence of each status."""
+
+    def sentence(why: str, advice: str) -> str:
+        why = re.sub(r", residual \{residual[^}]*\}", "", why)
+        known = {"sweeps": ITERATIONS, "relaxations": "so many", "domain": "of the problem"}
+        return f"{why.format(**known)}; {advice}".replace('"', "'")
+
+    return [(status, WORDS[status], sentence(*why)) for status, why in sorted(reasons.items())]
+
+
+def claimed(ivp: InitialValueProblem, method: Any) -> tuple[int, str, str]:
+    """Return the order that a method claims on a problem, its other claims in a sentence, and where its scheme is defined."""
+    if ivp.facts.KIND == "poisson":
+        claims, kept = method.member, method.keeps(ivp)
+        made = ["symmetric"] * claims.symmetric + ["a Poisson integrator"] * method.is_poisson(ivp)
+        made += [f"keeping {', '.join(kept)} to round-off"] * bool(kept)
+        order = method.order
+    else:
+        claims = _claims(ivp, method)
+        made = [words for name, words in CLAIMS.items() if getattr(claims, name, False)]
+        order = claims.order
+    return order, f"Claimed to be {', '.join(made)}." if made else "Nothing is claimed besides.", claims.source
+
+
+def _claims(ivp: InitialValueProblem, method: Any) -> Any:
+    return under_forces(method.claims) if ivp.facts.FORCED else method.claims
+
+
+def claims(ivp: InitialValueProblem, method: Any) -> dict[str, Any]:
+    """Return the claims of a scheme on a constrained problem as a code from outside states them."""
+    own = _claims(ivp, method)
+    return {name: getattr(own, name) for name in ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")}
+
+
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+_RESERVED = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register restrict return
+short signed sizeof static struct switch typedef union unsigned void volatile while and bool catch class delete explicit export
+false friend mutable namespace new not operator or private protected public template this throw true try typename using virtual
+xor await debugger finally function import in instanceof let null super typeof var with yield
+"""
+RESERVED = frozenset(_RESERVED.split())
+"""Keywords of C, C++ and JavaScript."""
+
+
+def identifiers(names: Sequence[str]) -> list[str]:
+    """Return names that are identifiers and no keywords, each used once."""
+    found: list[str] = []
+    for name in names:
+        plain = "".join(c if c.isascii() and (c.isalnum() or c == "_") else f"u{ord(c):x}" for c in name)
+        plain = plain if IDENTIFIER.fullmatch(plain) and plain not in RESERVED else f"{plain}_" if plain[:1].isalpha() else f"_{plain}"
+        while plain in found:
+            plain += "_"
+        found.append(plain)
+    return found
+
+
+def parameters_of(ivp: InitialValueProblem, about: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Return name, value and meaning of each parameter of a problem."""
+    names = identifiers([*ivp.parameters, "scale_length", "scale_rate"])[: len(ivp.parameters)]
+    return [
+        {"name": name, "value": float(value), "about": commented(about.get(of, ""))}
+        for name, (of, value) in zip(names, ivp.parameters.items(), strict=True)
+    ]

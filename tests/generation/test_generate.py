@@ -1,0 +1,339 @@
+"""Generated code: it compiles without a warning, has the bits of machine code, tests itself, and says what its numbers mean."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import daebench
+from daebench.errors import BadInput
+from daebench.methods.names import method_of
+from daebench.pages.generation import words
+from daebench.runs.request import Request
+
+COMPILER = shutil.which("gcc") or shutil.which("cc")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-ffp-contract=off")
+PAIRS = [
+    ("spherical_pendulum", "rattle", 0.01),
+    ("spherical_pendulum", "shake", 0.01),
+    ("double_pendulum", "lobatto3", 0.005),
+    ("spherical_pendulum", "rattle/kahan_li8", 0.01),
+    ("spherical_pendulum", "gauss3+proj", 0.01),
+    ("spherical_pendulum", "local:gauss2", 0.01),
+    ("rigid_water", "rattle_settle", 0.0005),
+    ("four_bar_spring", "ggl_vi", 0.001),
+    ("car_axis", "rattle", 1e-4),
+    ("slider_crank_sundials", "rattle", 1e-3),
+    ("andrews_squeezer", "rattle", 1e-5),
+    ("cyclohexane_ring", "rattle", 1e-3),
+    ("pendulum_chain", "rattle", 1e-3),
+    ("fekete", "rattle", 1e-3),
+    ("ablowitz_ladik", "strang", 1e-4),
+    ("free_rigid_body", "strang", 0.01),
+    ("lotka_volterra", "darboux:midpoint", 0.01),
+    ("lotka_volterra", "symplectic_euler", 0.001),
+]
+"""Pairs of each kind of code: tuples, solvers in loops, least squares, arrays, compositions, memories, charts, Poisson systems."""
+IDS = [f"{problem}-{name}" for problem, name, _ in PAIRS]
+
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="there is no compiler of C")
+
+
+def compiled(folder, main, *flags):
+    """Return the program of a main file with the code in a folder."""
+    (code,) = (file for file in folder.glob("*.c") if file.stem not in ("example", "check", "main"))
+    program = folder / main.removesuffix(".c")
+    command = [COMPILER, *STRICT, *flags, "-o", str(program), str(folder / main), str(code), "-lm"]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.returncode == 0, told.stderr[:2000]
+    return program
+
+
+def printed(folder, name, statements, *flags):
+    """Return the numbers that C prints, after these statements about a state ``s``."""
+    text = f"""#include <stdio.h>
+#include "{name}.h"
+#define SHOW(array, n) for (int i = 0; i < (int)(n); i++) printf("%a\\n", (array)[i])
+int main(void)
+{{
+    {name}_state s;
+    {name}_default(&s);
+    {statements}
+    return 0;
+}}
+"""
+    (folder / "main.c").write_text(text)
+    out = subprocess.run([compiled(folder, "main.c", *flags)], capture_output=True, text=True, check=True).stdout
+    return np.array([float.fromhex(line) for line in out.split()])
+
+
+def state_after(ivp, method, h, steps):
+    """Return positions and momenta, or the unknowns, after so many steps."""
+    run = method_of(ivp, method).solve(ivp, Request(value=h, steps=steps, every=steps, watch=())).complete()
+    return run.y[-1] if hasattr(run, "y") else np.concatenate([run.q[-1], run.p[-1]])
+
+
+@needs_compiler
+@pytest.mark.parametrize(("problem", "method", "h"), PAIRS, ids=IDS)
+def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
+    folder = tmp_path / "code"
+    daebench.generate(problem, method, folder, h=h, name="own")
+    ivp = daebench.initial_value_problem(problem)
+    get = (
+        f"double y[{len(ivp.start[0])}]; own_get(&s, y); SHOW(y, {len(ivp.start[0])});"
+        if ivp.facts.KIND == "poisson"
+        else f"double q[{ivp.d}], p[{ivp.d}]; own_get(&s, q, p); SHOW(q, {ivp.d}); SHOW(p, {ivp.d});"
+    )
+    found = printed(folder, "own", f"if (own_run(&s, {h!r}, 300)) return 1;\n    {get}")
+    assert np.array_equal(found, state_after(ivp, method, h, 300))
+    told = subprocess.run([compiled(folder, "check.c")], capture_output=True, text=True, check=False)
+    assert told.returncode == 0, told.stdout
+    assert told.stdout.count("good") == 5
+
+
+CPP, NODE = shutil.which("g++") or shutil.which("c++"), shutil.which("node")
+OTHERS = [PAIRS[2], PAIRS[5], PAIRS[8], PAIRS[12], PAIRS[14], PAIRS[16]]
+"""Tuples, a chart, a system in time, a chain, a lattice, a Poisson system in canonical coordinates."""
+
+
+def state_of(text):
+    """Return the state that a program prints as JSON."""
+    return np.array([x for row in json.loads(text) for x in row])
+
+
+@pytest.mark.parametrize(("problem", "method", "h"), OTHERS, ids=[f"{problem}-{method}" for problem, method, _ in OTHERS])
+def test_python_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
+    folder = tmp_path / "code"
+    daebench.generate(problem, method, folder, h=h, language="python", name="own")
+    ivp = daebench.initial_value_problem(problem)
+    names = ("y",) if ivp.facts.KIND == "poisson" else ("q", "p")
+    show = f"import json, own; s = own.Integrator(); s.run({h!r}, 100); print(json.dumps([getattr(s, x).tolist() for x in {names}]))"
+    told = [
+        subprocess.run([sys.executable, *args], capture_output=True, text=True, check=True, cwd=folder).stdout
+        for args in (("check.py",), ("-c", show))
+    ]
+    assert told[0].count("good") == 5
+    assert np.array_equal(state_of(told[1]), state_after(ivp, method, h, 100))
+
+
+@pytest.mark.skipif(NODE is None, reason="there is no node")
+@pytest.mark.parametrize(("problem", "method", "h"), OTHERS, ids=[f"{problem}-{method}" for problem, method, _ in OTHERS])
+def test_javascript_passes_its_own_check_and_has_the_bits_where_it_calls_no_functions(problem, method, h, tmp_path):
+    folder = tmp_path / "code"
+    daebench.generate(problem, method, folder, h=h, language="javascript", name="own")
+    ivp = daebench.initial_value_problem(problem)
+    names = ["y"] if ivp.facts.KIND == "poisson" else ["q", "p"]
+    show = f"const s = new Integrator(); s.run({h!r}, 100); console.log(JSON.stringify({names}.map((x) => [...s[x]])));"
+    (folder / "show.mjs").write_text(f'import {{ Integrator }} from "./own.mjs";\n{show}\n')
+    told = [
+        subprocess.run([NODE, file], capture_output=True, text=True, check=True, cwd=folder).stdout for file in ("check.mjs", "show.mjs")
+    ]
+    assert told[0].count("good") == 5
+    found, expected = state_of(told[1]), state_after(ivp, method, h, 100)
+    exact = not re.search(r"Math\.(?!sqrt|abs)", (folder / "own.mjs").read_text().partition("#scaled")[0])
+    assert np.array_equal(found, expected) if exact else np.allclose(found, expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("problem", ["double_pendulum", "lotka_volterra"])
+def test_the_page_runs_from_a_file_at_sixty_frames_a_second(problem, seen, tmp_path):
+    method = "rattle" if problem == "double_pendulum" else "symplectic_euler"
+    daebench.generate(problem, method, tmp_path / "code", h=0.002, language="javascript")
+    shown = seen((tmp_path / "code" / "page.html").as_uri())
+    shown.page.wait_for_timeout(1500)
+    told = shown.page.inner_text("#told")
+    shown.clean()
+    assert float(re.search(r"to t = ([\d.]+) s", told)[1]) > 0.3
+    assert re.search(r"H - H0 = -?\d\.\de[-+]\d+\.$", told), told
+
+
+@pytest.mark.skipif(CPP is None, reason="there is no compiler of C++")
+@pytest.mark.parametrize(("problem", "method", "h"), OTHERS, ids=[f"{problem}-{method}" for problem, method, _ in OTHERS])
+def test_cpp_compiles_without_a_warning_and_passes_its_own_check(problem, method, h, tmp_path):
+    folder = tmp_path / "code"
+    daebench.generate(problem, method, folder, h=h, language="cpp", name="own")
+    for main in ("example", "check"):
+        flags = ["-std=c++17", *STRICT[1:], "-o", folder / main, folder / f"{main}.cpp"]
+        built = subprocess.run([CPP, *map(str, flags)], capture_output=True, text=True, check=False)
+        assert built.returncode == 0, built.stderr[:2000]
+        subprocess.run([folder / main], capture_output=True, check=True)
+
+
+@needs_compiler
+@pytest.mark.parametrize("pair", [PAIRS[2], PAIRS[12], PAIRS[13], PAIRS[16]], ids=["tuples", "chain", "loops", "Poisson"])
+def test_nothing_undefined_happens(pair, tmp_path):
+    problem, method, h = pair
+    daebench.generate(problem, method, tmp_path / "code", h=h, name="own")
+    program = compiled(tmp_path / "code", "check.c", "-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    told = subprocess.run([program], capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stderr) == (0, ""), told.stderr
+
+
+@needs_compiler
+def test_a_planted_fault_fails_the_check(tmp_path):
+    daebench.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
+    file = tmp_path / "code" / "own.c"
+    text = file.read_text()
+    begin = text.index("static void step(")
+    faults = [text.index("{", begin) + 1, *(begin + found.start() for found in re.finditer(r"P\[[0-4]\];", text[begin:]))]
+    assert len(faults) == 6
+    for place in faults:
+        fault = "h *= 1.001;" if place == faults[0] else "1.001*"
+        file.write_text(f"{text[:place]}{fault}{text[place:]}")
+        assert subprocess.run([compiled(tmp_path / "code", "check.c")], capture_output=True, check=False).returncode == 1, text[place:][:80]
+
+
+@needs_compiler
+def test_a_start_is_made_consistent_and_multipliers_are_those_of_the_state(tmp_path):
+    daebench.generate("double_wishbone", "rattle", tmp_path / "code", h=0.001, name="own")
+    ivp = daebench.initial_value_problem("double_wishbone")
+    q, v = ivp.q0 + 1e-3 * np.cos(np.arange(9)), np.sin(np.arange(9.0))
+    numbers = [f"{{ {', '.join(map(repr, x.tolist()))} }}" for x in (q, v)]
+    given = f"double q[9] = {numbers[0]}, v[9] = {numbers[1]}, p[9], g[8], gv[8], lam[8];"
+    show = "own_get(&s, q, p); own_residuals(&s, g, gv); own_multipliers(&s, lam); own_velocities(&s, v);"
+    show += "double H[1] = { own_energy(&s) }; SHOW(q, 9); SHOW(p, 9); SHOW(v, 9); SHOW(g, 8); SHOW(gv, 8); SHOW(lam, 8); SHOW(H, 1);"
+    found = printed(tmp_path / "code", "own", f"{given}\n    if (own_init(&s, q, v)) return 1;\n    {show}")
+    q1, p1, v1, g, gv, lam, H = np.split(found, np.cumsum([9, 9, 9, 8, 8, 8]))
+    assert np.abs(np.concatenate([g, gv])).max() < 1e-14
+    assert 0 < np.abs(q1 - q).max() < 0.05
+    assert np.allclose(v1, ivp.value("H_p", p1, q1), rtol=1e-14)
+    assert np.allclose(lam, ivp.value("lam", p1, q1), rtol=1e-11)
+    assert H[0] == pytest.approx(float(ivp.value("H", p1, q1)), rel=1e-14)
+
+
+@needs_compiler
+def test_a_compiled_library_is_a_method_like_any_other(tmp_path):
+    daebench.generate("double_pendulum", "rattle", tmp_path / "code", h=0.005, name="own")
+    subprocess.run(["make", "-s", "libown.so"], cwd=tmp_path / "code", check=True)
+    outside, own = (
+        daebench.run("double_pendulum", method=method, h=0.005, steps=200) for method in (f"{tmp_path}/code/libown.so:own_call", "rattle")
+    )
+    assert np.array_equal(outside.q, own.q)
+    assert np.array_equal(outside.p, own.p)
+    show = "import library as own; s = own.Integrator(); s.run(0.005, 200); print([s.q.tolist(), s.p.tolist(), s.lam.tolist()], s.message)"
+    out = subprocess.run([sys.executable, "-c", show], cwd=tmp_path / "code", capture_output=True, text=True, check=True).stdout
+    assert out.startswith(f"[{own.q[-1].tolist()}, {own.p[-1].tolist()}, ")
+    assert out.endswith(" all is well\n")
+
+
+@needs_compiler
+@pytest.mark.slow
+def test_a_folder_is_certified_with_its_claims(tmp_path, daebench):
+    asked = ("--method", "rattle", "--h", "0.01", "--out", str(tmp_path / "code"))
+    assert daebench("generate", "planar_pendulum", *asked)[0] == 0
+    status, out, err = daebench("certify", str(tmp_path / "code"), "--out", str(tmp_path / "certificate"))
+    assert status == 0, err
+    assert "5 of 5 claims hold" in out
+    assert list((tmp_path / "certificate").rglob("planar_pendulum_rattle.c"))
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "has no generated.json of daebench generate"),
+        ("[]", "has no generated.json of daebench generate"),
+        ('{"name": "../x", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "cannot be called step by step"),
+        ('{"name": "x", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "cannot be compiled"),
+    ],
+    ids=["nothing", "no object", "path", "no source"],
+)
+def test_a_folder_that_is_no_code_is_refused_in_a_sentence(content, said, tmp_path, daebench):
+    if content is not None:
+        (tmp_path / "generated.json").write_text(content)
+    status, _, err = daebench("certify", str(tmp_path), "--out", str(tmp_path / "certificate"))
+    assert status == 2
+    assert said in err
+    assert "Traceback" not in err
+
+
+ODD = '''"""A pendulum with odd names."""
+from daebench import Case, ConstrainedHamiltonian, coordinates
+import sympy as sp
+
+def problem(*, {arguments}) -> ConstrainedHamiltonian:
+    """Return it.
+
+    Parameters
+    ----------
+    double : float
+        Length of the rod, m.
+    """
+    q, p = coordinates(2)
+    names = sp.symbols("{names}", positive=True)
+    mass = 1 + sum(names[3:])
+    return ConstrainedHamiltonian(q=q, p=p, M=mass * sp.eye(2), U=mass * names[1] * q[1], g=[q[0] ** 2 + q[1] ** 2 - names[0] ** 2],
+        parameters=dict(zip(names, [{values}])), cases={{"a": Case(q=(0, -names[0]), p=(names[2], 0))}})
+'''
+NAMES = ["double", "int", "new", *(f"weight{k}" for k in range(30))]
+
+
+@needs_compiler
+def test_many_parameters_and_keywords_among_them_are_taken(tmp_path):
+    file = tmp_path / "odd.py"
+    arguments = ", ".join(f"{name}: float = {k + 1}.0" for k, name in enumerate(NAMES))
+    file.write_text(ODD.format(arguments=arguments, names=" ".join(NAMES), values=", ".join(NAMES)))
+    daebench.generate(str(file), "rattle", tmp_path / "code", h=0.001)
+    header = (tmp_path / "code" / "odd_rattle.h").read_text()
+    assert "double double_; /* Length of the rod, m */" in header
+    subprocess.run([compiled(tmp_path / "code", "check.c")], check=True, capture_output=True)
+    names = "s.parameters.double_ = 2.0; double q[2] = {0, -2}, v[2] = {1, 0}; if (own_init(&s, q, v)) return 1;".replace(
+        "own", "odd_rattle"
+    )
+    found = printed(
+        tmp_path / "code", "odd_rattle", f"{names} odd_rattle_run(&s, 0.001, 100); double p[2]; odd_rattle_get(&s, q, p); SHOW(q, 2);"
+    )
+    assert np.hypot(*found) == pytest.approx(2.0, rel=1e-14)
+
+
+@needs_compiler
+def test_what_a_definition_says_of_itself_ends_no_comment(tmp_path):
+    told = ODD.replace("A pendulum with odd names.", r"Ends */ #error <b> \\").replace(
+        "Length of the rod", r"Length */ #error of the rod \\"
+    )
+    arguments = ", ".join(f"{name}: float = {k + 1}.0" for k, name in enumerate(NAMES))
+    file = tmp_path / "odd.py"
+    file.write_text(told.format(arguments=arguments, names=" ".join(NAMES), values=", ".join(NAMES)))
+    for language in ("c", "python", "javascript"):
+        daebench.generate(str(file), "rattle", tmp_path / language, h=0.001, language=language, name="own")
+    subprocess.run([compiled(tmp_path / "c", "check.c")], check=True, capture_output=True)
+    subprocess.run([sys.executable, "check.py"], cwd=tmp_path / "python", check=True, capture_output=True)
+    assert "<b>" not in (tmp_path / "javascript" / "page.html").read_text().partition("<script")[0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"method": "ida:index2"}, "has no fixed step"),
+        ({"name": "while"}, "'while' is no name"),
+        ({"name": "my code"}, "'my code' is no name"),
+        ({"language": "fortran"}, "there is no language 'fortran'; choose c or cpp or javascript or python"),
+        ({"h": 0.9}, "choose a smaller h"),
+        ({"method": "rattle_settle"}, "rattle_settle needs the three distances"),
+    ],
+    ids=["tolerance", "keyword", "letters", "language", "coarse", "refused"],
+)
+def test_what_cannot_be_generated_is_one_sentence_and_leaves_nothing(settings, said, tmp_path):
+    asked = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "out": tmp_path / "code"} | settings
+    with pytest.raises(BadInput, match=said) as refused:
+        daebench.generate(**asked)
+    assert "\n" not in str(refused.value)
+    assert not (tmp_path / "code").exists()
+
+
+def test_a_folder_that_is_there_stays_as_it_is(tmp_path):
+    with pytest.raises(BadInput, match="is there already; choose a new folder"):
+        daebench.generate("spherical_pendulum", "rattle", tmp_path, h=0.01)
+    assert list(tmp_path.iterdir()) == []
+    code = daebench.generate("spherical_pendulum", "rattle", tmp_path, h=0.01, overwrite=True)
+    assert sorted(code.files) == sorted(tmp_path.iterdir())
+
+
+def test_a_multiplier_of_a_distance_is_a_force_along_it():
+    meant = words.multipliers(daebench.initial_value_problem("double_wishbone").source.define())
+    assert all("a force of 2 lam l along the distance" in each for each in meant)
+    assert meant[4].startswith("lam[4], of the distance of S and T in S-T, g = ")
+    (other,) = words.multipliers(daebench.initial_value_problem("torus").source.define())
+    assert other.endswith("the force is -lam grad g")
