@@ -7,7 +7,6 @@ is the machine's affair.
 
 import ast
 import builtins
-import re
 import threading
 import types
 from collections import ChainMap
@@ -16,10 +15,9 @@ from contextlib import contextmanager
 from functools import cache, cached_property
 from typing import Any, Protocol
 
-import numpy as np
-
 from daebench.compiler import values
 from daebench.compiler.linear.elimination import CHOICES, Target
+from daebench.compiler.placed import PREFIX, path_of, placed
 from daebench.compiler.shapes import IDENTITY, MULTIPLIER, OVERLOADS, Kind, said
 from daebench.compiler.syntax import LANGUAGES, RUN_TIME, TypedLiterals, prepared
 from daebench.errors import InvalidProblem
@@ -284,76 +282,12 @@ class Function:
             raise InvalidProblem(f"{where}: {self.name} does not return what its annotation says: {error}.") from error
 
 
-def placed(error: BaseException) -> InvalidProblem | None:
-    """Return an error with file, line and expression of the innermost statement of a file in which it was raised; None if in none."""
-    trace, found = error.__traceback__, None
-    while trace:
-        if trace.tb_frame.f_code.co_filename.startswith(PREFIX):
-            found = trace
-        trace = trace.tb_next
-    if found is None:
-        return None
-    module = found.tb_frame.f_code.co_filename.removeprefix(PREFIX)
-    positions = list(found.tb_frame.f_code.co_positions())[found.tb_lasti // 2]
-    first, last, begin, end = (0 if x is None else x for x in positions)
-    lines = text_of(module).splitlines()[first - 1 : last]
-    lines[-1] = lines[-1][:end]
-    text = " ".join(line.strip() for line in [lines[0][begin:], *lines[1:]])
-    return InvalidProblem(f"{path_of(module)}, line {first}: {text}: {error}.")
-
-
-def path_of(module: str) -> str:
-    """Return the path of a file."""
-    return f"{module.replace('.', '/')}.py"
-
-
-PREFIX = "scheme:"
-"""Beginning of the file name of compiled files of schemes."""
-
-
 @cache
 def _compiled(module: str, text: str, deferred: bool, single: bool) -> tuple[types.CodeType, Mapping[int, ast.FunctionDef]]:
     """Return the code of a file, and the syntax of its functions by their first lines."""
     tree = prepared(path_of(module), text, deferred, single)
     nodes = {node.lineno: node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
     return compile(tree, f"{PREFIX}{module}", "exec"), nodes
-
-
-class Plain:
-    """Runs functions of files as Python does, on numbers of Python and NumPy; ``space`` has the names of the generated module."""
-
-    names: dict[str, Any] = {"float32": np.float32}  # noqa: RUF012
-
-    def __init__(self, space: dict[str, Any]) -> None:
-        self.space = space
-
-    def add(self, text: str) -> None:
-        """Add functions to the generated module, given by their source, and what they take from NumPy."""
-        for name in {*re.findall(r"\w+", text)} & {*np.__all__}:
-            self.space.setdefault(name, getattr(np, name))
-        exec(text, self.space)
-
-    def take(self, name: str, operation: Callable[..., Any]) -> None:
-        """Add an operation to the generated module."""
-        self.space[name] = operation
-
-    def body(self, function: Function) -> Callable[..., Any]:
-        """Return the function itself, whose errors of type are misfits."""
-
-        def run(*args: Any) -> Any:
-            try:
-                return function.plain(*args)
-            except TypeError as error:
-                raise values.Misfit(str(error)).with_traceback(error.__traceback__) from error
-
-        return run
-
-
-def files(space: dict[str, Any], plan: Mapping[str, Any], algebra: str) -> Files:
-    """Return the files of a generated module, whose names get those of its roots, for Python."""
-    found = Files(plan, Plain(space), algebra)
-    space.update(roots(found))
-    return found
 
 
 def roots(found: Files) -> dict[str, Callable[..., Any]]:

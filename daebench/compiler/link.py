@@ -14,10 +14,11 @@ from types import MappingProxyType
 
 from daebench.compiler.constrained import loops
 from daebench.compiler.constrained.derivation import Derivation
-from daebench.compiler.files import Files, Function, Plain
+from daebench.compiler.files import Files, Function
 from daebench.compiler.linear.elimination import Target
 from daebench.compiler.linear.loops import Loops
 from daebench.compiler.number_types import NumberType, number_type
+from daebench.compiler.plain import Plain
 from daebench.compiler.reach import Reach
 from daebench.compiler.shapes import OVERLOADS
 from daebench.compiler.single_forces import FORCES, in_single
@@ -219,7 +220,7 @@ class Linker:
             "single": self.number.dtype == "float32",
             "texts": hashlib.sha256("".join(text_of(module) for module in sorted(self.files.read)).encode()).hexdigest(),
         }
-        return f"from daebench.compiler.files import files\n\nFILES = files(globals(), {plan}, {repr(self.algebra)!r})"
+        return f"from daebench.compiler.plain import files\n\nFILES = files(globals(), {plan}, {repr(self.algebra)!r})"
 
     def reached(self, function: Function, bound: Mapping[str, str]) -> str:
         """Read a function of a file with these functions for its callable parameters; return its key."""

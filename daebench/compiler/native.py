@@ -168,7 +168,7 @@ def _head(function: Any, structure: Any, *, allocates: bool = False) -> dict[str
 
 def _innermost(error: BaseException) -> str:
     """Return the function in which an error was raised, the last that was executed or followed; of files with file and line."""
-    from daebench.compiler.files import PREFIX
+    from daebench.compiler.placed import PREFIX
 
     found = ""
     for frame, line in traceback.walk_tb(error.__traceback__):

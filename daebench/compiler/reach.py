@@ -4,7 +4,8 @@ import ast
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
-from daebench.compiler.files import Function, Name, path_of
+from daebench.compiler.files import Function, Name
+from daebench.compiler.placed import path_of
 from daebench.compiler.syntax import unrolled
 from daebench.errors import InvalidProblem
 

@@ -8,7 +8,7 @@ from recorded import compiled
 from daebench.compiler import codegen
 from daebench.compiler.number_types import number_type
 from daebench.compiler.trace.dual import SLOPES as RULES
-from daebench.compiler.trace.program import MATHEMATICS
+from daebench.compiler.trace.names import MATHEMATICS
 
 X, Y = 0.3, -0.7
 SLOPES = ((1.0, -2.0), (0.5, 3.0))

@@ -10,7 +10,7 @@ from recorded import compiled
 from daebench.compiler.print.llvm import Text
 from daebench.compiler.print.llvm_operations import FORMATS, INTRINSIC
 from daebench.compiler.trace.ir import FLOATS, TRUTH, Code, Function
-from daebench.compiler.trace.program import MATHEMATICS
+from daebench.compiler.trace.names import MATHEMATICS
 
 
 def taken(op, kinds, result):

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from daebench.compiler.print.needed import EFFECTS, Needed
-from daebench.compiler.print.texts import ATOM, SIGN, Text, bound, infix
+from daebench.compiler.print.texts import ATOM, CHOICE, SIGN, Text, bound, infix, signed
 from daebench.compiler.print.uses import Use, Uses, width
 from daebench.compiler.trace.ir import POINTER, Call, Function, If, Leave, Loop, Region, Value
 from daebench.errors import BadInput
@@ -33,6 +33,12 @@ class Braces(ABC):
 
     same: frozenset[str]
     """Conversions that change nothing."""
+
+    signs: Mapping[str, str]
+    """Operations that are a sign before an expression."""
+
+    one: str
+    """The number 1."""
 
     what: str
     """Who computes, in words."""
@@ -70,7 +76,7 @@ class Braces(ABC):
 
     @abstractmethod
     def operation(self, value: Value, x: Sequence[Text]) -> Text | None:
-        """Return an operation on numbers that is none of the operators; None for one that there is not."""
+        """Return an operation on numbers that the language writes in its own way; None for another."""
 
     @abstractmethod
     def region(self, label: str, body: str) -> str:
@@ -134,12 +140,19 @@ class Braces(ABC):
         return [self._operation(value, column) for column in columns]
 
     def _operation(self, value: Value, x: Sequence[Text]) -> Text:
-        found = self.operation(value, x)
-        if found is None and value.op in self.infix:
-            found = infix(self.infix[value.op], *x)
-        if found is None:
-            raise BadInput(f"{self.what} cannot compute {value.op} of these numbers; choose another problem or method for it.")
-        return found
+        op = value.op
+        if op == "mul" and x[0][0] in (self.one, f"-{self.one}"):  # exact
+            return x[1] if x[0][0] == self.one else signed("-", x[1])
+        if (found := self.operation(value, x)) is not None:
+            return found
+        if op == "select":
+            test, then, other = (bound(each, CHOICE + 1) for each in x)
+            return f"{test}?{then}:{other}", CHOICE
+        if op in self.signs:
+            return signed(self.signs[op], x[0])
+        if op in self.infix:
+            return infix(self.infix[op], *x)
+        raise BadInput(f"{self.what} cannot compute {op} of these numbers; choose another problem or method for it.")
 
     def _whole(self, value: Value) -> list[Text]:
         """Return what stands for the entries of a value, or one expression for a pointer."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from daebench.compiler.print.braces import Braces
 from daebench.compiler.print.javascript_operations import CALLS, INFIX, NOTHING, SAME, SIGNS, WITHOUT, number
-from daebench.compiler.print.texts import ATOM, CHOICE, Text, bound, infix, signed
+from daebench.compiler.print.texts import ATOM, Text, infix
 from daebench.compiler.print.uses import width
 from daebench.compiler.trace.ir import POINTER, TRUTH, Call, Function, Value
 
@@ -22,7 +22,7 @@ def method(function: Function, parameters: Sequence[str]) -> str:
 
 def function(recorded: Function, parameters: Sequence[str]) -> str:
     """Return a function with these names for its parameters; arrays are Float64Arrays. Those that it calls are :func:`instance`."""
-    return f"function {recorded.name}({', '.join(parameters)}){{{_OfModule(recorded, parameters).text()}}}\n"
+    return f"function {recorded.name}({', '.join(parameters)}){{{_OfModule(recorded, parameters).text()}}}"
 
 
 def instance(recorded: Function) -> str:
@@ -31,14 +31,14 @@ def instance(recorded: Function) -> str:
     printer = _OfModule(recorded, names)
     body = printer.text()
     results = "".join(f"{recorded.name}_out[{k}]={printer.of(value)};" for k, value in enumerate(recorded.results))
-    out = f"const {recorded.name}_out=new Float64Array({len(recorded.results)});\n"
-    return f"{out}function {recorded.name}({', '.join(names)}){{{body}{results}}}\n"
+    out = f"const {recorded.name}_out=new Float64Array({len(recorded.results)});"
+    return f"{out}function {recorded.name}({', '.join(names)}){{{body}{results}}}"
 
 
 class _Printer(Braces):
     """Prints one function."""
 
-    infix, same, what = INFIX, SAME, "a page"
+    infix, same, signs, one, what = INFIX, SAME, SIGNS, "1", "a page"
 
     def declared(self, variables: Sequence[tuple[str, str]]) -> str:
         return f"let {','.join(name for name, _ in variables)};" if variables else ""
@@ -57,15 +57,8 @@ class _Printer(Braces):
         op = value.op
         if op == "length":
             return f"{x[0][0]}.length", ATOM
-        if op == "mul" and x[0][0] in ("1", "-1"):  # exact
-            return x[1] if x[0][0] == "1" else signed("-", x[1])
         if width(value) > 1 and NOTHING in x and op in WITHOUT:
             return WITHOUT[op](*x)
-        if op in SIGNS:
-            return signed(SIGNS[op], x[0])
-        if op == "select":
-            test, then, other = (bound(each, CHOICE + 1) for each in x)
-            return f"{test}?{then}:{other}", CHOICE
         return (CALLS[op].format(",".join(each[0] for each in x)), ATOM) if op in CALLS else None
 
     def region(self, label: str, body: str) -> str:

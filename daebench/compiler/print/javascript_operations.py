@@ -2,19 +2,18 @@
 
 from collections.abc import Callable, Mapping
 
+from daebench.compiler.print import texts
 from daebench.compiler.print.texts import ATOM, Text, signed
+from daebench.compiler.trace.names import FUNCTIONS
 
-INFIX = {"and": ("&&", 3), "or": ("||", 2), "eq": ("===", 4), "ne": ("!==", 4), "lt": ("<", 5), "le": ("<=", 5), "gt": (">", 5)}
-INFIX |= {"ge": (">=", 5), "add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7), "mod": ("%", 7)}
+INFIX = texts.INFIX | {"eq": ("===", 4), "ne": ("!==", 4)}
 """Operators with their precedences."""
 
 SIGNS = {"neg": "-", "not": "!", "btoi": "+", "btod": "+"}
 SAME = frozenset(("itod", "dtoi"))
 """Conversions that change nothing: whole numbers are numbers, and only whole numbers become such."""
 
-_NAMES = "abs acos acosh asin asinh atan atan2 atanh cbrt cos cosh exp expm1 hypot log log10 log1p log2 pow sin sinh sqrt tan tanh"
-
-CALLS = {name: f"Math.{name}({{}})" for name in _NAMES.split()} | {"exp2": "Math.pow(2,{})"}
+CALLS = {name: f"Math.{name}({{}})" for name in (*FUNCTIONS, "abs")} | {"exp2": "Math.pow(2,{})"}
 """Functions of numbers."""
 
 NOTHING: Text = ("0", ATOM)

@@ -26,6 +26,8 @@ class Needed:
         Values and calls that have to be computed.
     steering : set of If
         Branches that have to be taken although none of their results is needed.
+    sources : dict of Value to sequence of Value
+        Where results of branches and blocks, and parameters of loops, come from.
     same : dict of Value to Value
         What stands for parameters of loops that no turn changes.
     changes : bool
@@ -34,7 +36,7 @@ class Needed:
 
     def __init__(self, function: Function, effective: set[Function]) -> None:
         self._effective = effective
-        self._sources: dict[Value, Sequence[Any]] = {}
+        self.sources: dict[Value, Sequence[Any]] = {}
         self.same: dict[Value, Value] = {}
         self.needed: set[Any] = set()
         self.steering: set[Any] = set()
@@ -59,18 +61,18 @@ class Needed:
             self._roots.append(node.test)
             self.steering.add(node)
         for result, *values in zip(node.results, *node.yields, strict=True):
-            self._sources[result] = [*values, *[node.test] * (not acts)]
+            self.sources[result] = [*values, *[node.test] * (not acts)]
         return acts
 
     def _region(self, node: Region) -> bool:
         for k, result in enumerate(node.results):
-            self._sources[result] = [leave.values[k] for leave in node.leaves]
+            self.sources[result] = [leave.values[k] for leave in node.leaves]
         return self._acts(node.block)
 
     def _loop(self, node: Loop) -> bool:
         self.same |= unchanged(node)
         for k, parameter in enumerate(node.parameters):
-            self._sources[parameter] = [node.initial[k], *([] if node.nexts is None else [node.nexts[k]])]
+            self.sources[parameter] = [node.initial[k], *([] if node.nexts is None else [node.nexts[k]])]
         return self._acts(node.block)
 
     def _leave(self, node: Leave) -> bool:
@@ -95,7 +97,7 @@ class Needed:
         if node in self.same:
             return [self.same[node]]
         if type(node) is Value and node.op in ("result", "parameter"):
-            return self._sources.get(node, ())
+            return self.sources.get(node, ())
         return [x for x in node.args if isinstance(x, Value | Call)]
 
 

@@ -4,7 +4,6 @@ A pointer is an array of one axis, which begins where it points to. A block that
 loop that is being left, where others are between.
 """
 
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -13,6 +12,7 @@ from daebench.compiler.print.needed import EFFECTS, Needed
 from daebench.compiler.print.uses import Uses
 from daebench.compiler.trace.complex import COMPLEX
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Function, If, Leave, Loop, Region, Value
+from daebench.compiler.trace.names import FUNCTIONS
 
 INFIX = {"and": "and", "or": "or", "eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">=", "add": "+", "sub": "-"}
 INFIX |= {"mul": "*", "div": "/", "floordiv": "//"}
@@ -172,7 +172,7 @@ class _Printer:
         op = "fmod" if op == "mod" else op
         if op == "abs":
             return op
-        if not hasattr(math, op):
+        if op not in FUNCTIONS and op != "fmod":
             raise Unprintable(op)
         name = f"{op}_{kind}"
         self.constants[name] = f"platform({op!r}, {kind!r})"

@@ -6,6 +6,10 @@ Text = tuple[str, int]
 CHOICE, SIGN, ATOM = 1, 8, 9
 """Precedences of a choice, of a sign, and of what needs no parentheses."""
 
+INFIX = {"and": ("&&", 3), "or": ("||", 2), "eq": ("==", 4), "ne": ("!=", 4), "lt": ("<", 5), "le": ("<=", 5), "gt": (">", 5)}
+INFIX |= {"ge": (">=", 5), "add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "div": ("/", 7), "mod": ("%", 7)}
+"""Operators of languages with braces, with their precedences."""
+
 
 def infix(operator: tuple[str, int], first: Text, *others: Text) -> Text:
     """Return an operation on two or more operands; operations stay in the order in which they were recorded."""

@@ -1,24 +1,18 @@
 """The functions of a generated module, recorded: those without branches are executed by Python itself, others are followed."""
 
 import re
-import types
 from collections.abc import Callable, Sequence
-from math import log, pi
 from typing import Any
 
 from daebench.compiler.files import Files, roots
 from daebench.compiler.files import Function as OfFile
 from daebench.compiler.syntax import steers
-from daebench.compiler.trace import dual, dual_functions, foreign, lanes
-from daebench.compiler.trace.arrays import Array, arange, contiguous, empty, zeros
-from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
-from daebench.compiler.trace.complex import function_of as complex_function
-from daebench.compiler.trace.dual import Dual
+from daebench.compiler.trace.arrays import Array, contiguous
+from daebench.compiler.trace.complex import COMPLEX, Complex
 from daebench.compiler.trace.follow import Follower, Steered
-from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Call, Code, Function, If, Loop, Region, Value, kind_of
-from daebench.compiler.trace.shares import value_of
-from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
-from daebench.compiler.trace.structure import fill, parts_of, pattern_of, rebuilt
+from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, Call, Code, Function, If, Loop, Region, Value
+from daebench.compiler.trace.names import names
+from daebench.compiler.trace.structure import parts_of, pattern_of, rebuilt
 from daebench.compiler.trace.together import Together
 
 INLINED = 300
@@ -26,14 +20,6 @@ INLINED = 300
 
 LONG = 1500
 """Letters of the shortest function without branches that may be called in place of being recorded anew."""
-
-MATHEMATICS = {
-    name: name for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "log1p", "expm1", "asinh", "acosh", "atanh")
-}
-MATHEMATICS |= {"arctan2": "atan2", "atan2": "atan2", "hypot": "hypot", "log10": "log10", "cbrt": "cbrt", "arcsinh": "asinh"}
-MATHEMATICS |= {f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan")} | {name: name for name in ("asin", "acos", "atan")}
-MATHEMATICS |= {"arccosh": "acosh", "arctanh": "atanh", "exp2": "exp2", "log2": "log2"}
-"""Functions of numbers by their names in modules, with the names of the platform."""
 
 _FUNCTION = re.compile(r"^def (\w+)\(([^\n]*)\):(?:\n(?:[ \t][^\n]*)?)*", re.M)
 _DOCSTRING = re.compile(r'"""(?:[^"]|"(?!""))*"""', re.S)
@@ -45,17 +31,6 @@ def parameters_in(text: str, name: str) -> list[str]:
     """Return the names of the parameters of a function in the source of a module."""
     found = re.search(rf"^def {name}\((.*)\):$", text, re.M)
     return found[1].split(", ") if found else []
-
-
-class Kind:
-    """A type of numbers as NumPy names it: converts numbers, and says what an array holds."""
-
-    def __init__(self, code: Code, kind: str) -> None:
-        self.code, self.kind = code, kind
-
-    def __call__(self, x: Any) -> Any:
-        """Return a number of this type."""
-        return as_complex(self.code, x) if self.kind == COMPLEX else self.code.as_kind(x, self.kind + kind_of(x)[1:])
 
 
 class Sized:
@@ -257,102 +232,3 @@ def _operations(block: Sequence[Any]) -> int:
         elif isinstance(node, Region | Loop):
             found += _operations(node.block)
     return found
-
-
-def _table(code: Code, rows: Any) -> Array:
-    """Return an array of constants."""
-    import numpy as np
-
-    array = np.array(rows)
-    kind = INTEGER if array.dtype.kind in "iu" else FLOAT64
-    entries = tuple(array.ravel().tolist())
-    pointer = Value(code, "table", POINTER, (entries, kind))
-    strides = [stride // array.itemsize for stride in array.strides]
-    return Array(pointer, kind, array.shape, strides, entries if array.ndim == 1 else None)
-
-
-def _function(code: Code, name: str) -> Callable[..., Any]:
-    """Return a function of numbers of any type."""
-    plain = complex_function(code, name)
-
-    def called(*args: Any) -> Any:
-        return dual.function_of(code, name, args) if any(isinstance(x, Dual) for x in args) else plain(*args)
-
-    return called
-
-
-def _extreme(code: Code, op: str, args: Sequence[Any]) -> Any:
-    args = [value_of(x) for x in (args[0] if len(args) == 1 else args)]
-    if len(args) == 1:
-        return args[0]
-    if not any(isinstance(x, Dual) for x in args):
-        return code.extreme(op, args)
-    found = args[0]
-    for x in args[1:]:
-        found = dual.extreme(code, op, found, x) if isinstance(found, Dual) or isinstance(x, Dual) else code.extreme(op, (found, x))
-    return found
-
-
-def _composed(code: Code) -> dict[str, Callable[..., Any]]:
-    """Return the functions of NumPy that the platform does not have, made of those that it has."""
-    sin, exp, exp2, log1p = (_function(code, name) for name in ("sin", "exp", "exp2", "log1p"))
-
-    def sinc(x: Any) -> Any:
-        angle = code.as_kind(pi, kind_of(x)) * code.select(x == 0.0, code.as_kind(1e-20, kind_of(x)), x)
-        return sin(angle) / angle
-
-    def below(x: Any, y: Any) -> Any:
-        return -abs(x - y)
-
-    return {
-        "sinc": sinc,
-        "logaddexp": lambda x, y: _extreme(code, "gt", (x, y)) + log1p(exp(below(x, y))),
-        "logaddexp2": lambda x, y: _extreme(code, "gt", (x, y)) + log1p(exp2(below(x, y))) / code.as_kind(log(2.0), kind_of(x)),
-    }
-
-
-def _moduli(x: Any) -> Any:
-    return abs(x)
-
-
-def names(code: Code) -> dict[str, Any]:
-    """Return the names that generated modules take from Python and NumPy, as functions of values."""
-    kinds = {"float64": Kind(code, FLOAT64), "float32": Kind(code, FLOAT32), "int64": Kind(code, INTEGER), "bool_": Kind(code, TRUTH)}
-    kinds["complex128"] = Kind(code, COMPLEX)
-
-    def holding(make: Callable[..., Array]) -> Callable[..., Array]:
-        return lambda shape, dtype=FLOAT64: make(code, shape, getattr(dtype, "kind", dtype))
-
-    arrays = {"empty": holding(empty), "zeros": holding(zeros), "arange": lambda length: arange(code, length)}
-    numpy = {
-        **kinds,
-        **arrays,
-        "array": lambda rows, dtype=None: _table(code, rows),
-        "inf": float("inf"),
-        "nan": float("nan"),
-        "absolute": _moduli,
-    }
-    numpy |= {name: _function(code, function) for name, function in MATHEMATICS.items()}
-    numpy |= _composed(code)
-    numpy["isfinite"] = lambda x: (x - x) == 0.0
-    return (
-        numpy
-        | foreign.names(code)
-        | {function.__name__: function for function in (*dual_functions.FUNCTIONS, *lanes.FUNCTIONS)}
-        | {"select": code.select, "negated": code.negated, "fill": fill}
-        | {
-            "numpy": types.SimpleNamespace(**numpy),
-            "len": lambda x: x.shape[0] if isinstance(x, Array) else len(x),
-            "abs": _moduli,
-            "max": lambda *args: _extreme(code, "gt", args),
-            "min": lambda *args: _extreme(code, "lt", args),
-            "bool": lambda x: code.truth(x) if isinstance(x, Value) else bool(x),
-            "float": lambda x: code.as_kind(x, FLOAT64 + x.kind[1:]) if isinstance(x, Value) else float(x),
-            "complex": lambda real, imag=0.0: Complex(code, real, imag),
-            "int": lambda x: code.as_kind(x, INTEGER + x.kind[1:]) if isinstance(x, Value) else int(x),
-            CHOSEN: code.select,
-            BOTH: code.both,
-            EITHER: code.either,
-            NEGATED: code.negated,
-        }
-    )

@@ -14,8 +14,6 @@ def laid_out(text: str) -> str:
         line = ""
 
     for letter in text:
-        if letter == "\n":
-            letter = "" if line.endswith(("}", ")")) or not line else " "
         if letter == "{" and not line.rstrip().endswith("=") and not within:
             line += " {" if line.strip() and not line.endswith(" ") else "{"
             end()

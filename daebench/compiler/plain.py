@@ -1,0 +1,47 @@
+"""Functions of files as Python executes them, on numbers of Python, NumPy or another library: what machine code is tested against."""
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from daebench.compiler import values
+from daebench.compiler.files import Files, Function, roots
+
+
+class Plain:
+    """Runs functions of files as Python does, on numbers of Python and NumPy; ``space`` has the names of the generated module."""
+
+    names: dict[str, Any] = {"float32": np.float32}  # noqa: RUF012
+
+    def __init__(self, space: dict[str, Any]) -> None:
+        self.space = space
+
+    def add(self, text: str) -> None:
+        """Add functions to the generated module, given by their source, and what they take from NumPy."""
+        for name in {*re.findall(r"\w+", text)} & {*np.__all__}:
+            self.space.setdefault(name, getattr(np, name))
+        exec(text, self.space)
+
+    def take(self, name: str, operation: Callable[..., Any]) -> None:
+        """Add an operation to the generated module."""
+        self.space[name] = operation
+
+    def body(self, function: Function) -> Callable[..., Any]:
+        """Return the function itself, whose errors of type are misfits."""
+
+        def run(*args: Any) -> Any:
+            try:
+                return function.plain(*args)
+            except TypeError as error:
+                raise values.Misfit(str(error)).with_traceback(error.__traceback__) from error
+
+        return run
+
+
+def files(space: dict[str, Any], plan: Mapping[str, Any], algebra: str) -> Files:
+    """Return the files of a generated module, whose names get those of its roots, for Python."""
+    found = Files(plan, Plain(space), algebra)
+    space.update(roots(found))
+    return found
