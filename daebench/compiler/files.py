@@ -7,6 +7,7 @@ is the machine's affair.
 
 import ast
 import builtins
+import linecache
 import threading
 import types
 from collections import ChainMap
@@ -149,7 +150,14 @@ class Files:
                 "__builtins__": {**vars(builtins), **self.machine.names, "__import__": self._import, "sum": values.summed}
             }
             space |= {"__name__": module, "_whole": values.whole, "_unrolled": lambda x: x, "_run_time": self._run_time}
-            code, nodes = _compiled(module, text_of(module), self.deferred, self.plan["single"])
+            text = text_of(module)
+            code, nodes = _compiled(module, text, self.deferred, self.plan["single"])
+            linecache.cache[code.co_filename] = (
+                len(text),
+                None,
+                text.splitlines(keepends=True),
+                code.co_filename,
+            )  # for whoever asks for lines
             exec(code, space)
             for name, function in space.items():
                 if isinstance(function, types.FunctionType) and function.__globals__ is space:

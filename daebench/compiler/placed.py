@@ -1,7 +1,8 @@
 """Where in a scheme's file something is: its path, and the statement in which an error was raised."""
 
+import linecache
+
 from daebench.errors import InvalidProblem
-from daebench.systems.files.package import text_of
 
 PREFIX = "scheme:"
 """Beginning of the file name of compiled files of schemes."""
@@ -19,7 +20,7 @@ def placed(error: BaseException) -> InvalidProblem | None:
     module = found.tb_frame.f_code.co_filename.removeprefix(PREFIX)
     positions = list(found.tb_frame.f_code.co_positions())[found.tb_lasti // 2]
     first, last, begin, end = (0 if x is None else x for x in positions)
-    lines = text_of(module).splitlines()[first - 1 : last]
+    lines = linecache.getlines(f"{PREFIX}{module}")[first - 1 : last]
     lines[-1] = lines[-1][:end]
     text = " ".join(line.strip() for line in [lines[0][begin:], *lines[1:]])
     return InvalidProblem(f"{path_of(module)}, line {first}: {text}: {error}.")
