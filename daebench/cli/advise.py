@@ -105,16 +105,18 @@ def _write(folder: Folder, advice: "Advice") -> list[str]:
 
 def _generated(advice: "Advice", out: Path | None) -> list[str]:
     """Write the cheapest choice with a fixed step as code; return the paths."""
+    if out is None or advice.choice is None:
+        return []
     from daebench.errors import BadInput
     from daebench.pages.generation.run import generate
 
-    if out is None or advice.choice is None:
-        return []
-    asked, choices = advice.question, [some for some in (advice.choice, *advice.runners_up) if some.knob == "h"]
-    if not choices:
+    asked, fixed = advice.question, [some for some in (advice.choice, *advice.runners_up) if some.knob == "h"]
+    if not fixed:
         raise BadInput(f"{advice.choice.method} chooses its own steps, so that it cannot be generated; name schemes with --methods.")
-    method, h = choices[0].method, choices[0].value
-    return [str(file) for file in generate(asked.problem, method, out, h=h, case=asked.case, parameters=asked.parameters).files]
+    if fixed[0] is not advice.choice:
+        print(f"daebench: {advice.choice.method} chooses its own steps; generated is {fixed[0].method}.", file=sys.stderr)
+    more: dict[str, Any] = {"case": asked.case, "parameters": asked.parameters, "anyway": asked.anyway, "on_singular": asked.on_singular}
+    return [str(file) for file in generate(asked.problem, fixed[0].method, out, h=fixed[0].value, **more).files]
 
 
 def _print(advice: "Advice") -> None:

@@ -28,9 +28,9 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Show a problem: definition, parameters, cases, and methods for it; or its functions as code in another language."""
-    from daebench.cli import definition
     from daebench.methods.catalogue import find_problem
     from daebench.methods.initial_value_problem import initial_value_problem
+    from daebench.pages import definition
     from daebench.systems.parts import Parts
 
     problem_file = find_problem(problem)

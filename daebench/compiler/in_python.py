@@ -10,32 +10,35 @@ import numpy as np
 
 from daebench.compiler.entry import Entry, Other, packed
 
+TYPES: dict[str, Any] = {"d": np.float64, "s": np.float32, "i": np.int64, "b": np.bool_}
+"""Types of numbers, by their kinds."""
 
-def _whole(x: Any) -> int:
+
+def whole(x: Any) -> int:
+    """Return a number without its fraction."""
     return int(x) if math.isfinite(x) else 0
 
 
-def _of_numpy(name: str, kind: str = "") -> Callable[..., Any]:
+def of_numpy(name: str, kind: str = "") -> Callable[..., Any]:
     """Return NumPy's function of the name that the platform has."""
     known = {"pow": "power", "atan2": "arctan2"}.get(name, name.replace("a", "arc", 1) if name.startswith("a") else name)
     return getattr(np, known)  # type: ignore[no-any-return]
 
 
-def _platform(name: str, kind: str) -> Callable[..., Any]:
+def platform(name: str, kind: str) -> Callable[..., Any]:
     """Return a function of numbers of a kind as machine code calls it: Python's in double precision, NumPy's where that raises an error."""
-    of_python, of_numpy, number = getattr(math, name), _of_numpy(name), NAMES["TYPES"][kind]
+    of_python, number = getattr(math, name), TYPES[kind]
 
     def called(*args: Any) -> Any:
         try:
             return number(of_python(*args))
         except (ValueError, OverflowError):
-            return of_numpy(*args)
+            return of_numpy(name)(*args)
 
     return called
 
 
-NAMES: dict[str, Any] = {"TYPES": {"d": np.float64, "s": np.float32, "i": np.int64, "b": np.bool_}}
-NAMES |= {"float64": np.float64, "float32": np.float32, "whole": _whole, "empty": np.empty, "array": np.array}
+NAMES: dict[str, Any] = {"TYPES": TYPES, "float64": np.float64, "float32": np.float32, "whole": whole, "empty": np.empty, "array": np.array}
 NAMES |= {"nan": np.nan, "inf": np.inf}
 """The names of texts: types of numbers by their kinds, functions of the platform, conversions, and arrays."""
 
@@ -52,7 +55,7 @@ class OfPython(Entry):
     def __init__(self, form: Any, head: dict[str, Any], text: str) -> None:
         types = [TAKEN[letter] for letter in packed(form)]
         self._head, self._text = head, text
-        self._function = self._executed(_platform)
+        self._function = self._executed(platform)
         super().__init__(form, head, _View, lambda *words: [of(x) for of, x in zip(types, words, strict=True)], _array)
 
     def _executed(self, platform: Callable[..., Any]) -> Callable[..., tuple[Any, ...]]:
@@ -62,7 +65,7 @@ class OfPython(Entry):
 
     @cached_property
     def _of_columns(self) -> Callable[..., tuple[Any, ...]]:
-        return self._executed(_of_numpy)
+        return self._executed(of_numpy)
 
     def columns(self, args: tuple[Any, ...]) -> Any:
         """Return the result where arguments have columns in place of numbers, of a function that does the same with each row."""

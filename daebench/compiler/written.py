@@ -40,12 +40,14 @@ def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed:
 
 
 def text_of(function: Any) -> str:
-    """Return the text of a function without its annotations and its docstring."""
+    """Return the text of a function without its docstring, and without annotations in it."""
     (node,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
+    for each in ast.walk(node):
+        if isinstance(each, ast.FunctionDef):
+            each.returns = None
+        elif isinstance(each, ast.arg):
+            each.annotation = None
     assert isinstance(node, ast.FunctionDef)
-    node.returns = None
-    for argument in node.args.args:
-        argument.annotation = None
     if ast.get_docstring(node) is not None:
         del node.body[0]
     return ast.unparse(node)

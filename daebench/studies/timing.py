@@ -87,12 +87,16 @@ def built(name: str, folder: Path) -> ctypes.CDLL | None:
     command, library = compiler(), folder / f"{name}.so"
     if command is None:
         return None
-    source = Path(__file__).with_name(f"{name}.c")
-    options = ["-O3", "-ffp-contract=off", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"]
-    done = subprocess.run([command, *options], capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise DaebenchError(f"the C program does not compile: {done.stderr.splitlines()[0] if done.stderr else command}.")
+    if why := failure(command, Path(__file__).with_name(f"{name}.c"), library):
+        raise DaebenchError(f"the C program does not compile: {why}.")
     return ctypes.CDLL(str(library))
+
+
+def failure(command: str, source: Path, library: Path, level: str = "-O3") -> str:
+    """Compile a C program as a library; return the first line of what the compiler says where it fails, else ""."""
+    options = [level, "-ffp-contract=off", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"]
+    done = subprocess.run([command, *options], capture_output=True, text=True, check=False)
+    return (done.stderr.strip().splitlines() or [command])[0] if done.returncode else ""
 
 
 def _in_turns(folder: Path, ivp: ConstrainedIvp, row: dict[str, Any], *, h: float, steps: int, repeat: int) -> dict[str, Any]:

@@ -36,6 +36,7 @@ PAIRS = [
     ("free_rigid_body", "strang", 0.01),
     ("lotka_volterra", "darboux:midpoint", 0.01),
     ("lotka_volterra", "symplectic_euler", 0.001),
+    ("ablowitz_ladik", "darboux:verlet", 1e-4),
 ]
 """Pairs of each kind of code: tuples, solvers in loops, least squares, arrays, compositions, memories, charts, Poisson systems."""
 IDS = [f"{problem}-{name}" for problem, name, _ in PAIRS]
@@ -139,7 +140,7 @@ def test_javascript_passes_its_own_check_and_has_the_bits_where_it_calls_no_func
 
 
 @pytest.mark.parametrize("problem", ["double_pendulum", "lotka_volterra"])
-def test_the_page_runs_from_a_file_at_sixty_frames_a_second(problem, seen, tmp_path):
+def test_the_page_runs_from_a_file(problem, seen, tmp_path):
     method = "rattle" if problem == "double_pendulum" else "symplectic_euler"
     daebench.generate(problem, method, tmp_path / "code", h=0.002, language="javascript")
     shown = seen((tmp_path / "code" / "page.html").as_uri())
@@ -152,14 +153,21 @@ def test_the_page_runs_from_a_file_at_sixty_frames_a_second(problem, seen, tmp_p
 
 @pytest.mark.skipif(CPP is None, reason="there is no compiler of C++")
 @pytest.mark.parametrize(("problem", "method", "h"), OTHERS, ids=[f"{problem}-{method}" for problem, method, _ in OTHERS])
-def test_cpp_compiles_without_a_warning_and_passes_its_own_check(problem, method, h, tmp_path):
+def test_cpp_compiles_without_a_warning_passes_its_own_check_and_has_the_bits(problem, method, h, tmp_path):
     folder = tmp_path / "code"
     daebench.generate(problem, method, folder, h=h, language="cpp", name="own")
-    for main in ("example", "check"):
+    ivp = daebench.initial_value_problem(problem)
+    vectors = ("y",) if ivp.facts.KIND == "poisson" else ("q", "p")
+    show = " ".join(f'for (double x : s.{name}()) std::printf("%a\\n", x);' for name in vectors)
+    (folder / "show.cpp").write_text(
+        f'#include "own.hpp"\n#include <cstdio>\nint main() {{ own::integrator s; s.run({h!r}, 100); {show} return 0; }}\n'
+    )
+    for main in ("example", "check", "show"):
         flags = ["-std=c++17", *STRICT[1:], "-o", folder / main, folder / f"{main}.cpp"]
         built = subprocess.run([CPP, *map(str, flags)], capture_output=True, text=True, check=False)
         assert built.returncode == 0, built.stderr[:2000]
-        subprocess.run([folder / main], capture_output=True, check=True)
+        out = subprocess.run([folder / main], capture_output=True, text=True, check=True).stdout
+    assert np.array_equal([float.fromhex(line) for line in out.split()], state_after(ivp, method, h, 100))
 
 
 @needs_compiler
@@ -235,10 +243,11 @@ def test_a_folder_is_certified_with_its_claims(tmp_path, daebench):
     [
         (None, "has no generated.json of daebench generate"),
         ("[]", "has no generated.json of daebench generate"),
-        ('{"name": "../x", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "cannot be called step by step"),
+        ('{"name": "../x", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "has no generated.json"),
+        ('{"name": "x", "on": "a", "h": 0.1, "claims": {}, "callable": false}', "cannot be called step by step"),
         ('{"name": "x", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "cannot be compiled"),
     ],
-    ids=["nothing", "no object", "path", "no source"],
+    ids=["nothing", "no object", "path", "remembers", "no source"],
 )
 def test_a_folder_that_is_no_code_is_refused_in_a_sentence(content, said, tmp_path, daebench):
     if content is not None:
@@ -333,7 +342,7 @@ def test_a_folder_that_is_there_stays_as_it_is(tmp_path):
 
 def test_a_multiplier_of_a_distance_is_a_force_along_it():
     meant = words.multipliers(daebench.initial_value_problem("double_wishbone").source.define())
-    assert all("a force of 2 lam l along the distance" in each for each in meant)
+    assert all("the force along the distance l is 2 lam l, tension where it is positive" in each for each in meant)
     assert meant[4].startswith("lam[4], of the distance of S and T in S-T, g = ")
     (other,) = words.multipliers(daebench.initial_value_problem("torus").source.define())
     assert other.endswith("the force is -lam grad g")

@@ -65,12 +65,13 @@ class _Printer(Braces):
 
     def __init__(self, function: Function, parameters: Sequence[str]) -> None:
         super().__init__(function, parameters)
-        self.arrays: list[str] = []
+        self.arrays: dict[str, str] = {}
 
     def text(self) -> str:
         """Return the statements."""
         body = super().text()
-        return "".join([*self.arrays, body])
+        unread = [name for name in self.arrays if not re.search(rf"\b{name}\b(?!\[[^\]]*\]=(?!=))", body)]
+        return "".join([*self.arrays.values(), *(f"(void){name};" for name in unread), body])
 
     def kind_of(self, value: Value) -> str:
         """Return the kind of a variable for a value."""
@@ -87,7 +88,7 @@ class _Printer(Braces):
         """Write a statement on memory: arrays of known lengths belong to the call of a function."""
         if value.op == "alloc" and value.args[0].op == "const":
             name = self._name()
-            self.arrays.append(f"{TYPES[self._pointed(value)]} {name}[{value.args[0].args[0]}];")
+            self.arrays[name] = f"{TYPES[self._pointed(value)]} {name}[{value.args[0].args[0]}];"
             self.texts[value] = [(name, ATOM)]
         elif value.op == "move":
             to, of, size, kind = value.args

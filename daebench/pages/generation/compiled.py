@@ -1,12 +1,11 @@
 """A folder of generated C as a method from outside: its library, compiled, with what is claimed of it."""
 
 import json
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from daebench.errors import BadInput
+from daebench.studies.timing import compiler, failure
 
 ABOUT = "generated.json"
 """File of what a folder has: problem, case, method, step size, names and claims."""
@@ -24,16 +23,13 @@ class Compiled(NamedTuple):
 
 def compiled(folder: Path) -> Compiled:
     """Return a folder of ``daebench generate --language c`` as a code; raise :class:`BadInput` if it is none, or cannot be compiled."""
-    about = _about(folder)
-    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if compiler is None:
+    about, command = _about(folder), compiler()
+    if command is None:
         raise BadInput(f"{folder} has to be compiled, and there is no compiler of C; install one, gcc for example.")
     name = about["name"]
     library, source = folder / f"lib{name}.so", folder / f"{name}.c"
-    command = [compiler, "-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-o", str(library), str(source), "-lm"]
-    told = subprocess.run(command, capture_output=True, text=True, check=False)
-    if told.returncode:
-        raise BadInput(f"{source} cannot be compiled: {(told.stderr.strip().splitlines() or ['no reason is given'])[0]}.")
+    if why := failure(command, source, library, "-O2"):
+        raise BadInput(f"{source} cannot be compiled: {why}.")
     files = [source, source.with_suffix(".h")]
     return Compiled(f"{library.absolute()}:{name}_call", files, about["on"], about["h"], about["claims"])
 
@@ -45,8 +41,10 @@ def _about(folder: Path) -> dict[str, Any]:
         known = {"name": str, "on": str, "h": float, "claims": dict, "callable": bool}
         if not isinstance(found, dict) or any(not isinstance(found.get(key), kind) for key, kind in known.items()):
             raise ValueError
+        if not found["name"].isidentifier():  # it becomes the name of a file
+            raise ValueError
     except (OSError, ValueError) as error:
         raise BadInput(f"{folder} has no {ABOUT} of daebench generate; generate it again, or name a code.") from error
-    if not found["callable"] or not found["name"].isidentifier():
+    if not found["callable"]:
         raise BadInput(f"{folder} has a scheme that remembers steps, or a Poisson system, so that it cannot be called step by step.")
     return found

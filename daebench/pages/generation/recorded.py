@@ -1,6 +1,6 @@
 """A scheme linked to a problem as recorded functions of arrays: a step, what goes before it, and functions of a state.
 
-Arrays hold doubles. ``X`` has the state that the scheme computes in, and behind it the memory of the scheme; ``V`` and ``W`` vectors of
+Arrays hold doubles. ``X`` has the state that the scheme computes in, and behind it the memory of the scheme; ``V`` vectors of
 the problem; ``P`` the parameters of the problem, and behind them the scales of its start; ``L`` the stage multipliers; ``R`` status,
 residual and smallest relative pivot; ``O`` what a function returns.
 """
@@ -14,12 +14,10 @@ import numpy as np
 
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.ir import FLOAT64, POINTER, Function, Value
-from daebench.compiler.trace.program import Program, parameters_in
+from daebench.compiler.trace.program import Program
 
 LONG, LONGEST = 300, 10**9
 """Operations of the longest function whose calls are written out; of functions with arrays all are, which belong to their call."""
-
-ALONE = "daebench.schemes.kernels.alone"
 
 FLAT = 10**9
 """Length of arrays whose lengths nobody asks for."""
@@ -41,9 +39,9 @@ class Recorded:
 
     functions: dict[str, tuple[Function, Sequence[str]]]
     called: list[Function]
-    state: int
-    memory: int
-    multipliers: int
+    state: int = 0
+    memory: int = 0
+    multipliers: int = 0
 
 
 def taken(array: Array, like: Any, index: Iterator[int]) -> Any:
@@ -100,7 +98,6 @@ class _Recorder:
     like: Any
     par: Any
     given: int
-    prefix: str = ""
     functions: dict[str, tuple[Function, Sequence[str]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -125,11 +122,8 @@ class _Recorder:
 
     @property
     def called(self) -> list[Function]:
-        """Functions that others call, named apart from those of other modules."""
-        made = [made for made, _ in self.program.instances.values()]
-        for each in made:
-            each.name = self.prefix + each.name.removeprefix(self.prefix)
-        return made
+        """Functions that others call."""
+        return [made for made, _ in self.program.instances.values()]
 
 
 def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[float, ...]) -> Recorded:
@@ -146,9 +140,7 @@ def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[floa
     """
     recorder = _Recorder(source, state, par, given)
     space, memory, multipliers = recorder.space, (), 0
-    substeps: Any = (
-        recorder.program.names["array"](list(weights)) if weights else ()
-    )  # a loop over substeps, where a tuple would be written out
+    substeps: Any = space["array"](list(weights)) if weights else ()  # of a tuple, each substep would be written out
 
     def start(X: Array, h: Value, P: Array, R: Array) -> None:
         nonlocal memory
@@ -190,17 +182,16 @@ def of_problem(source: str, vectors: tuple[Any, ...], par: Any, given: int, name
     names : sequence of str
         Functions, by the names that they have in the module.
     """
-    recorder = _Recorder(source, vectors, par, given, prefix="own_")
+    recorder = _Recorder(source, vectors, par, given)
 
     def function(name: str) -> Callable[[Array, Array, Array], None]:
-        takes = parameters_in(source, name) or ["p", "q", "par"]
-
         def made(V: Array, P: Array, O: Array) -> None:  # noqa: E741
-            p_and_q = taken(V, vectors, count())
-            put(O, 0, recorder.space[name](*p_and_q[-len(takes) + 1 :], recorder.data(P)))
+            put(O, 0, recorder.space[name](*taken(V, vectors, count()), recorder.data(P)))
 
         return made
 
     for name in names:
         recorder.function(name.removeprefix("alone_"), "V,P,O", function(name))
-    return Recorded(recorder.functions, recorder.called, length(vectors), 0, 0)
+    for each in recorder.called:
+        each.name = f"own_{each.name}"  # functions of the scheme may have the same
+    return Recorded(recorder.functions, recorder.called)

@@ -1,73 +1,28 @@
 """Generate a method on a problem as code of one's own."""
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from daebench.compiler.print import c, javascript, javascript_operations, python
-from daebench.compiler.trace.ir import FLOAT64
 from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.pages.generation import words
+from daebench.pages.generation.checked import STEPS, checked, request
 from daebench.pages.generation.compiled import ABOUT
-from daebench.pages.generation.layout import laid_out
+from daebench.pages.generation.languages import LANGUAGES, Language
 from daebench.pages.generation.linked import Linked, linked
-from daebench.reference.solution import reference_solution
 from daebench.runs.files import require_new
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
-from daebench.runs.request import Request
-
-
-@dataclass(frozen=True)
-class Language:
-    """A language: how functions and numbers are written, and the files; the kernel has the name that is chosen."""
-
-    functions: Callable[[Linked], str]
-    number: Callable[[float], str]
-    files: tuple[str, ...]
-
-
-def _one_by_one(language: Any, made: Linked) -> str:
-    """Return the functions, each behind those that it calls."""
-    texts = []
-    for part in (*made.problem, made.scheme):
-        texts += [laid_out(language.instance(function)) for function in part.called]
-        texts += [laid_out(language.function(function, parameters)) for function, parameters in part.functions.values()]
-    return "\n".join(texts)
-
-
-def _of_python(made: Linked) -> str:
-    """Return the functions, and the constants that they share."""
-    parts = (*made.problem, made.scheme)
-    return python.text([each for part in parts for each in (*part.called, *(function for function, _ in part.functions.values()))])
-
-
-_OF_C = partial(_one_by_one, c), lambda x: c.number(float(x), FLOAT64)
-LANGUAGES = {
-    "c": Language(*_OF_C, ("kernel.h", "kernel.c", "example.c", "check.c", "library.py", "Makefile", "CMakeLists.txt")),
-    "cpp": Language(*_OF_C, ("kernel.hpp", "example.cpp", "check.cpp", "Makefile", "CMakeLists.txt")),
-    "javascript": Language(
-        partial(_one_by_one, javascript), javascript_operations.number, ("kernel.mjs", "kernel.d.ts", "check.mjs", "page.html")
-    ),
-    "python": Language(_of_python, repr, ("kernel.py", "check.py")),
-}
-"""Languages, by the names that they have here."""
+from daebench.runs.members import flat
 
 BESIDE = ("README.md", "LICENSE")
 """Files besides them."""
-
-ROWS, STEPS, MARGIN, COARSE = 5, 200, 1.25, 0.1
-"""Rows of a check, steps from one to the next, by how much more than daebench's own error a run may be off, and the largest such error."""
 
 
 class Generated(NamedTuple):
@@ -144,8 +99,7 @@ def generate(
     chosen = method_of(ivp, method, options, anyway=anyway)
     if not isinstance(chosen, FixedStepMethod):
         raise BadInput(f"{method} has no fixed step, so that it cannot be generated; choose a scheme such as rattle.")
-    if refusal := chosen.refusal(ivp):
-        raise BadInput(refusal)
+    chosen.check(ivp, request(h))
     named = _name(name, ivp, chosen)
     facts = _facts(ivp, chosen, h, named, LANGUAGES[language])
     texts: dict[Path, str] = {}
@@ -218,7 +172,7 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     facts |= _sizes(ivp, made) | {"functions": language.functions(made), "entering": made.entering, "charted": bool(made.entering)}
     facts["start"] = ", ".join(map(language.number, flat(made.state)))
     facts["defaults"] = ", ".join(each["text"] for each in parameters)
-    return facts | {"reference": _reference(ivp, method, h, language), "steps_per_row": STEPS}
+    return facts | {"reference": checked(ivp, method, h, language), "steps_per_row": STEPS}
 
 
 def _sizes(ivp: InitialValueProblem, made: Linked) -> dict[str, Any]:
@@ -229,34 +183,3 @@ def _sizes(ivp: InitialValueProblem, made: Linked) -> dict[str, Any]:
     constraints = words.multipliers(ivp.source.define())
     has = any("momenta" in part.functions for part in made.problem)
     return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}
-
-
-def flat(x: Any) -> list[float]:
-    """Return the numbers of nested tuples of numbers and arrays in a row."""
-    return [entry for part in x for entry in flat(part)] if isinstance(x, tuple) else np.ravel(x).tolist()
-
-
-def _reference(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, language: Language) -> dict[str, Any]:
-    """Return rows of the exact motion, and by how much a run of the method may be off."""
-    steps = [STEPS * k for k in range(1, ROWS + 1)]
-    exact = reference_solution(ivp, [h * k for k in steps])
-    states = method.solve(ivp, Request(value=h, steps=steps[-1], every=STEPS, watch=())).complete()
-    if states.failure:
-        raise BadInput(states.failure)
-    key = "q" if isinstance(ivp, ConstrainedIvp) else "y"
-    rows = exact.states[key]
-    off = np.abs(getattr(states, key)[1:] - rows).max(axis=1)
-    if not off.max() <= COARSE * np.abs(rows).max():
-        raise BadInput(
-            f"with h = {h:g}, {method.name} on {ivp.problem} is off by {off.max():.2g} at t = {h * steps[-1]:g}; choose a smaller h."
-        )
-    floor = 64 * np.finfo(float).eps * max(1.0, float(np.abs(rows).max()))
-    bounds = MARGIN * off + exact.bound[key] + floor
-    return {
-        "error": float(off.max()),
-        "source": {"closed form": "the closed form of the motion"}.get(exact.kind, "a much finer run"),
-        "why": "a quarter more than daebench itself is off, and the bound of these rows",
-        "steps": ", ".join(map(str, steps)),
-        "rows": [", ".join(map(language.number, row)) for row in rows.tolist()],
-        "bounds": ", ".join(map(language.number, bounds.tolist())),
-    }

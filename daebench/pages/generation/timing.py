@@ -1,8 +1,6 @@
 """Generated C beside machine code: size, time to compile, and time of a step, in turns, so that noise meets both alike."""
 
 import ctypes
-import shutil
-import subprocess
 import tempfile
 import time
 from pathlib import Path
@@ -14,10 +12,12 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.methods.catalogue import problems
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
+from daebench.pages.generation.languages import LANGUAGES
 from daebench.pages.generation.linked import linked
-from daebench.pages.generation.run import LANGUAGES, flat
+from daebench.runs.members import flat
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales
+from daebench.studies.timing import compiler, failure
 
 METHODS = ("rattle", "lobatto3", "rattle/kahan_li8")
 PART = 0.01
@@ -46,42 +46,43 @@ def measure_generated(*, steps: int, repeat: int) -> list[dict[str, Any]]:
     repeat : int
         Runs, of which the best counts.
     """
-    compiler = shutil.which("gcc") or shutil.which("cc")
-    if compiler is None:
+    command = compiler()
+    if command is None:
         raise BadInput("there is no compiler of C; install one, gcc for example.")
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for problem in problems("constrained"):
-            ivp: Any = initial_value_problem(problem)
-            h = PART / (constrained_scales(ivp, PART, rated=True)[1] or 1.0)
-            for name in METHODS:
-                try:
-                    rows.append({"problem": problem, "method": name, **_measured(ivp, name, h, steps, repeat, compiler, Path(folder))})
-                except DaebenchError as error:
-                    rows.append({"problem": problem, "method": name, "note": str(error)})
+    for problem in problems("constrained"):
+        ivp: Any = initial_value_problem(problem)
+        h = PART / (constrained_scales(ivp, PART, rated=True)[1] or 1.0)
+        for name in METHODS:
+            row: dict[str, Any] = {"problem": problem, "method": name}
+            try:
+                rows.append(row | _measured(ivp, name, h, steps, repeat, command))
+            except DaebenchError as error:
+                rows.append(row | {"note": str(error)})
     return rows
 
 
-def _measured(ivp: Any, name: str, h: float, steps: int, repeat: int, compiler: str, folder: Path) -> dict[str, Any]:
-    method = method_of(ivp, name)
-    if refusal := method.refusal(ivp):
-        raise BadInput(refusal)
-    made, steps = linked(ivp, method, h), max(10, steps // ivp.d**2)
-    text = HEAD + LANGUAGES["c"].functions(made) + LOOP.format(start="start(X, h, P, R);" if "start" in made.scheme.functions else "")
-    source, library = folder / "step.c", folder / f"{ivp.problem}_{abs(hash(name))}.so"
-    source.write_text(text, encoding="utf-8")
-    began = time.perf_counter()
-    subprocess.run([compiler, "-std=c99", "-O2", "-ffp-contract=off", "-w", "-shared", "-fPIC", "-o", library, source, "-lm"], check=True)
-    seconds = time.perf_counter() - began
-    call = ctypes.CDLL(str(library)).run
+def _measured(ivp: Any, name: str, h: float, steps: int, repeat: int, command: str) -> dict[str, Any]:
+    method, steps = method_of(ivp, name), max(10, steps // ivp.d**2)
     request = Request(value=h, steps=steps, every=0, watch=(), count=False)
+    method.check(ivp, request)
+    made = linked(ivp, method, h)
+    text = HEAD + LANGUAGES["c"].functions(made) + LOOP.format(start="start(X, h, P, R);" if "start" in made.scheme.functions else "")
+    with tempfile.TemporaryDirectory() as folder:
+        source, library = Path(folder) / "step.c", Path(folder) / "step.so"
+        source.write_text(text, encoding="utf-8")
+        began = time.perf_counter()
+        if why := failure(command, source, library, "-O2"):
+            raise DaebenchError(f"the generated code cannot be compiled: {why}.")
+        seconds = time.perf_counter() - began
+        call = ctypes.CDLL(str(library)).run
     best = {"generated": np.inf, "machine": np.inf}
     for _ in range(repeat):
-        best["generated"] = min(best["generated"], _seconds(call, made, ivp, h, steps))
         run = method.solve(ivp, request).complete()
         if run.failure:
             raise BadInput(run.failure)
         best["machine"] = min(best["machine"], run.seconds)
+        best["generated"] = min(best["generated"], _seconds(call, made, ivp, h, steps))
     times = {f"{key}_ns": value / steps * 1e9 for key, value in best.items()}
     return {"kB": len(text) / 1000, "compile_s": seconds, **times, "ratio": best["generated"] / best["machine"]}
 

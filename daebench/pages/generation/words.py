@@ -9,13 +9,17 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler.constrained.distances import distance
+from daebench.methods.fixed_step.stepping import IN_SHORT
+from daebench.pages import definition as definitions
 from daebench.runs.ivp import InitialValueProblem
 from daebench.schemes.kernels.claims import under_forces
-from daebench.schemes.kernels.newton import ITERATIONS
+from daebench.schemes.kernels.relax import ROUNDS
 
-WORDS = {1: "NO_CONVERGENCE", 2: "SINGULAR", 3: "NOT_FINITE", 4: "ENERGY_NOT_FINITE", 5: "CONSTRAINTS_NOT_MET", 6: "LEFT_DOMAIN"}
-WORDS |= {7: "RANK_LOST", 8: "DERIVATIVES_NOT_FINITE", 9: "ANOTHER_BRANCH", 10: "TURNED"}
-"""Names of statuses."""
+OF_RUNS = (4, 8)
+"""Statuses that only a loop with monitors or derivatives has."""
+
+UNSAID = frozenset(("closed form", "kinetic flow", "chart", "canonical coordinates", "lift"))
+"""Parts of a definition that are nothing to generated code."""
 
 CLAIMS = {
     "symmetric": "symmetric",
@@ -47,7 +51,7 @@ def docstring(text: str) -> dict[str, str]:
 
 
 def multipliers(problem: Any) -> list[str]:
-    """Return what each multiplier of a problem means, and its unit; for a chain, those of a node and of the joint before it."""
+    """Return what each multiplier of a problem means; for a chain, those of a node and of the joint before it."""
     if hasattr(problem, "joints"):
         joints = [f"of each joint: g = {g}; the force is -lam grad g" for g in problem.joints]
         return [*joints, *(f"of each node: g = {g}; the force is -lam grad g" for g in problem.own)]
@@ -59,8 +63,8 @@ def multipliers(problem: Any) -> list[str]:
         if factor is None:
             found.append(f"{expression}; the force is -lam grad g")
             continue
-        times = "" if factor == 1 else f"{factor} "
-        found.append(f"{expression}; a force of 2 {times}lam l along the distance l, N: tension where positive, thrust where negative")
+        force = f"2 {'' if factor == 1 else f'{factor} '}lam l"
+        found.append(f"{expression}; the force along the distance l is {force}, tension where it is positive, thrust where negative")
     return found
 
 
@@ -80,32 +84,20 @@ def _factor(g: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
 
 def definition(ivp: InitialValueProblem) -> dict[str, str]:
     """Return the parts of a definition as text."""
-    found: Any = ivp.source.define()
-    if ivp.facts.KIND == "poisson":
-        if hasattr(found, "sites"):
-            return {"H": f"the sum over {found.sites} sites of {found.h}"}
-        return {"H": str(found.H), "B": str(found.B.tolist())}
-    if hasattr(found, "nodes"):
-        return {"nodes": str(found.nodes), "H": "1/2 p^T M^-1 p + U"}
-    if found.H is not None:
-        return {"H": str(found.H)} | _constraints(found)
-    rows = f",\n{' ' * 19}".join(str(row) for row in found.M.tolist())
-    return {"H": "1/2 p^T M^-1 p + U", "M": f"[{rows}]", "U": str(found.U)} | _constraints(found)
-
-
-def _constraints(found: Any) -> dict[str, str]:
-    return {f"g{k}" if found.m > 1 else "g": str(g) for k, g in enumerate(found.g)}
+    found = ivp.source.define()
+    parts, _ = definitions.constrained(found) if ivp.facts.KIND == "constrained" else definitions.poisson(found, ivp.facts)
+    return {name: part for name, part in parts.items() if name not in UNSAID}
 
 
 def statuses(reasons: Mapping[int, tuple[str, str]]) -> list[tuple[int, str, str]]:
-    """Return number, name and sentence of each status."""
+    """Return number, name and sentence of each status that a step may have."""
 
     def sentence(why: str, advice: str) -> str:
-        why = re.sub(r", residual \{residual[^}]*\}", "", why)
-        known = {"sweeps": ITERATIONS, "relaxations": "so many", "domain": "of the problem"}
-        return f"{why.format(**known)}; {advice}".replace('"', "'")
+        why = re.sub(r", residual \{residual[^}]*\}| in \{sweeps\} iterations", "", why)
+        return f"{why.format(relaxations=ROUNDS, domain='of the problem')}; {advice}".replace('"', "'")
 
-    return [(status, WORDS[status], sentence(*why)) for status, why in sorted(reasons.items())]
+    names = {status: re.sub(r"\W", "_", IN_SHORT[status]) for status in reasons if status not in OF_RUNS}
+    return [(status, name.upper(), sentence(*reasons[status])) for status, name in sorted(names.items())]
 
 
 def claimed(ivp: InitialValueProblem, method: Any) -> tuple[int, str, str]:

@@ -1,4 +1,4 @@
-"""A problem's definition as text, as ``daebench show`` prints it for either kind."""
+"""A problem's definition as text, for either kind: ``daebench show`` prints it, and generated code has it in its README."""
 
 import types
 from collections.abc import Mapping

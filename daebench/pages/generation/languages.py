@@ -1,0 +1,51 @@
+"""The languages of generated code: how functions and numbers are written, and which files there are."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+from typing import Any
+
+from daebench.compiler import in_python
+from daebench.compiler.print import c, javascript, javascript_operations, python
+from daebench.compiler.trace.ir import FLOAT64
+from daebench.compiler.written import text_of
+from daebench.pages.generation.layout import laid_out
+from daebench.pages.generation.linked import Linked
+
+
+@dataclass(frozen=True)
+class Language:
+    """A language: how functions and numbers are written, and the files; the kernel has the name that is chosen."""
+
+    functions: Callable[[Linked], str]
+    number: Callable[[float], str]
+    files: tuple[str, ...]
+
+
+def _one_by_one(language: Any, made: Linked) -> str:
+    """Return the functions, each behind those that it calls."""
+    texts = []
+    for part in (*made.problem, made.scheme):
+        texts += [laid_out(language.instance(function)) for function in part.called]
+        texts += [laid_out(language.function(function, parameters)) for function, parameters in part.functions.values()]
+    return "\n".join(texts)
+
+
+def _of_python(made: Linked) -> str:
+    """Return the functions, behind the constants that they share and what these are made by."""
+    helpers = map(text_of, (in_python.whole, in_python.of_numpy, in_python.platform))
+    functions = [[*part.called, *(function for function, _ in part.functions.values())] for part in (*made.problem, made.scheme)]
+    return "\n\n\n".join([*helpers, python.text(list(chain.from_iterable(functions)))])
+
+
+_OF_C = partial(_one_by_one, c), lambda x: c.number(float(x), FLOAT64)
+LANGUAGES = {
+    "c": Language(*_OF_C, ("kernel.h", "kernel.c", "example.c", "check.c", "library.py", "Makefile", "CMakeLists.txt")),
+    "cpp": Language(*_OF_C, ("kernel.hpp", "example.cpp", "check.cpp", "Makefile", "CMakeLists.txt")),
+    "javascript": Language(
+        partial(_one_by_one, javascript), javascript_operations.number, ("kernel.mjs", "kernel.d.ts", "check.mjs", "page.html")
+    ),
+    "python": Language(_of_python, repr, ("kernel.py", "check.py")),
+}
+"""Languages, by the names that they have here."""
