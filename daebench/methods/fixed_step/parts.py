@@ -12,7 +12,8 @@ from daebench.methods.fixed_step.chain_refusals import unwritten
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
-from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected
+from daebench.runs.ivp import InitialValueProblem
+from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected, under_forces
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp
@@ -138,6 +139,10 @@ class Parts:
         if self.composition:
             claims = composed(claims, COMPOSITIONS[self.composition].order)
         return projected(claims, self.projection) if self.projection else claims
+
+    def claims_on(self, ivp: InitialValueProblem) -> Claims:
+        """Return the claims of the whole method on a problem, which may have forces without potential."""
+        return under_forces(self.claims) if ivp.facts.FORCED else self.claims
 
     @cached_property
     def data(self) -> tuple[Any, ...]:

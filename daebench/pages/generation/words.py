@@ -12,7 +12,6 @@ from daebench.compiler.constrained.distances import distance
 from daebench.methods.fixed_step.stepping import IN_SHORT
 from daebench.pages import definition as definitions
 from daebench.runs.ivp import InitialValueProblem
-from daebench.schemes.kernels.claims import under_forces
 from daebench.schemes.kernels.relax import ROUNDS
 
 OF_RUNS = (4, 8)
@@ -108,19 +107,15 @@ def claimed(ivp: InitialValueProblem, method: Any) -> tuple[int, str, str]:
         made += [f"keeping {', '.join(kept)} to round-off"] * bool(kept)
         order = method.order
     else:
-        claims = _claims(ivp, method)
+        claims = method.claims_on(ivp)
         made = [words for name, words in CLAIMS.items() if getattr(claims, name, False)]
         order = claims.order
     return order, f"Claimed to be {', '.join(made)}." if made else "Nothing is claimed besides.", claims.source
 
 
-def _claims(ivp: InitialValueProblem, method: Any) -> Any:
-    return under_forces(method.claims) if ivp.facts.FORCED else method.claims
-
-
 def claims(ivp: InitialValueProblem, method: Any) -> dict[str, Any]:
     """Return the claims of a scheme on a constrained problem as a code from outside states them."""
-    own = _claims(ivp, method)
+    own = method.claims_on(ivp)
     return {name: getattr(own, name) for name in ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")}
 
 

@@ -37,7 +37,7 @@ from daebench.methods.outside.method import OutsideMethod, Stated
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.local_flow import enter, local_flow, structure_matrix
 from daebench.runs.trajectory import Trajectory
-from daebench.schemes.kernels.claims import Claims, under_forces
+from daebench.schemes.kernels.claims import Claims
 from daebench.studies.claims.bench import NO_BOUND, NOT_APPLICABLE, Bench, Finding, attempted, finding
 
 
@@ -46,8 +46,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
 
     def __init__(self, ivp: ConstrainedIvp, method: FixedStep | OutsideMethod, run: Trajectory) -> None:
         super().__init__(ivp, method, run)
-        claims: Claims | Stated = method.claims
-        self.claims = under_forces(claims) if ivp.facts.FORCED and isinstance(claims, Claims) else claims
+        self.claims: Claims | Stated = method.claims_on(ivp) if isinstance(method, FixedStep) else method.claims
         self.flow: Flow = method.flow(ivp, run.value, self.n)
         self.X = tangent_basis(ivp, ivp.p0, ivp.q0)
         self.v, self.H_q = (np.abs(ivp.along(name, run.p, run.q)) for name in ("H_p", "H_q"))

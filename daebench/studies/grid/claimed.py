@@ -10,7 +10,6 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.schemes.kernels.claims import under_forces
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,7 +32,7 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     assert isinstance(method, FixedStep | OutsideMethod)
     if isinstance(method, FixedStep) and method.refusal(ivp):
         return frozenset()
-    claims = under_forces(method.claims) if ivp.facts.FORCED and isinstance(method, FixedStep) else method.claims
+    claims = method.claims_on(ivp) if isinstance(method, FixedStep) else method.claims
     symplectic = claims.symplectic and claims.on_manifold
     reversed_too = claims.symmetric and claims.on_manifold and not np.any(ivp.p0) and not ivp.facts.EXTENDED
     claim = {
