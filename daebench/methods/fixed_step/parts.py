@@ -12,11 +12,10 @@ from daebench.methods.fixed_step.chain_refusals import unwritten
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
-from daebench.runs.ivp import InitialValueProblem
 from daebench.schemes.kernels.claims import CHARTED, Claims, Member, composed, on_form, projected, under_forces
 
 if TYPE_CHECKING:
-    from daebench.runs.ivp import ConstrainedIvp
+    from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
 
 
 PROJECTIONS = {
@@ -140,7 +139,7 @@ class Parts:
             claims = composed(claims, COMPOSITIONS[self.composition].order)
         return projected(claims, self.projection) if self.projection else claims
 
-    def claims_on(self, ivp: InitialValueProblem) -> Claims:
+    def claims_on(self, ivp: "InitialValueProblem") -> Claims:
         """Return the claims of the whole method on a problem, which may have forces without potential."""
         return under_forces(self.claims) if ivp.facts.FORCED else self.claims
 
