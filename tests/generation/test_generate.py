@@ -1,5 +1,6 @@
 """Generated code: it compiles without a warning, has the bits of machine code, tests itself, and says what its numbers mean."""
 
+import dataclasses
 import json
 import re
 import shutil
@@ -13,6 +14,7 @@ import daebench
 from daebench.errors import BadInput
 from daebench.methods.names import method_of
 from daebench.pages.generation import words
+from daebench.pages.generation.languages import LANGUAGES
 from daebench.runs.request import Request
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
@@ -78,10 +80,8 @@ def state_after(ivp, method, h, steps):
     return run.y[-1] if hasattr(run, "y") else np.concatenate([run.q[-1], run.p[-1]])
 
 
-@needs_compiler
-@pytest.mark.parametrize(("problem", "method", "h"), PAIRS, ids=IDS)
-def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
-    folder = tmp_path / "code"
+def has_the_bits(problem, method, h, folder):
+    """Check that generated C has the bits of machine code after 300 steps."""
     daebench.generate(problem, method, folder, h=h, name="own")
     ivp = daebench.initial_value_problem(problem)
     get = (
@@ -91,9 +91,24 @@ def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, met
     )
     found = printed(folder, "own", f"if (own_run(&s, {h!r}, 300)) return 1;\n    {get}")
     assert np.array_equal(found, state_after(ivp, method, h, 300))
+
+
+@needs_compiler
+@pytest.mark.parametrize(("problem", "method", "h"), PAIRS, ids=IDS)
+def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
+    folder = tmp_path / "code"
+    has_the_bits(problem, method, h, folder)
     told = subprocess.run([compiled(folder, "check.c")], capture_output=True, text=True, check=False)
     assert told.returncode == 0, told.stdout
     assert told.stdout.count("good") == 5
+
+
+@needs_compiler
+@pytest.mark.parametrize(("problem", "method"), [("double_pendulum", "lobatto3"), ("rigid_water", "rattle/kahan_li8")])
+def test_a_kernel_that_is_divided_has_the_bits_too(problem, method, tmp_path, monkeypatch):
+    monkeypatch.setitem(LANGUAGES, "c", dataclasses.replace(LANGUAGES["c"], longest=300))
+    has_the_bits(problem, method, 1e-3, tmp_path / "code")
+    assert len(re.findall(r"^static void f\d", (tmp_path / "code" / "own.c").read_text(), re.M)) >= 2
 
 
 CPP, NODE = shutil.which("g++") or shutil.which("c++"), shutil.which("node")
@@ -122,7 +137,7 @@ def test_python_has_the_bits_of_machine_code_and_passes_its_own_check(problem, m
 
 
 @pytest.mark.skipif(NODE is None, reason="there is no node")
-@pytest.mark.parametrize(("problem", "method", "h"), OTHERS, ids=[f"{problem}-{method}" for problem, method, _ in OTHERS])
+@pytest.mark.parametrize(("problem", "method", "h"), [*OTHERS, ("double_pendulum", "lobatto6", 0.005)])
 def test_javascript_passes_its_own_check_and_has_the_bits_where_it_calls_no_functions(problem, method, h, tmp_path):
     folder = tmp_path / "code"
     daebench.generate(problem, method, folder, h=h, language="javascript", name="own")

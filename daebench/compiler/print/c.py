@@ -33,15 +33,9 @@ def function(recorded: Function, parameters: Sequence[str]) -> str:
         If it contains an operation that C cannot compute.
     """
     body = _Printer(recorded, parameters).text()
-    given = []
-    for name, parameter in zip(parameters, recorded.parameters, strict=True):
-        if parameter.kind == POINTER:
-            changed = re.search(rf"\b{name}\[[^\]]*\]=(?!=)", body)
-            given.append(f"{'' if changed else 'const '}double *{name}")
-        else:
-            given.append(f"{TYPES[parameter.kind]} {name}")
+    given = ", ".join(_given(recorded, parameters, body))
     unused = "".join(f"(void){name};" for name in parameters if not re.search(rf"\b{name}\b", body))
-    return f"static void {recorded.name}({', '.join(given)}){{{unused}{body}}}"
+    return f"static void {recorded.name}({given}){{{unused}{body}}}"
 
 
 def instance(recorded: Function) -> str:
@@ -50,11 +44,20 @@ def instance(recorded: Function) -> str:
     printer = _Printer(recorded, names)
     body = printer.text()
     results = [f"*out{k}={x};" for k, value in enumerate(recorded.results) for x, _ in printer.of(value)]
-    given = [f"{TYPES[parameter.kind]} {name}" for parameter, name in zip(recorded.parameters, names, strict=True)]
-    given += [f"{TYPES[value.kind]} *out{k}" for k, value in enumerate(recorded.results)]
+    given = _given(recorded, names, body) + [f"{TYPES[value.kind]} *out{k}" for k, value in enumerate(recorded.results)]
     whole = "".join([body, *results])
     unused = "".join(f"(void){name};" for name in names if not re.search(rf"\b{name}\b", whole))
     return f"static void {recorded.name}({', '.join(given)}){{{unused}{whole}}}"
+
+
+def _given(recorded: Function, names: Sequence[str], body: str) -> list[str]:
+    """Return the declarations of the parameters; what pointers point to is constant where nothing is written to it."""
+    given = []
+    for name, parameter in zip(names, recorded.parameters, strict=True):
+        changed = re.search(rf"\b{name}\[[^\]]*\]=(?!=)", body)
+        kind = f"{'' if changed else 'const '}double *" if parameter.kind == POINTER else f"{TYPES[parameter.kind]} "
+        given.append(f"{kind}{name}")
+    return given
 
 
 class _Printer(Braces):

@@ -78,10 +78,13 @@ class Program:
         Source of the module: constants, and functions of numbers, tuples and arrays.
     inlined : int
         Operations of the longest function of which each call is recorded anew; longer ones are recorded once, and called.
+    alone : int
+        Operations of the longest function that is recorded where it is called if there is one such place; 0 for any. What it calls
+        is then recorded once too, if it is long and called several times, while else the first call is recorded where it is.
     """
 
-    def __init__(self, text: str, *, inlined: int = INLINED) -> None:
-        self.code, self.inlined = Code(), inlined
+    def __init__(self, text: str, *, inlined: int = INLINED, alone: int = 0) -> None:
+        self.code, self.inlined, self.alone = Code(), inlined, alone
         self.space: dict[str, Any] = names(self.code)
         self.sites: dict[str, int] = {}
         self.sizes: dict[str, int] = {}
@@ -157,11 +160,12 @@ class Program:
         """Return the value of a call: the first is recorded where it is, and if that was long, others are calls of one function."""
         name = function.called(args)
         if self.sites.get(name, 0) <= 1:
-            return function.inlined(args)
-        if name not in self.sizes:
+            if not self.alone or self._size_of(function, name, args) <= self.alone:
+                return function.inlined(args)
+        elif name not in self.sizes:
             block, start = self.code.block, len(self.code.block)
             result = function.inlined(args)
-            self.sizes[name] = _operations(block[start:])
+            self.sizes[name] = operations(block[start:])
             return result
         if self.sizes[name] <= self.inlined:
             return function.inlined(args)
@@ -174,6 +178,15 @@ class Program:
         self.code.block.append(call)
         results = iter(call.results)
         return rebuilt(structure, (next(results) if isinstance(x, Value) else x for x in parts_of(structure)))
+
+    def _size_of(self, function: Steered | Sized, name: str, args: Sequence[Any]) -> int:
+        """Return the number of operations of a function, recorded aside."""
+        if name not in self.sizes:
+            aside: list[Any] = []
+            with self.code.inside(aside):
+                function.inlined(args)
+            self.sizes[name] = operations(aside)
+        return self.sizes[name]
 
     def instance(self, name: str, function: Steered | Sized, args: Sequence[Any]) -> tuple[Function, Any]:
         """Record a function of its own; return it with the structure of its result."""
@@ -223,12 +236,12 @@ class Program:
         return self._recorded(f"entry_{name}", function, lambda made: given(made, tuple(args)))
 
 
-def _operations(block: Sequence[Any]) -> int:
+def operations(block: Sequence[Any]) -> int:
     """Return the number of operations in a block."""
     found = len(block)
     for node in block:
         if isinstance(node, If):
-            found += _operations(node.blocks[0]) + _operations(node.blocks[1])
+            found += operations(node.blocks[0]) + operations(node.blocks[1])
         elif isinstance(node, Region | Loop):
-            found += _operations(node.block)
+            found += operations(node.block)
     return found

@@ -42,11 +42,13 @@ class Linked:
     entering: str
 
 
-def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float) -> Linked:
-    """Return a method on a problem, recorded."""
+def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, longest: int = 0) -> Linked:
+    """Return a method on a problem, recorded: in functions of at most ``longest`` operations where this can be had, unless it is 0."""
     source, state, par = method.printable(ivp, h)
     given = len(ivp.par) + 1
-    scheme = of_scheme(source, state, par, given, tuple(map(float, method.weights)))
+    scheme = of_scheme(source, state, par, given, weights := tuple(map(float, method.weights)))
+    if 0 < longest < scheme.longest:
+        scheme = of_scheme(source, state, par, given, weights, longest)
     entering = ENTERING[method.form] if method.form in MAPPED else ""
     functions = [_functions(ivp, par, given)]
     if entering:

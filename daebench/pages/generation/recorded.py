@@ -14,7 +14,7 @@ import numpy as np
 
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.ir import FLOAT64, POINTER, Function, Value
-from daebench.compiler.trace.program import Program
+from daebench.compiler.trace.program import Program, operations
 
 LONG, LONGEST = 300, 10**9
 """Operations of the longest function whose calls are written out; of functions with arrays all are, which belong to their call."""
@@ -42,6 +42,11 @@ class Recorded:
     state: int = 0
     memory: int = 0
     multipliers: int = 0
+
+    @property
+    def longest(self) -> int:
+        """Operations of the longest function."""
+        return max(operations(made.block) for made in (*self.called, *(function for function, _ in self.functions.values())))
 
 
 def taken(array: Array, like: Any, index: Iterator[int]) -> Any:
@@ -92,16 +97,22 @@ class _Recorder:
         The run-time data: the parameters of the problem, and the scales of its start. What is behind them is constant.
     given : int
         Entries of ``par`` that P has.
+    alone : int
+        Operations of the longest function that is recorded where its one call is; 0 for any.
     """
 
     source: str
     like: Any
     par: Any
     given: int
+    alone: int = 0
     functions: dict[str, tuple[Function, Sequence[str]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.program = Program(self.source, inlined=LONGEST if _arrays_in(self.like) else LONG)
+        if _arrays_in(self.like):
+            self.program = Program(self.source, inlined=LONGEST)
+        else:
+            self.program = Program(self.source, inlined=LONG, alone=self.alone)
         self.space = self.program.space
 
     def data(self, P: Array) -> Any:
@@ -126,7 +137,7 @@ class _Recorder:
         return [made for made, _ in self.program.instances.values()]
 
 
-def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[float, ...]) -> Recorded:
+def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[float, ...], alone: int = 0) -> Recorded:
     """Return the functions of a scheme: ``start(X,h,P,R)`` where it remembers, ``step(X,h,P,L,R)``, and ``output(X,P,V)``.
 
     Parameters
@@ -137,8 +148,10 @@ def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[floa
         See :class:`_Recorder`.
     weights : tuple of float
         Weights of the substeps of a composition.
+    alone
+        See :class:`_Recorder`.
     """
-    recorder = _Recorder(source, state, par, given)
+    recorder = _Recorder(source, state, par, given, alone)
     space, memory, multipliers = recorder.space, (), 0
     substeps: Any = space["array"](list(weights)) if weights else ()  # of a tuple, each substep would be written out
 

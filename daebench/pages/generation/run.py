@@ -148,7 +148,7 @@ def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
 
 def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, name: str, language: Language) -> dict[str, Any]:
     """Return what templates name."""
-    made = linked(ivp, method, h)
+    made = linked(ivp, method, h, language.longest)
     file = find_problem(ivp.problem)
     parameters = words.parameters_of(ivp, words.docstring(file.path.read_text(encoding="utf-8")))
     scales = [

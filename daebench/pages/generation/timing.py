@@ -66,7 +66,7 @@ def _measured(ivp: Any, name: str, h: float, steps: int, repeat: int, command: s
     method, steps = method_of(ivp, name), max(10, steps // ivp.d**2)
     request = Request(value=h, steps=steps, every=0, watch=(), count=False)
     method.check(ivp, request)
-    made = linked(ivp, method, h)
+    made = linked(ivp, method, h, LANGUAGES["c"].longest)
     text = HEAD + LANGUAGES["c"].functions(made) + LOOP.format(start="start(X, h, P, R);" if "start" in made.scheme.functions else "")
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder) / "step.c", Path(folder) / "step.so"
