@@ -21,7 +21,7 @@ def pages() -> list[Report]:
 
 
 def lesson_page(name: str) -> Report:
-    """Return the static page of a lesson; refuse one that there is not."""
+    """Return the page of a lesson; refuse one that there is not."""
     if name not in lessons():
         raise unknown("lesson", name, lessons())
 

@@ -1,1 +1,1 @@
-"""Lessons: notebooks of marimo, one file each, beside the pure functions that compute and draw what they show."""
+"""Lessons: what each puts into its page (``.py``, ``.html``, ``.js``), and the text of its notebook (``.md``)."""

@@ -167,12 +167,6 @@ def test_every_command_takes_json_and_is_documented():
     assert [title for title in DOCUMENTED if not any(f"{title} ".startswith(f"{name} ") for name in named)] == []
 
 
-def test_a_lesson_in_the_browser_prints_no_json(daebench):
-    status, out, err = daebench("lesson", "why-symplectic", "--json")
-    assert (status, out) == (2, "")
-    assert "--export" in err
-
-
 def test_a_key_is_documented_once_and_below_one_that_is():
     for name, printed in DOCUMENTED.items():
         paths = [key.path for key in printed.keys]

@@ -120,8 +120,8 @@ def test_no_lesson_is_begun_after_an_interruption(tmp_path, stop):
 
 def test_a_lesson_that_fails_does_so_alone(tmp_path):
     log = Log()
-    with pytest.raises(PagesFailed, match="play: no marimo"):
-        log.gallery(tmp_path, log.report("one", waits=True), log.report("play", kind="lesson", refuted=RunFailed("no marimo.")))
+    with pytest.raises(PagesFailed, match="play: no browser"):
+        log.gallery(tmp_path, log.report("one", waits=True), log.report("play", kind="lesson", refuted=RunFailed("no browser.")))
     assert build_stamp.read(tmp_path / "one") is not None
 
 

@@ -66,8 +66,6 @@ REPEATS = (
     "tests/methods/test_variational_equations.py::test_poisson_systems_are_differentiated_and_so_are_the_values_that_are_kept[casimirs]",
     "tests/methods/test_variational_equations.py::test_poisson_systems_are_differentiated_and_so_are_the_values_that_are_kept[ode]",
     "tests/pages/test_browser_gallery.py::test_a_page_fits_light_and_dark_narrow_and_wide[1200-dark]",
-    "tests/pages/test_lessons.py::test_a_notebook_is_a_plain_script_too[extremes]",
-    "tests/pages/test_lessons.py::test_the_controls_of_a_lesson_answer_with_a_picture_and_with_words[extremes]",
     "tests/problems/test_car_axis.py::test_schemes_reach_the_published_end_at_their_order[lobatto3-4]",
     "tests/problems/test_driven_slider_crank.py::test_schemes_keep_their_order_on_a_mechanism_that_is_driven_and_damped[lobatto3-4]",
     "tests/problems/test_mechanisms.py::test_ida_brings_the_squeezer_where_the_certified_reference_says[ida:index2]",

@@ -1,1 +1,1 @@
-"""Parts of a lesson: controls declared once, and pictures that follow them, live in marimo and as a static page."""
+"""Parts of a lesson's page: kernels that compute in it, pictures that were drawn beforehand, and the notebook beside it."""

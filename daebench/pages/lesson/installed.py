@@ -1,17 +1,14 @@
-"""Requirements of lessons: the name of one, and the packages that they need."""
+"""What lessons need beside daebench itself: a package that writes formulas."""
 
 from importlib.util import find_spec
 
-from daebench.errors import BadInput, unknown
-from daebench.methods.catalogue import lessons
+from daebench.errors import BadInput
 
-NEEDED = ("marimo", "latex2mathml")
+NEEDED = ("latex2mathml",)
 
 
-def require_lesson(name: str) -> None:
-    """Refuse a lesson that there is not, or that needs what is not installed."""
-    if name not in lessons():
-        raise unknown("lesson", name, lessons())
+def require_installed() -> None:
+    """Refuse to write a lesson where a package is missing that it needs."""
     if absent := missing():
         raise BadInput(f"lessons need {' and '.join(absent)}, which is not installed; call pip install 'daebench[lessons]'.")
 

@@ -1,39 +1,70 @@
-"""A lesson as one static page: its text, its answers folded, and pictures drawn beforehand in the place of each experiment."""
+"""A lesson as one page, with a notebook beside it for those who want to change the code."""
 
-import contextlib
 import importlib
-import io
-import re
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from daebench.errors import unknown
 from daebench.methods.catalogue import lessons
-from daebench.pages.lesson import live_page
-from daebench.pages.lesson.control import defaults
-from daebench.pages.lesson.installed import require_lesson
-from daebench.pages.lesson.live_page import PACKAGE, lives_in_a_page
-from daebench.pages.lesson.static import SCRIPT, static_experiment
+from daebench.methods.fixed_step.script import Script
+from daebench.pages.lesson.formula import formula
+from daebench.pages.lesson.installed import require_installed
+from daebench.pages.lesson.notebook import notebook
 from daebench.pages.report import Progress, write_page
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
 
-PREPARED = 0.3
-"""Part of the time that goes into running the lesson once, about."""
+if TYPE_CHECKING:
+    import pandas as pd
+
+PACKAGE = "daebench.reports.lessons"
 
 DRAWN = 0.9
 """Part of the time after which the picture in the index is drawn, about."""
 
-HEADING = re.compile(r"<h1[^>]*>(.*?)</h1>", re.DOTALL)
+
+@dataclass(frozen=True)
+class Content:
+    """What a lesson puts into its page.
+
+    Parameters
+    ----------
+    title : str
+        The question that it answers.
+    scripts : mapping of str to Script
+        Kernels by the name that the page has for them; none where pictures were drawn beforehand.
+    functions : str
+        Functions of the problem as a JavaScript object.
+    data : mapping
+        Numbers and names that the page's own script reads, as JSON takes them.
+    text : mapping
+        What the template of the page names.
+    tables : mapping of str to DataFrame
+        Numbers behind the pictures, by the names of their files.
+    style : str
+        Style of the page's own.
+    """
+
+    title: str
+    scripts: Mapping[str, Script] = field(default_factory=dict)
+    functions: str = "{}"
+    data: Mapping[str, Any] = field(default_factory=dict)
+    text: Mapping[str, Any] = field(default_factory=dict)
+    tables: Mapping[str, "pd.DataFrame"] = field(default_factory=dict)
+    style: str = ""
 
 
 def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     """Write a lesson into a folder as a page that needs nothing else to be read, and return its path.
 
-    Its picture in an index of pages stands beside it, and, where pictures are drawn beforehand, for each experiment a table of what it
-    measures with its default values.
+    Its notebook, its picture in an index of pages, and tables of what was computed beforehand stand beside it.
 
     Parameters
     ----------
@@ -47,66 +78,71 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     Raises
     ------
     BadInput
-        If there is no such lesson, or marimo is not installed.
+        If there is no such lesson, or a package is not installed.
     ClaimRefuted
         If a sentence of the lesson does not hold in this run; nothing is written over an older page then.
     """
-    require_lesson(name)
+    if name not in lessons():
+        raise unknown("lesson", name, lessons())
+    require_installed()
     tell = progress or (lambda fraction, doing: None)
     tell(0.0, "the lesson itself")
-    page = (live if lives_in_a_page(name) else still)(name, folder, tell)
+    file = name.replace("-", "_")
+    lesson = importlib.import_module(f"{PACKAGE}.{file}")
+    content: Content = lesson.content(lambda fraction, doing: tell(DRAWN * fraction, doing))
+    folder.mkdir(parents=True, exist_ok=True)
+    for table, frame in content.tables.items():
+        with atomic(folder / f"{table}.csv") as scratch:
+            write_frame(scratch, frame)
+    with atomic(folder / f"{name}.ipynb") as scratch:
+        scratch.write_text(notebook(text_of(PACKAGE, f"{file}.md")), encoding="utf-8")
+    parts = {"lesson_style": style(content), "lesson_script": script_text(file, content), "body": body(file, content)}
+    more = {"notebook": f"{name}.ipynb", "computes": bool(content.scripts)}
+    command = f"daebench lesson {name} --export DIR"
+    page = write_page("lesson.html", folder / "index.html", command, title=content.title, under=lessons()[name], **parts, **more)
     tell(DRAWN, "its picture in the index")
     figures = folder / "figures"
     figures.mkdir(exist_ok=True)
-    draw_thumbnail(figures, importlib.import_module(f"{PACKAGE}._{name.replace('-', '_')}").thumbnail)
+    draw_thumbnail(figures, lesson.thumbnail)
     tell(1.0, "done")
     return page
 
 
-def live(name: str, folder: Path, tell: Progress) -> Path:
-    """Write a lesson whose page computes by itself, and return the path of the page."""
-    notebook = importlib.import_module(f"{PACKAGE}.{name.replace('-', '_')}")
-    folder.mkdir(parents=True, exist_ok=True)
-    return live_page.write(name, notebook.app._config.app_title, folder)
+def body(file: str, content: Content) -> Markup:
+    """Return the screens of a page as HTML."""
+    import jinja2
+
+    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text_of(PACKAGE, f"{file}.html"))
+    return Markup(template.render(tex=tex, **content.text))
 
 
-def still(name: str, folder: Path, tell: Progress) -> Path:
-    """Write a lesson whose pictures are drawn beforehand, and return the path of the page."""
-    title, parts, experiments = content(name, lambda fraction, doing: tell((1 - fraction) * PREPARED + fraction * DRAWN, doing))
-    folder.mkdir(parents=True, exist_ok=True)
-    for experiment in experiments:
-        with atomic(folder / f"{experiment.name}.csv") as scratch:
-            write_frame(scratch, experiment.table(defaults(experiment.controls)))
-    from daebench.pages.lesson.live import style_text
-
-    command = f"daebench lesson {name} --export DIR"
-    rest: dict[str, Any] = {"lesson_style": Markup(style_text()), "frame_script": Markup(SCRIPT), "live": f"daebench lesson {name}"}
-    return write_page("lesson.html", folder / "index.html", command, title=title, under=lessons()[name], parts=parts, **rest)
+def tex(latex: str, display: bool = False) -> Markup:
+    """Return a formula as MathML."""
+    return Markup(formula(latex, display=display))
 
 
-def content(name: str, tell: Progress) -> tuple[Markup, list[Markup], list[Any]]:
-    """Return the title of a lesson, its parts as HTML, and its experiments."""
-    from daebench.pages.lesson.live import Picture
-    from daebench.pages.lesson.mathml import static_html
-
-    outputs = [result for result in run(name) if result is not None]
-    pictures = [picture for picture in outputs if isinstance(picture, Picture)]
-    title, parts = Markup(""), []
-    for output in outputs:
-        if isinstance(output, Picture):
-            k = pictures.index(output)
-            parts.append(static_experiment(output.experiment, lambda part, k=k: tell((k + part) / len(pictures), "frames")))  # type: ignore[misc]
-        elif type(output).__module__ == "marimo._output.md":
-            text = static_html(output.text)
-            if heading := HEADING.search(text):
-                title, text = Markup(heading[1]), HEADING.sub("", text, count=1)
-            parts.append(Markup(text))
-    return title, parts, [picture.experiment for picture in pictures]
+def style(content: Content) -> Markup:
+    """Return the style that lessons share, and that of one."""
+    return Markup("\n".join([text_of("daebench.pages.lesson", "runtime.css"), content.style]))
 
 
-def run(name: str) -> Any:
-    """Return what the cells of a lesson put out, as in the notebook; what it prints as a script is not for the page."""
-    module = importlib.import_module(f"{PACKAGE}.{name.replace('-', '_')}")
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        outputs, _ = module.app.run()
-    return outputs
+def script_text(file: str, content: Content) -> Markup:
+    """Return the script of a page: kernels, numbers, what lessons share, and what this lesson draws."""
+    own = text_of(PACKAGE, f"{file}.js")
+    if not content.scripts:
+        return Markup(own)
+    kernels = ",".join(f"{json.dumps(key)}:{object_of(one)}" for key, one in content.scripts.items())
+    data = json.dumps(content.data).replace("</", "<\\/")
+    lines = [f"const DATA=Object.assign({data},{{methods:{{{kernels}}},functions:{content.functions}}});"]
+    return Markup("\n".join([*lines, text_of("daebench.pages.lesson", "runtime.js"), own]))
+
+
+def object_of(script: Script) -> str:
+    """Return a kernel with its numbers as a JavaScript object."""
+    numbers = {"state": script.state, "par": script.par, "weights": script.weights, "directions": script.directions}
+    return f"{{kernel:{script.text},{json.dumps(numbers)[1:]}"
+
+
+def text_of(package: str, file: str) -> str:
+    """Return the text of a file of a package."""
+    return (resources.files(package) / file).read_text(encoding="utf-8")

@@ -24,7 +24,6 @@ TAKEN = sys.stdlib_module_names | {
     "jinja2",
     "latex2mathml",
     "llvmlite",
-    "marimo",
     "markupsafe",
     "matplotlib",
     "mpl_toolkits",
