@@ -1,1 +1,1 @@
-"""The command line, one file per command; the pytest plugin; and the names of the previous release."""
+"""The command line, one file per command, and the pytest plugin."""

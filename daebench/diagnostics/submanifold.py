@@ -10,7 +10,6 @@ from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import initial_values
-from daebench.systems.renamed import old_keywords
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -150,7 +149,6 @@ def _at(expressions: Iterable["sp.Expr"], start: Mapping["sp.Symbol", "sp.Expr"]
     return tuple(sp.sympify(expression).subs(start, simultaneous=True) for expression in expressions)
 
 
-@old_keywords(scene="ivp")
 def symplectic_projection(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     """Return the symplectic projection P_x onto the tangent space of the manifold at x = (p, q), HLW (2.19).
 

@@ -199,6 +199,3 @@ def resolution_value(method: Method[Any, Any], *, h: float | None, tol: float | 
         wanted, unwanted = ("a step size h", "a tolerance") if method.knob == "h" else ("a tolerance tol", "a step size")
         raise BadInput(f"{method.name} is controlled by {wanted}; {'give one' if resolution is None else f'leave out {unwanted}'}.")
     return resolution
-
-
-knob_value = resolution_value  # the name in the previous release; it will be removed in the next one

@@ -12,7 +12,6 @@ from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.keep.state_layout import StateLayout, layout_of_columns
 from daebench.runs.ivp import Array, Ivp, PoissonIvp
-from daebench.systems.renamed import OldAttribute
 
 EPS = 2.0**-53
 """Relative rounding of a number in double precision."""
@@ -147,8 +146,6 @@ class Reference:
         """Time after which no run in double precision can follow, s; infinite if there is no such time before the horizon."""
         horizon = self.certificate["horizon"]["double"]
         return float("inf") if horizon is None else float(horizon)
-
-    scene = OldAttribute("ivp")
 
     def ivp(self) -> Ivp:
         """Return the problem, case and parameters in double precision.

@@ -1,4 +1,4 @@
-"""Initial value problems from a name, a path, a definition or another one, and the old names of their constructor."""
+"""Initial value problems from a name, a path, a definition or another one."""
 
 import definitions
 import numpy as np
@@ -8,8 +8,6 @@ import daebench as package
 from daebench.errors import BadInput, InconsistentStart
 from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
-from daebench.studies.grid import run_specification
-from daebench.studies.grid.run_specification import GridRun
 
 
 def test_both_kinds_of_problems_are_taken_by_name():
@@ -85,31 +83,3 @@ def test_initial_values_off_the_manifold_are_refused_unless_they_are_projected_o
 def test_all_cases_are_returned_as_they_are_declared():
     assert [ivp.case for ivp in declared_ivps("spherical_pendulum")] == list(initial_value_problem("spherical_pendulum").facts.CASES)
     assert [ivp.case for ivp in declared_ivps("spherical_pendulum", "fig1.2")] == ["fig1.2"]
-
-
-@pytest.mark.parametrize("old", ["scene_of", "setting_of"])
-def test_the_old_names_of_the_constructor_work_and_warn(old):
-    with pytest.warns(FutureWarning, match=f"daebench.{old} is now called daebench.initial_value_problem") as warned:
-        constructor = getattr(package, old)
-    assert constructor is package.initial_value_problem
-    assert warned[0].filename == __file__
-
-
-def test_the_old_name_of_a_class_of_a_module_works_and_warns():
-    with pytest.warns(FutureWarning, match=r"run_specification\.Cell is now called GridRun") as warned:
-        assert run_specification.Cell is GridRun
-    assert warned[0].filename == __file__
-    with pytest.raises(AttributeError, match="has no attribute 'Cells'"):
-        _ = run_specification.Cells
-
-
-def test_old_attributes_and_arguments_work_and_warn():
-    run = GridRun(problem="planar_pendulum", case="horizontal", method="rattle", value=0.1, t_end=1.0, metrics=())
-    with pytest.warns(FutureWarning, match="GridRun.scene is now called ivp") as warned:
-        assert run.scene is run.ivp
-    assert warned[0].filename == __file__
-    ivp = initial_value_problem("planar_pendulum")
-    with pytest.warns(FutureWarning, match="argument scene of symplectic_projection is now called ivp") as warned:
-        projection = package.symplectic_projection(scene=ivp, p=ivp.p0, q=ivp.q0)
-    assert np.array_equal(projection, package.symplectic_projection(ivp, ivp.p0, ivp.q0))
-    assert warned[0].filename == __file__

@@ -55,7 +55,7 @@ def rooms(graph: dict[str, set[str]]) -> dict[str, set[str]]:
 
 def _room(module: str) -> str | None:
     parts = module.split(".")
-    return parts[1] if len(parts) > 1 else None
+    return parts[1] if len(parts) > 1 and parts[1] != "__main__" else None
 
 
 def reduced(graph: dict[str, set[str]]) -> set[tuple[str, str]]:

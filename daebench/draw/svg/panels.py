@@ -164,6 +164,3 @@ def sample(mark: Curve | Dots | Area | Tiles, x: float, y: float) -> Markup:
         return Markup('<circle cx="{:.1f}" cy="{:.1f}" r="3.2" fill="{}" stroke="{}"/>').format(x + 14, y, filling, color_of(mark.stroke))
     swatch = Markup('<rect x="{:.1f}" y="{:.1f}" width="22" height="10" fill="{}" fill-opacity="{}" stroke="{}"/>')
     return swatch.format(x + 3, y - 5, color_of(mark.stroke), 1 if isinstance(mark, Tiles) else 0.22, color_of(mark.stroke))
-
-
-sheet = draw_panels  # the name in the previous release; it will be removed in the next one

@@ -22,7 +22,6 @@ from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.against import certified_of, own_of, require_reference
 from daebench.studies.grid.run_specification import FEWEST, GridRun
 from daebench.studies.held_verdict import held_verdict
-from daebench.systems.renamed import OldAttribute
 
 NAN = float("nan")
 
@@ -53,9 +52,6 @@ class Measured:
     ivp: Ivp
     solver: Any
     run: Trajectory | PoissonTrajectory
-    cell = OldAttribute("specification")
-    scene = OldAttribute("ivp")
-    truth = OldAttribute("reference_solution")
 
     @property
     def told(self) -> bool:

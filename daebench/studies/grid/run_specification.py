@@ -21,7 +21,6 @@ from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
 from daebench.studies.initial_conditions import neighbour
 from daebench.systems.files import package
-from daebench.systems.renamed import OldAttribute, renamed_here
 
 DECIDING = ("numpy", "scipy", "llvmlite", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
 """Packages whose versions may change a number."""
@@ -85,8 +84,6 @@ class RunSpecification:
     compensated: bool = False
     anyway: bool = False
     on_singular: str = ""
-
-    scene = OldAttribute("ivp")
 
     @property
     def ivp(self) -> Ivp:
@@ -270,6 +267,3 @@ def _shows(file: Path) -> bool:
 def code_version() -> str:
     """Return the hash of :func:`made_by`."""
     return digest(made_by())
-
-
-__getattr__ = renamed_here(__name__, {"Cell": "GridRun"})

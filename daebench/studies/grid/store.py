@@ -17,7 +17,6 @@ from daebench.runs.files import FULL
 from daebench.runs.json_values import strict
 from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong
 from daebench.studies.grid.salvage import COLUMNS, damaged_beside, readable
-from daebench.systems.renamed import OldAttribute
 
 LAYOUT = 3
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
@@ -78,7 +77,6 @@ class StoredRow:
     row: Mapping[str, Any]
     maker: str
     took: float
-    cell = OldAttribute("specification")
 
 
 UNWRITTEN = ("SQLITE_FULL", *(f"SQLITE_IOERR_{why}" for why in ("WRITE", "SHMSIZE", "SHMMAP", "FSYNC", "TRUNCATE")))

@@ -16,7 +16,6 @@ from daebench.studies.grid.run_specification import OUTPUTS, GridRun
 from daebench.studies.grid.runs import Tell, runs_of
 from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.store import Store
-from daebench.systems.renamed import OldAttribute
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,8 +108,6 @@ class Study:
                 raise BadInput(f"{name} of a study is empty; give some.")
         for precision in self.precisions:
             computed_in(precision)
-
-    cells = OldAttribute("specifications")
 
     def specifications(self) -> list[GridRun]:
         """Return the runs, all of them checked.

@@ -10,7 +10,6 @@ import pandas as pd
 from daebench.diagnostics.order import OrderFit
 from daebench.reference.solution import ReferenceSolution
 from daebench.runs.ivp import Ivp
-from daebench.systems.renamed import OldAttribute
 
 
 @dataclass(frozen=True)
@@ -135,8 +134,6 @@ class OrderStudy:
     t_end: float
     reference_solution: ReferenceSolution
     series: tuple[Series, ...]
-    scene = OldAttribute("ivp")
-    truth = OldAttribute("reference_solution")
 
     def table(self) -> pd.DataFrame:
         """Return one row for each method and component, as :meth:`Series.row` gives them."""

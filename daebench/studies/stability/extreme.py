@@ -16,7 +16,6 @@ from daebench.studies.grid.against import reference_of, usual_end
 from daebench.studies.grid.feasibility import feasible, installed
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
-from daebench.systems.renamed import OldAttribute
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -66,8 +65,6 @@ class Asked:
     near: float = 0.0
     anyway: bool = False
     on_singular: str | None = None
-
-    scene = OldAttribute("ivp")
 
     @cached_property
     def ivp(self) -> Ivp:

@@ -23,6 +23,7 @@ TAKEN = sys.stdlib_module_names | {
     "imageio_ffmpeg",
     "jinja2",
     "latex2mathml",
+    "lazy_loader",
     "llvmlite",
     "markupsafe",
     "matplotlib",
