@@ -1,6 +1,7 @@
 """Time per step, best of several runs, the rivals taking turns so that noise meets them alike."""
 
 import ctypes
+import os
 import shutil
 import subprocess
 import tempfile
@@ -72,8 +73,8 @@ def hand_written(ivp: Ivp, rows: Sequence[dict[str, Any]], *, h: float, steps: i
 
 
 def compiler() -> str | None:
-    """Return the path of a C compiler; None where there is none."""
-    return next((executable for name in ("cc", "gcc", "clang") if (executable := shutil.which(name))), None)
+    """Return the path of a C compiler, the one that CC names if it does; None where there is none."""
+    return next((executable for name in (os.environ.get("CC", ""), "cc", "gcc", "clang") if (executable := shutil.which(name))), None)
 
 
 def built(name: str, folder: Path) -> ctypes.CDLL | None:

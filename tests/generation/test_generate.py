@@ -13,11 +13,11 @@ import pytest
 import daebench
 from daebench.errors import BadInput
 from daebench.methods.names import method_of
-from daebench.pages.generation import words
+from daebench.pages.generation import linked, words
 from daebench.pages.generation.languages import LANGUAGES
 from daebench.runs.request import Request
 
-COMPILER = shutil.which("gcc") or shutil.which("cc")
+COMPILERS = list(filter(None, map(shutil.which, ("gcc", "clang")))) or list(filter(None, [shutil.which("cc")]))
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-ffp-contract=off")
 PAIRS = [
     ("spherical_pendulum", "rattle", 0.01),
@@ -43,20 +43,20 @@ PAIRS = [
 """Pairs of each kind of code: tuples, solvers in loops, least squares, arrays, compositions, memories, charts, Poisson systems."""
 IDS = [f"{problem}-{name}" for problem, name, _ in PAIRS]
 
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="there is no compiler of C")
+needs_compiler = pytest.mark.skipif(not COMPILERS, reason="there is no compiler of C")
 
 
-def compiled(folder, main, *flags):
+def compiled(folder, main, *flags, compiler=None):
     """Return the program of a main file with the code in a folder."""
     (code,) = (file for file in folder.glob("*.c") if file.stem not in ("example", "check", "main"))
     program = folder / main.removesuffix(".c")
-    command = [COMPILER, *STRICT, *flags, "-o", str(program), str(folder / main), str(code), "-lm"]
+    command = [compiler or COMPILERS[0], *STRICT, *flags, "-o", str(program), str(folder / main), str(code), "-lm"]
     told = subprocess.run(command, capture_output=True, text=True, check=False)
     assert told.returncode == 0, told.stderr[:2000]
     return program
 
 
-def printed(folder, name, statements, *flags):
+def printed(folder, name, statements, *flags, compiler=None):
     """Return the numbers that C prints, after these statements about a state ``s``."""
     text = f"""#include <stdio.h>
 #include "{name}.h"
@@ -70,7 +70,7 @@ int main(void)
 }}
 """
     (folder / "main.c").write_text(text)
-    out = subprocess.run([compiled(folder, "main.c", *flags)], capture_output=True, text=True, check=True).stdout
+    out = subprocess.run([compiled(folder, "main.c", *flags, compiler=compiler)], capture_output=True, text=True, check=True).stdout
     return np.array([float.fromhex(line) for line in out.split()])
 
 
@@ -81,7 +81,7 @@ def state_after(ivp, method, h, steps):
 
 
 def has_the_bits(problem, method, h, folder):
-    """Check that generated C has the bits of machine code after 300 steps."""
+    """Check that generated C has the bits of machine code after 300 steps, with each compiler that there is."""
     daebench.generate(problem, method, folder, h=h, name="own")
     ivp = daebench.initial_value_problem(problem)
     get = (
@@ -89,8 +89,10 @@ def has_the_bits(problem, method, h, folder):
         if ivp.facts.KIND == "poisson"
         else f"double q[{ivp.d}], p[{ivp.d}]; own_get(&s, q, p); SHOW(q, {ivp.d}); SHOW(p, {ivp.d});"
     )
-    found = printed(folder, "own", f"if (own_run(&s, {h!r}, 300)) return 1;\n    {get}")
-    assert np.array_equal(found, state_after(ivp, method, h, 300))
+    expected = state_after(ivp, method, h, 300)
+    for compiler in COMPILERS:
+        found = printed(folder, "own", f"if (own_run(&s, {h!r}, 300)) return 1;\n    {get}", compiler=compiler)
+        assert np.array_equal(found, expected), compiler
 
 
 @needs_compiler
@@ -107,6 +109,7 @@ def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, met
 @pytest.mark.parametrize(("problem", "method"), [("double_pendulum", "lobatto3"), ("rigid_water", "rattle/kahan_li8")])
 def test_a_kernel_that_is_divided_has_the_bits_too(problem, method, tmp_path, monkeypatch):
     monkeypatch.setitem(LANGUAGES, "c", dataclasses.replace(LANGUAGES["c"], longest=300))
+    monkeypatch.setattr(linked, "ALONE_FROM", 300)
     has_the_bits(problem, method, 1e-3, tmp_path / "code")
     assert len(re.findall(r"^static void f\d", (tmp_path / "code" / "own.c").read_text(), re.M)) >= 2
 

@@ -1,5 +1,6 @@
 """A fixed-step method on a problem, recorded: the functions of the scheme, and those of the problem in its own coordinates."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,9 @@ from daebench.runs.ivp import InitialValueProblem
 from daebench.schemes.kernels.claims import MAPPED
 
 ALONE = "daebench.schemes.kernels.alone"
+
+ALONE_FROM = 4000
+"""Operations of the longest part that is no function of its own, where functions are divided."""
 
 ENTERING = {"local": "inverse_chart", "canonical": "inverse_chart", "darboux": "canonical"}
 """Functions into the coordinates in which a scheme computes, by the form of the system."""
@@ -43,21 +47,25 @@ class Linked:
 
 
 def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, longest: int = 0) -> Linked:
-    """Return a method on a problem, recorded: in functions of at most ``longest`` operations where this can be had, unless it is 0."""
+    """Return a method on a problem, recorded; what has functions of more than ``longest`` operations is divided, unless that is 0."""
     source, state, par = method.printable(ivp, h)
-    given = len(ivp.par) + 1
-    scheme = of_scheme(source, state, par, given, weights := tuple(map(float, method.weights)))
-    if 0 < longest < scheme.longest:
-        scheme = of_scheme(source, state, par, given, weights, longest)
+    given, weights = len(ivp.par) + 1, tuple(map(float, method.weights))
+    scheme = _divided(lambda alone: of_scheme(source, state, par, given, weights, alone), longest)
     entering = ENTERING[method.form] if method.form in MAPPED else ""
-    functions = [_functions(ivp, par, given)]
+    functions = [_divided(lambda alone: _functions(ivp, par, given, alone), longest)]
     if entering:
         text = Linker(ivp.source.form(method.form), Options(form=method.form)).module("Coordinates.", [(LANGUAGE, entering)])
         functions.append(of_problem(text, _vectors(ivp, loops=False), par, given, [entering]))
     return Linked(scheme, tuple(functions), state, par[len(ivp.par)], entering)
 
 
-def _functions(ivp: InitialValueProblem, par: Any, given: int) -> Recorded:
+def _divided(record: Callable[[int], Recorded], longest: int) -> Recorded:
+    """Return recorded functions, with parts of them as functions of their own if they are too long."""
+    whole = record(0)
+    return record(ALONE_FROM) if 0 < longest < whole.longest else whole
+
+
+def _functions(ivp: InitialValueProblem, par: Any, given: int, alone: int) -> Recorded:
     """Return the functions of a problem in its own coordinates."""
     loops = in_loops(ivp.facts)
     names = ["H"]
@@ -67,7 +75,7 @@ def _functions(ivp: InitialValueProblem, par: Any, given: int) -> Recorded:
     roots = [(ALONE, name.removeprefix("alone_")) if name.startswith("alone_") else (LANGUAGE, name) for name in names]
     options = Options(singular=ivp.singular, loops=loops)
     text = Linker(ivp.source.derivation, options).module(f"Functions of {ivp.problem}.", roots)
-    return of_problem(text, _vectors(ivp, loops=loops), par, given, names)
+    return of_problem(text, _vectors(ivp, loops=loops), par, given, names, alone)
 
 
 def _vectors(ivp: InitialValueProblem, *, loops: bool) -> tuple[Any, ...]:

@@ -181,7 +181,7 @@ def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[floa
     return Recorded(recorder.functions, recorder.called, length(state), length(memory), multipliers)
 
 
-def of_problem(source: str, vectors: tuple[Any, ...], par: Any, given: int, names: Sequence[str]) -> Recorded:
+def of_problem(source: str, vectors: tuple[Any, ...], par: Any, given: int, names: Sequence[str], alone: int = 0) -> Recorded:
     """Return functions ``NAME(V,P,O)`` of a problem at vectors V in its own coordinates.
 
     Parameters
@@ -190,12 +190,12 @@ def of_problem(source: str, vectors: tuple[Any, ...], par: Any, given: int, name
         The linked module.
     vectors : tuple of (tuple of float, or ndarray)
         The vectors of a state.
-    par, given
+    par, given, alone
         See :class:`_Recorder`.
     names : sequence of str
         Functions, by the names that they have in the module.
     """
-    recorder = _Recorder(source, vectors, par, given)
+    recorder = _Recorder(source, vectors, par, given, alone)
 
     def function(name: str) -> Callable[[Array, Array, Array], None]:
         def made(V: Array, P: Array, O: Array) -> None:  # noqa: E741
