@@ -94,7 +94,7 @@ def has_everything(out):
     commands = (out / "reference" / "command-line.html").read_text(encoding="utf-8")
     assert [name for name in typer.main.get_command(app).commands if f"daebench {name}" not in commands] == []
     api = "".join(path.read_text(encoding="utf-8") for path in (out / "reference" / "api").glob("*.html"))
-    assert [name for name in daebench.__all__ if f'id="daebench.{name}"' not in api] == []
+    assert {name for name in daebench.__all__ if f'id="daebench.{name}"' not in api} == {"joints", "methods", "problems"}  # packages
 
 
 def test_every_chapter_of_the_reference_has_a_page():
