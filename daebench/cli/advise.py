@@ -10,11 +10,11 @@ import typer
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Json, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table, print_written, words
 from daebench.cli.folder import Folder
-from daebench.cli.whole import whole
+from daebench.cli.integer import whole
 
 if TYPE_CHECKING:
     from daebench.studies.advise.advice import Advice, Choice
-    from daebench.studies.advise.work import Progress
+    from daebench.studies.advise.choice import Progress
 
 
 def advise(

@@ -7,7 +7,7 @@ import typer
 from daebench.cli.arguments import Algebra, Anyway, Case, Json, OnSingular, Param
 from daebench.cli.benchmarks import MEASUREMENTS, cell
 from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table
-from daebench.cli.whole import whole
+from daebench.cli.integer import whole
 from daebench.errors import BadInput
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
@@ -68,7 +68,7 @@ def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, re
     from daebench.methods.catalogue import schemes
     from daebench.methods.registry import poisson_registry
     from daebench.studies.start_up import first_step, numpy_alone
-    from daebench.studies.timing import hand_written, measure
+    from daebench.studies.timers import hand_written, measure
 
     registry = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
     names = methods_if_given(methods) or list(registry)

@@ -9,8 +9,8 @@ import typer
 from daebench.cli.arguments import Anyway, Case, Free, Json, Method, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, number, pairs, print_json, print_written, words
 from daebench.cli.folder import Folder
+from daebench.cli.integer import whole
 from daebench.cli.starts import ranges
-from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     from daebench.studies.chaos.result import Chaos

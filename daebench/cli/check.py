@@ -7,7 +7,7 @@ import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import Bar, bar, pairs, print_json, print_table, printable
-from daebench.cli.whole import whole
+from daebench.cli.integer import whole
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:

@@ -27,8 +27,8 @@ from daebench.cli.arguments import (
 from daebench.cli.console import bar, pairs, print_json, print_table, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
+from daebench.cli.integer import whole
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, bounds, settings_of
-from daebench.cli.whole import whole
 from daebench.errors import BadInput
 from daebench.studies.grid.tls import Tls
 

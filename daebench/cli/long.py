@@ -8,7 +8,7 @@ import typer
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Overwrite, Param, Precision, Problem
 from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
-from daebench.cli.whole import whole
+from daebench.cli.integer import whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -24,7 +24,7 @@ from daebench.cli.arguments import (
     Project,
 )
 from daebench.cli.console import bar, numbers, pairs, print_json, words
-from daebench.cli.whole import whole
+from daebench.cli.integer import whole
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def run(
         ivp, request, trajectory = _solved(problem, steps_out, method=method, **start, **asked)
     _write(out, steps_out, ivp, request, method, trajectory)
     _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
-    from daebench.methods.doubts import losses
+    from daebench.methods.warnings_on_runs import losses
 
     raise typer.Exit(1 if trajectory.failure or losses(ivp, trajectory) else 0)
 
@@ -167,7 +167,7 @@ def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compens
 
     from daebench.cli.summary import moved, print_summary, summary_of
     from daebench.draw.scene import named_points
-    from daebench.methods.doubts import doubts
+    from daebench.methods.warnings_on_runs import doubts
 
     summary = summary_of(ivp, trajectory, compensated=compensated)
     if given is not None:

@@ -10,8 +10,8 @@ import typer
 from daebench.cli.arguments import Anyway, Case, Free, Json, Method, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, pairs, print_json, print_table, print_written
 from daebench.cli.folder import Folder
+from daebench.cli.integer import whole
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
-from daebench.cli.whole import whole
 
 if TYPE_CHECKING:
     from daebench.studies.step_for.result import StepFor

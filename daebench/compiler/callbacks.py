@@ -20,7 +20,7 @@ RESIDUALS, JACOBIANS, PROJECTIONS, MOST, SLOW, SPAN, MARK, WHY, HEALTH, WHEN = r
 """Counts of calls; limits of work as in :class:`daebench.runs.request.WorkLimit`; and why, with what and when the run cannot go on."""
 
 TOLERANCE, POSITIONS, STEADY, LAST, SIGMA, LARGEST, EXPLAINED, MODE, CONSERVED, JUMPS, RESULT = *range(18, 27), 29, 32
-"""Data and options of the monitor, see :mod:`daebench.methods.solvers.look`; the last three begin rows of 3, 3 and 4 numbers."""
+"""Data and options of the monitor, see :mod:`daebench.methods.solvers.step_check`; the last three begin rows of 3, 3 and 4 numbers."""
 
 STEP, OUTPUT, VALUES, CHANGES = range(4)
 """Modes of the monitor: check a step, check an output, return values, return the changes that the tolerance explains."""

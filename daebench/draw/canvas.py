@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from daebench.runs.shown import image
+from daebench.runs.notebook import image
 
 
 class Canvas(Figure):

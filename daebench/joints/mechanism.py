@@ -11,7 +11,6 @@ from daebench.errors import InvalidProblem
 from daebench.joints.bodies import AnyBody, Body
 from daebench.joints.cases import case_of
 from daebench.joints.constraints import Labelled, equations_of, keepers
-from daebench.joints.doubts import doubts_of
 from daebench.joints.drivers import (
     Driver,
     t,
@@ -25,6 +24,7 @@ from daebench.joints.picture import drawn
 from daebench.joints.placing import GROUND, Guided, Places, places_of
 from daebench.joints.rows import FEWEST, chain_of
 from daebench.joints.starts import Start
+from daebench.joints.unit_slips import doubts_of
 from daebench.systems.chain import ConstrainedChain
 from daebench.systems.constrained import ConstrainedHamiltonian, coordinates
 from daebench.systems.parts import Parts

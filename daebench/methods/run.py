@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from daebench.compiler.under_way import uncollected
 from daebench.errors import BadInput, LostMotion, positive, real, unknown, whole
-from daebench.methods.doubts import doubts
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, method_of
 from daebench.methods.sensitivities import require_differentiable
+from daebench.methods.warnings_on_runs import doubts
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.runs.request import CALLBACKS, PRECISIONS, Progress, Request, resolution_value
 from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory

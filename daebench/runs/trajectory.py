@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput, RunFailed, bounded
 from daebench.runs.interpolant import Interpolant
-from daebench.runs.shown import Shown
+from daebench.runs.notebook import Shown
 from daebench.runs.solver_steps import SolverSteps
 from daebench.runs.trajectory_files import WRITERS, columns, dataset, write_trajectory
 

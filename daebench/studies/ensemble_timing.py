@@ -20,7 +20,7 @@ from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.machine import cores
 from daebench.runs.members import Members, members
 from daebench.runs.request import Request
-from daebench.studies.timing import by_hand
+from daebench.studies.timers import by_hand
 
 CASES = (
     ("spherical_pendulum", "fig1.2", "rattle", 0.01),

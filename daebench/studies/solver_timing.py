@@ -16,7 +16,7 @@ from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.native.libraries import Unavailable, address
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
-from daebench.studies.timing import built
+from daebench.studies.timers import built
 
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 T_END = 10.0

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from daebench.reference.keep.places import NAME
+from daebench.reference.keep.folders import NAME
 from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.schema import (
     DIGEST,

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.reference.keep.folders import NAME, folders, require_name
 from daebench.reference.keep.form import require_form
-from daebench.reference.keep.places import NAME, folders, require_name
 from daebench.reference.keep.record import Reference
 from daebench.runs.files import named
 from daebench.runs.json_values import strict

@@ -18,7 +18,7 @@ from daebench.methods.solvers.quadruple import library
 from daebench.reference.check.runs import ida_names
 from daebench.reference.keep.certificate import certified_text
 from daebench.reference.keep.definition import Definition, define
-from daebench.reference.keep.places import DATA, own_folder, require_name
+from daebench.reference.keep.folders import DATA, own_folder, require_name
 from daebench.reference.keep.store import names, save
 from daebench.reference.make.certify import FEWEST
 from daebench.reference.make.mathematics import mathematics
@@ -52,7 +52,7 @@ def build(
     name : str
         PROBLEM-CASE.
     folder : Path, optional
-        Folder for the reference; by default that of the user's own, see :func:`daebench.reference.keep.places.own_folder`.
+        Folder for the reference; by default that of the user's own, see :func:`daebench.reference.keep.folders.own_folder`.
     t_end : float
         Last output, s; the horizon may be earlier.
     spacing : int

@@ -14,7 +14,7 @@ from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import fit_order
 from daebench.methods.names import method_of
 from daebench.pages.report.page import Progress
-from daebench.reports.engines import kept
+from daebench.reports.engines import stored
 from daebench.reports.engines.adapters import ENGINES, Engine
 from daebench.reports.engines.contender import Contender, halved
 from daebench.reports.engines.documentation import sentences_of
@@ -175,14 +175,14 @@ def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
 def measured(contender: Contender, engine: Engine | None, folder: Path | None) -> dict[str, Any]:
     """Return the measurements of a contender: its runs, its row at equal cost, and its variants; from a folder if they are stored there."""
     code = [sys.modules[__name__], *([engine.adapter] if engine else [])]
-    key = kept.key_of(contender, engine.version if engine else "", *code) if folder else ""
-    if folder and (found := kept.read(folder, key)):
+    key = stored.key_of(contender, engine.version if engine else "", *code) if folder else ""
+    if folder and (found := stored.read(folder, key)):
         return found
     ready, variant, variants = tuned(contender)
     rows = swept(ready, variant)
     result = {"rows": rows, "chosen": summary(ready, pd.DataFrame(rows)), "variants": variants}
     if folder:
-        kept.write(folder, key, result)
+        stored.write(folder, key, result)
     return result
 
 

@@ -13,8 +13,8 @@ from markupsafe import Markup
 from daebench.diagnostics.drift import FAILED
 from daebench.draw.figures import save_table
 from daebench.pages.report import MINUS, NONE, count, number, power_of_ten, table
+from daebench.pages.report.sentences import exponent_text
 from daebench.pages.report.tables import Formats, Tabulate, column, text, tiny
-from daebench.pages.report.words import exponent_text
 from daebench.reports.engines.claims import LEVEL
 from daebench.reports.engines.motions import BY_KEY
 from daebench.reports.engines.numbers import OWN, RATTLE, Numbers

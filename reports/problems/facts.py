@@ -12,7 +12,7 @@ from daebench.diagnostics.freedom import freedom
 from daebench.methods.catalogue import find_problem
 from daebench.pages.report import MINUS
 from daebench.reference.keep import store
-from daebench.reference.keep.places import DATA
+from daebench.reference.keep.folders import DATA
 from daebench.reports.problems.ivps import definition, ivp_of
 
 LONGEST = 45

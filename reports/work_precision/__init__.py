@@ -7,7 +7,7 @@ from typing import Any
 from daebench.pages.report import Progress, make_page
 from daebench.pages.report.page import constants
 from daebench.reference.keep import store
-from daebench.reference.keep.places import DATA
+from daebench.reference.keep.folders import DATA
 from daebench.reports.work_precision import claims, ivps
 from daebench.reports.work_precision import numbers as _numbers
 from daebench.reports.work_precision.claims import check

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from daebench.cli.whole import whole as whole_option
+from daebench.cli.integer import whole as whole_option
 from daebench.errors import LONGEST, BadInput, Overdue, RunFailed, bounded, positive, real, whole
 from daebench.methods.outside.call import CONSTRAINED, Code
 from daebench.methods.outside.limit import Limit

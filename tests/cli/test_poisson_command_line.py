@@ -325,7 +325,7 @@ def test_bench_times_schemes_on_a_poisson_system(daebench, monkeypatch):
     assert (status, json.loads(out)["case"]) == (0, "4,2")
     assert min(rows["strang"][each] for each in ("ns_per_step", "ns_watched", "ns_counted")) > 0
     assert "--anyway" in rows["midpoint"]["note"]
-    monkeypatch.setattr("daebench.studies.timing.VARIANTS", {"ns_per_step": {"watch": (), "count": False}})
+    monkeypatch.setattr("daebench.studies.timers.VARIANTS", {"ns_per_step": {"watch": (), "count": False}})
     rows = {row["method"]: row for row in json.loads(daebench(*words, "--anyway")[1])["rows"]}
     assert rows["midpoint"]["ns_per_step"] > 0
     assert started == [

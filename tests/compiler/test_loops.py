@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 import uncompiled
 
-from daebench.compiler.constrained.held import WRITTEN_OUT, in_loops
+from daebench.compiler.constrained.representation import WRITTEN_OUT, in_loops
 from daebench.compiler.derivatives import jacobian
 from daebench.compiler.equal_terms import added
 from daebench.compiler.link import Linker, Options

@@ -13,7 +13,7 @@ import pytest
 import daebench
 from daebench.errors import BadInput
 from daebench.methods.names import method_of
-from daebench.pages.generation import linked, words
+from daebench.pages.generation import linked, sentences
 from daebench.pages.generation.languages import LANGUAGES
 from daebench.runs.request import Request
 
@@ -359,8 +359,8 @@ def test_a_folder_that_is_there_stays_as_it_is(tmp_path):
 
 
 def test_a_multiplier_of_a_distance_is_a_force_along_it():
-    meant = words.multipliers(daebench.initial_value_problem("double_wishbone").source.define())
+    meant = sentences.multipliers(daebench.initial_value_problem("double_wishbone").source.define())
     assert all("the force along the distance l is 2 lam l, tension where it is positive" in each for each in meant)
     assert meant[4].startswith("lam[4], of the distance of S and T in S-T, g = ")
-    (other,) = words.multipliers(daebench.initial_value_problem("torus").source.define())
+    (other,) = sentences.multipliers(daebench.initial_value_problem("torus").source.define())
     assert other.endswith("the force is -lam grad g")

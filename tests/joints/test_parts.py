@@ -25,10 +25,10 @@ from daebench.joints import (
     Spring,
     t,
 )
-from daebench.joints.doubts import doubts_of
 from daebench.joints.exact import exact
 from daebench.joints.parts import rows_of
 from daebench.joints.placing import places_of
+from daebench.joints.unit_slips import doubts_of
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.problems import double_wishbone, rssr_four_bar, watt_six_bar

@@ -13,9 +13,9 @@ from daebench.diagnostics.consistency import require_consistent
 from daebench.diagnostics.energy_verdict import LOST, energy_scales, size
 from daebench.diagnostics.integrals import energy_error
 from daebench.errors import InconsistentStart
-from daebench.methods.doubts import losses
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.run import prepare
+from daebench.methods.warnings_on_runs import losses
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 

@@ -10,7 +10,6 @@ from leaving import SINGULAR, singular
 
 import daebench as package
 from daebench.errors import LostMotion
-from daebench.methods.doubts import doubts
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations.constrained import pose
@@ -21,6 +20,7 @@ from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitored import Monitored
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.methods.solvers.variants import SCIPY as IMPLICIT
+from daebench.methods.warnings_on_runs import doubts
 from daebench.runs.request import Request
 
 METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]

@@ -10,7 +10,7 @@ import pytest
 import daebench
 from daebench.errors import BadInput
 from daebench.runs.interpolant import Interpolant
-from daebench.runs.shown import Shown, in_words
+from daebench.runs.notebook import Shown, in_words
 
 
 @pytest.fixture(scope="module")

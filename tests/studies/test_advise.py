@@ -16,13 +16,13 @@ import daebench
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.ensemble.run import run_members
 from daebench.runs.request import Request
-from daebench.studies.advise.breaking import changes
 from daebench.studies.advise.candidates import candidates
-from daebench.studies.advise.keeps import keeps
+from daebench.studies.advise.choice import NOT_KEPT, Work, _longest, _settled, chosen_of, plan, why_nothing
+from daebench.studies.advise.conserved import keeps
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import Found, error_of, search
-from daebench.studies.advise.work import NOT_KEPT, Work, _longest, _settled, chosen_of, plan, why_nothing
+from daebench.studies.advise.sensitivity import changes
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.start_runs import StartRuns
@@ -223,7 +223,7 @@ def test_a_plan_expects_compilation_of_what_is_new_once_for_all_compositions(pro
     names = ["strang/suzuki4", "strang/kahan_li8", "strang"] if question.poisson else ["rattle/suzuki4", "rattle/kahan_li8", "rattle"]
     expected = {}
     for tried in (False, True):
-        monkeypatch.setattr("daebench.studies.advise.work.tried", lambda *_, tried=tried: tried)
+        monkeypatch.setattr("daebench.studies.advise.choice.tried", lambda *_, tried=tried: tried)
         sentence, prices = plan(Work(question, None, None), names)
         expected[tried] = prices, float(re.search(r"about (\d+) s of CPU time", sentence)[1])
     (first, second, plain), seconds = expected[False]
@@ -370,7 +370,7 @@ def test_a_map_without_a_derivative_is_not_said_to_conserve_the_two_form(monkeyp
 
     question = Question(**QUESTION)
     measured = keeps(question, "rattle", 0.01, row_of)["two_form"]
-    monkeypatch.setattr("daebench.studies.advise.keeps.defect_of", stopped)
+    monkeypatch.setattr("daebench.studies.advise.conserved.defect_of", stopped)
     unknown = keeps(question, "rattle", 0.01, row_of)["two_form"]
     assert (measured.kept, unknown.kept) == (True, False)
     assert unknown.words == "not measured: rattle stopped at t = 0: the iteration matrix is singular"
@@ -408,7 +408,7 @@ def answered(budget, floor, share=0.95, accuracy=1e-4, make=law):
 @pytest.mark.parametrize("budget", [1e-9, 1e-7, 1e-3, 9e-3])
 def test_a_budget_that_is_too_small_is_told_with_the_price_of_the_cheapest_run(budget, accuracy, share, monkeypatch):
     """The prices are known: 10 ms over h for rk4, 1 ms over h for rattle, and h is the fourth or second root of the accuracy."""
-    monkeypatch.setattr("daebench.studies.advise.work.keeps", lambda *_: {})
+    monkeypatch.setattr("daebench.studies.advise.choice.keeps", lambda *_: {})
     least = min(1e-2 / accuracy**0.25, 1e-3 / accuracy**0.5)
     chosen, why = answered(budget, 0.0, share, accuracy)
     assert chosen == []

@@ -10,9 +10,9 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
 from daebench.studies.ensemble.distributions import energy_surface, states_in_box, walk
+from daebench.studies.ensemble.distributions.convergence import walked
 from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.ensemble.distributions.mechanics import Mechanics
-from daebench.studies.ensemble.distributions.settle import walked
 
 CHANCE = 1e-4
 """Probability of what is found to be equal below which it is not; seeds are fixed, and planted faults are far below."""
@@ -258,7 +258,7 @@ class Oval:
 
 def on_oval(monkeypatch, reverse):
     step = walk.step
-    monkeypatch.setattr("daebench.studies.ensemble.distributions.settle.step", lambda *parts: step(*parts, reverse=reverse))
+    monkeypatch.setattr("daebench.studies.ensemble.distributions.convergence.step", lambda *parts: step(*parts, reverse=reverse))
     monkeypatch.setattr(walk, "STEEP", 100.0)
     oval, start = Oval(), np.repeat([[np.sqrt(1 + Oval.b**2)], [0.0]], 32768, axis=1)
     with np.errstate(all="ignore"):

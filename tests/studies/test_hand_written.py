@@ -6,7 +6,7 @@ import pytest
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.request import Request
-from daebench.studies.timing import BY_HAND, compiler, program
+from daebench.studies.timers import BY_HAND, compiler, program
 
 CASES = {"spherical_pendulum": "fig1.1", "rigid_water": "tumbling"}
 

@@ -8,7 +8,7 @@ import pytest
 
 import daebench
 from daebench.errors import BadInput, Interrupted
-from daebench.studies.ensemble import kept
+from daebench.studies.ensemble import stored
 from daebench.studies.grid import schedulers
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import table_of
@@ -26,7 +26,7 @@ ARRAYS = ("states", "index", "ends", "steps", "status", "pivots")
 
 @pytest.fixture
 def small_pieces(monkeypatch):
-    monkeypatch.setattr(kept, "PIECE", 5)
+    monkeypatch.setattr(stored, "PIECE", 5)
 
 
 def made(**more):
@@ -65,7 +65,7 @@ def test_what_is_kept_has_the_bits_of_what_is_not_and_is_not_made_again(more, sm
     with opened(tmp_path / "kept.db") as store:
         assert_same(whole, made(store=store, **more))
         assert (len(store), store.runs) == (3, 12)
-        monkeypatch.setattr(kept, "computed", lambda pieces, store, **_: {key_of(piece): store.get(key_of(piece)) for piece in pieces})
+        monkeypatch.setattr(stored, "computed", lambda pieces, store, **_: {key_of(piece): store.get(key_of(piece)) for piece in pieces})
         assert_same(whole, made(store=store, **more))
 
 
@@ -156,7 +156,7 @@ def test_what_cannot_be_kept_is_refused_in_a_sentence(tmp_path, monkeypatch):
             made(executor=object())
         with pytest.raises(BadInput, match="give its name or path"):
             daebench.ensemble(daebench.initial_value_problem("planar_pendulum", "horizontal"), method="rattle", h=0.1, steps=5, store=store)
-        monkeypatch.setattr(kept, "MOST_NUMBERS", 20)
+        monkeypatch.setattr(stored, "MOST_NUMBERS", 20)
         with pytest.raises(BadInput, match="24 numbers of states of each member are more than a row of a store can have"):
             made(store=store)
 

@@ -8,7 +8,7 @@ from scipy.linalg import eigh, null_space
 import daebench
 from daebench.errors import BadInput
 from daebench.joints import Mechanism, Plate, PointMass, Rod, Spring, Start
-from daebench.studies.modes.usable import METHODS
+from daebench.studies.modes.step_limit import METHODS
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 FACTORS = {"rattle": 2.0, "symplectic_euler": 2.0, "rk4": 8**0.5, "lobatto3": 8**0.5}

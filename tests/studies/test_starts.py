@@ -15,7 +15,7 @@ from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.members import members
-from daebench.studies.ensemble.distributions import settle
+from daebench.studies.ensemble.distributions import convergence
 from daebench.studies.ensemble.distributions.draw import DISTRIBUTIONS, draw_starts
 from daebench.studies.ensemble.distributions.neighbourhood import Neighbourhood
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
@@ -121,7 +121,7 @@ def translated():
 
 
 def test_positions_that_can_go_to_infinity_are_never_settled(monkeypatch):
-    monkeypatch.setattr(settle, "LAST", 256)
+    monkeypatch.setattr(convergence, "LAST", 256)
     with pytest.raises(
         BadInput, match="after 316 steps of a random walk its distribution still changes; if a coordinate can go to infinity"
     ):

@@ -11,9 +11,9 @@ import daebench
 from daebench.cli.summary import print_summary, summary_of
 from daebench.diagnostics.negative_damping import negative_damping
 from daebench.errors import BadInput, InvalidProblem
-from daebench.methods.doubts import doubts
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.warnings_on_runs import doubts
 from daebench.runs.request import Request
 from daebench.studies.claims.check import check
 from daebench.systems.constrained import Case, ConstrainedHamiltonian

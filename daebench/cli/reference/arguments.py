@@ -14,6 +14,6 @@ Folder = Annotated[
 
 def whose(place: Path) -> str:
     """Return the owner of the references of a folder: daebench, or the folder."""
-    from daebench.reference.keep.places import DATA
+    from daebench.reference.keep.folders import DATA
 
     return "daebench" if place == DATA else str(place)

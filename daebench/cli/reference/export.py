@@ -28,7 +28,7 @@ def export(
     """Write a reference to a file: stored digits at stored times, integrated ones between them; error bounds beside the numbers."""
     from daebench.errors import unknown
     from daebench.reference.keep.export import WRITERS, write
-    from daebench.reference.keep.places import require_name
+    from daebench.reference.keep.folders import require_name
     from daebench.reference.keep.store import load
     from daebench.runs.files import check_place
     from daebench.runs.outputs import described, require_own

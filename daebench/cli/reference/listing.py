@@ -35,7 +35,7 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 def _hidden(folder: Path | None) -> list[tuple[str, Path]]:
     """Return the user's own references that are hidden by those of daebench, and their places."""
-    from daebench.reference.keep.places import folders
+    from daebench.reference.keep.folders import folders
     from daebench.reference.keep.store import names
 
     first, *rest = folders(folder)

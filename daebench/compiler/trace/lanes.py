@@ -7,7 +7,7 @@ from typing import Any
 
 from daebench.compiler.trace.arrays import Array
 from daebench.compiler.trace.ir import FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, common, differs, kind_of
-from daebench.compiler.trace.shares import smallest_share, value_of
+from daebench.compiler.trace.pivots import smallest_share, value_of
 from daebench.compiler.trace.structure import parts_of, unset
 from daebench.compiler.trace.turns import Wider
 from daebench.compiler.values import Element, held, like

@@ -11,7 +11,7 @@ from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
 from daebench.compiler.trace.complex import function_of as complex_function
 from daebench.compiler.trace.dual import Dual
 from daebench.compiler.trace.ir import FLOAT32, FLOAT64, INTEGER, POINTER, TRUTH, Code, Value, kind_of
-from daebench.compiler.trace.shares import value_of
+from daebench.compiler.trace.pivots import value_of
 from daebench.compiler.trace.statements import BOTH, CHOSEN, EITHER, NEGATED
 from daebench.compiler.trace.structure import fill
 

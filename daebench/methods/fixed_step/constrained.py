@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
-from daebench.compiler.constrained.held import in_loops
+from daebench.compiler.constrained.representation import in_loops
 from daebench.compiler.work import WORK
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod

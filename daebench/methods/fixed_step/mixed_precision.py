@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from daebench.compiler.constrained.held import WRITTEN_OUT
+from daebench.compiler.constrained.representation import WRITTEN_OUT
 from daebench.errors import BadInput
 from daebench.runs.ivp import ConstrainedIvp
 

@@ -6,7 +6,7 @@ import sympy as sp
 
 from daebench.compiler import callbacks, codegen
 from daebench.compiler.constrained.derivation import Derivation
-from daebench.compiler.constrained.held import WRITTEN_OUT
+from daebench.compiler.constrained.representation import WRITTEN_OUT
 from daebench.compiler.derivatives import jacobian
 from daebench.compiler.equal_terms import added
 from daebench.compiler.linear import health

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler import callbacks
-from daebench.compiler.constrained.held import in_loops
+from daebench.compiler.constrained.representation import in_loops
 from daebench.compiler.memory import Memory
 from daebench.compiler.native import Native, no_machine_code
 from daebench.compiler.written import constants, text_of
@@ -117,7 +117,7 @@ class Monitored:
 
     @property
     def address(self) -> int:
-        """Address of the compiled look at steps and outputs, see :mod:`daebench.methods.solvers.look`."""
+        """Address of the compiled look at steps and outputs, see :mod:`daebench.methods.solvers.step_check`."""
         address: int = self.functions.look_callback.address
         return address
 
@@ -189,6 +189,6 @@ def _tuple(name: str, places: range) -> str:
 @cache
 def _looks() -> str:
     """Return the source of what is the same for all problems: the look at steps."""
-    from daebench.methods.solvers import look
+    from daebench.methods.solvers import step_check
 
-    return "\n\n".join([constants(look), *map(text_of, look.WRITTEN)])
+    return "\n\n".join([constants(step_check), *map(text_of, step_check.WRITTEN)])

@@ -7,9 +7,9 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.pages.certificate.words import defect, energy, holds, known, order
+from daebench.pages.certificate.sentences import defect, energy, holds, known, order
+from daebench.pages.report.sentences import at_most, number
 from daebench.pages.report.tables import Formats, code, column, table, text
-from daebench.pages.report.words import at_most, number
 from daebench.studies.certificate.record import verdicts
 
 ROUNDS = 1

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from daebench.pages.certificate import tables, words
+from daebench.pages.certificate import sentences, tables
 from daebench.pages.certificate.figures import draw
 from daebench.pages.report.page import write_page
 from daebench.pages.report.pictures import picture
@@ -20,8 +20,8 @@ def write_page_of(certificate: Certificate) -> Path:
         certificate.folder / "index.html",
         command(certificate),
         certificate=certificate,
-        answer=words.answer(certificate),
-        facts=[(title(problem), words.facts(problem)) for problem in certificate.measured],
+        answer=sentences.answer(certificate),
+        facts=[(title(problem), sentences.facts(problem)) for problem in certificate.measured],
         drawn=lambda caption: picture(draw(certificate), ALT, caption),
         tables=tables,
         notes=_notes(certificate),

@@ -6,10 +6,10 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.pages.certificate.words import VERDICTS, known
-from daebench.pages.certificate.words import energy as verdict
+from daebench.pages.certificate.sentences import VERDICTS, known
+from daebench.pages.certificate.sentences import energy as verdict
+from daebench.pages.report.sentences import NONE, at_most, number, with_error
 from daebench.pages.report.tables import Formats, code, column, table, text
-from daebench.pages.report.words import NONE, at_most, number, with_error
 from daebench.studies.certificate.record import Certificate, title
 from daebench.studies.claims.bench import FALLS_SHORT
 

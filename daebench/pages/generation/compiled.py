@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from daebench.errors import BadInput
-from daebench.studies.timing import compiler, failure
+from daebench.studies.timers import compiler, failure
 
 ABOUT = "generated.json"
 """File of what a folder has: problem, case, method, step size, names and claims."""

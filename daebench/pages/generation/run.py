@@ -12,7 +12,7 @@ from daebench.methods.catalogue import find_problem
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
-from daebench.pages.generation import words
+from daebench.pages.generation import sentences
 from daebench.pages.generation.checked import STEPS, checked, request
 from daebench.pages.generation.compiled import ABOUT
 from daebench.pages.generation.languages import LANGUAGES, Language
@@ -117,7 +117,7 @@ def generate(
 def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, name: str, memory: int) -> dict[str, Any]:
     """Return what a folder says of itself, so that it can be certified."""
     constrained = isinstance(ivp, ConstrainedIvp)
-    claims = words.claims(ivp, method) if constrained else {}
+    claims = sentences.claims(ivp, method) if constrained else {}
     return {
         "name": name,
         "on": f"{ivp.problem}:{ivp.case}",
@@ -131,8 +131,8 @@ def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
 def _name(name: str | None, ivp: InitialValueProblem, method: FixedStepMethod[Any, Any]) -> str:
     """Return the beginning of all names."""
     if name is None:
-        return words.identifiers(["".join(x if x.isalnum() else "_" for x in f"{Path(ivp.problem).stem}_{method.name}")])[0]
-    if not words.IDENTIFIER.fullmatch(name) or name in words.RESERVED or name in ("check", "example", "main"):
+        return sentences.identifiers(["".join(x if x.isalnum() else "_" for x in f"{Path(ivp.problem).stem}_{method.name}")])[0]
+    if not sentences.IDENTIFIER.fullmatch(name) or name in sentences.RESERVED or name in ("check", "example", "main"):
         raise BadInput(f"{name!r} is no name for functions and files of C; choose letters, digits and _, no keyword.")
     return name
 
@@ -150,7 +150,7 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     """Return what templates name."""
     made = linked(ivp, method, h, language.longest)
     file = find_problem(ivp.problem)
-    parameters = words.parameters_of(ivp, words.docstring(file.path.read_text(encoding="utf-8")))
+    parameters = sentences.parameters_of(ivp, sentences.docstring(file.path.read_text(encoding="utf-8")))
     scales = [
         ("scale_length", "length of the motion: the largest |q| of the start"),
         ("scale_rate", "1/s, rate of the motion at the start"),
@@ -165,10 +165,15 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
         "method": method.name,
         "h": repr(h),
     }
-    facts |= {"summary": words.commented(file.summary), "version": version("daebench"), "kind": ivp.facts.KIND, "parameters": parameters}
-    facts |= dict(zip(("order", "claims", "source"), words.claimed(ivp, method), strict=True))
-    facts |= {"definition": words.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
-    facts |= {"statuses": words.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
+    facts |= {
+        "summary": sentences.commented(file.summary),
+        "version": version("daebench"),
+        "kind": ivp.facts.KIND,
+        "parameters": parameters,
+    }
+    facts |= dict(zip(("order", "claims", "source"), sentences.claimed(ivp, method), strict=True))
+    facts |= {"definition": sentences.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
+    facts |= {"statuses": sentences.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
     facts |= _sizes(ivp, made) | {"functions": language.functions(made), "entering": made.entering, "charted": bool(made.entering)}
     facts["start"] = ", ".join(map(language.number, flat(made.state)))
     facts["defaults"] = ", ".join(each["text"] for each in parameters)
@@ -180,6 +185,6 @@ def _sizes(ivp: InitialValueProblem, made: Linked) -> dict[str, Any]:
     sizes = {"state": made.scheme.state, "memory": made.scheme.memory, "multipliers": made.scheme.multipliers, "own": own}
     if not isinstance(ivp, ConstrainedIvp):
         return sizes | {"n": own, "shown": min(own, 6), "constraints": [], "has_momenta": False}
-    constraints = words.multipliers(ivp.source.define())
+    constraints = sentences.multipliers(ivp.source.define())
     has = any("momenta" in part.functions for part in made.problem)
     return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}

@@ -17,7 +17,7 @@ from daebench.pages.generation.linked import linked
 from daebench.runs.members import flat
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales
-from daebench.studies.timing import compiler, failure
+from daebench.studies.timers import compiler, failure
 
 METHODS = ("rattle", "lobatto3", "rattle/kahan_li8")
 PART = 0.01

@@ -10,9 +10,7 @@ from daebench.pages.report.claims import ClaimRefuted, require
 from daebench.pages.report.gallery import build
 from daebench.pages.report.page import Progress, make_page, write_page
 from daebench.pages.report.pictures import inline_svg, picture
-from daebench.pages.report.tables import table
-from daebench.pages.report.versions import versions
-from daebench.pages.report.words import (
+from daebench.pages.report.sentences import (
     MINUS,
     NONE,
     THIN,
@@ -26,6 +24,8 @@ from daebench.pages.report.words import (
     power_of_ten,
     with_error,
 )
+from daebench.pages.report.tables import table
+from daebench.pages.report.versions import versions
 
 __all__ = [
     "MINUS",

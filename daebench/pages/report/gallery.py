@@ -8,9 +8,9 @@ from pathlib import Path
 
 from daebench.errors import DaebenchError, Interrupted
 from daebench.pages.report import build_stamp
+from daebench.pages.report.deferred import Waiting, clock, putting_off
 from daebench.pages.report.index import write_index
 from daebench.pages.report.page import Progress
-from daebench.pages.report.put_off import Waiting, clock, putting_off
 from daebench.pages.report.reports import Report, find
 from daebench.runs.outputs import require_own, writing
 

@@ -11,11 +11,11 @@ from typing import Any, TypeVar
 from markupsafe import Markup
 
 from daebench.pages.report.citation import AUTHORS, commit, licence
+from daebench.pages.report.deferred import clock, later
 from daebench.pages.report.formulas import set_parentheses
 from daebench.pages.report.pictures import picture
-from daebench.pages.report.put_off import clock, later
+from daebench.pages.report.sentences import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
 from daebench.pages.report.versions import versions
-from daebench.pages.report.words import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 
@@ -32,7 +32,7 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     ----------
     template : str
         Template of a report, such as ``methods/page.html``, or its text: what has ``{%`` in it. It extends ``page.html`` and knows the
-        functions of ``daebench.pages.report.words`` as filters, ``machine`` and ``versions`` as they were at this run.
+        functions of ``daebench.pages.report.sentences`` as filters, ``machine`` and ``versions`` as they were at this run.
     path : Path
         The page.
     command : str

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.catalogue import reports
+from daebench.pages.report.deferred import at_once
 from daebench.pages.report.page import Progress
-from daebench.pages.report.put_off import at_once
 from daebench.systems.files.execute import executed, existing, is_path, naming, telling_exits
 from daebench.systems.files.imports import importable, imported
 from daebench.systems.files.read import parsed, summary

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup, escape
 
-from daebench.pages.report.words import number
+from daebench.pages.report.sentences import number
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,8 +7,8 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 
 from daebench.errors import DaebenchError
+from daebench.pages.report.deferred import meanwhile
 from daebench.pages.report.page import Progress
-from daebench.pages.report.put_off import meanwhile
 from daebench.pages.report.two_processes import two_processes
 from daebench.studies.grid.measure import timed_request, with_time
 from daebench.studies.grid.run_specification import GridRun, code_version

@@ -6,8 +6,8 @@ from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from typing import Any
 
+from daebench.pages.report.deferred import meanwhile
 from daebench.pages.report.page import Progress
-from daebench.pages.report.put_off import meanwhile
 from daebench.runs.machine import cores
 from daebench.studies.grid.schedulers import LOADED, local_processes
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.methods.outside.read import is_outside
-from daebench.runs.shown import Shown
-from daebench.studies.advise.breaking import Change, OverStarts
-from daebench.studies.advise.keeps import Kept
+from daebench.runs.notebook import Shown
+from daebench.studies.advise.conserved import Kept
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.search import Found, Row, error_of
+from daebench.studies.advise.sensitivity import Change, OverStarts
 
 if TYPE_CHECKING:
     import pandas as pd

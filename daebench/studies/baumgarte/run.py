@@ -14,8 +14,8 @@ from daebench.methods.fixed_step.parts import takes_form
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.notebook import Shown
 from daebench.runs.request import Progress
-from daebench.runs.shown import Shown
 from daebench.studies.baumgarte.cells import Cell, cell, frame, measured_limit, over_step, over_tolerance, penalised, run_of
 from daebench.studies.baumgarte.limits import SLOWEST, contraction, limit, usable
 from daebench.studies.claims.measured_run import default_step

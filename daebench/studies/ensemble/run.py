@@ -13,8 +13,8 @@ from daebench.runs.grid import require_memory_of_members
 from daebench.runs.request import Progress
 from daebench.studies.ensemble.distributions.draw import distribution_of, draw_starts
 from daebench.studies.ensemble.distributions.grid import Grid
-from daebench.studies.ensemble.kept import kept_run, settings_of
 from daebench.studies.ensemble.result import Ensemble
+from daebench.studies.ensemble.stored import kept_run, settings_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

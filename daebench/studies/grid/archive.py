@@ -31,9 +31,9 @@ from daebench.runs import provenance
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 from daebench.studies.grid import archive_figure, export
-from daebench.studies.grid.against import reference_of
 from daebench.studies.grid.archive_code import gathered
 from daebench.studies.grid.metrics import METRICS
+from daebench.studies.grid.reference import reference_of
 from daebench.studies.grid.run_specification import code_version
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.specification_key import key_of

@@ -19,7 +19,7 @@ from daebench.reference.motion import OwnRun
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 from daebench.studies.claims.bench import DEFECT_STEPS
-from daebench.studies.grid.against import certified_of, own_of, require_reference
+from daebench.studies.grid.reference import certified_of, own_of, require_reference
 from daebench.studies.grid.run_specification import FEWEST, GridRun
 from daebench.studies.held_verdict import held_verdict
 

@@ -4,8 +4,8 @@ import json
 
 from daebench.errors import BadInput
 from daebench.runs.machine import machine
-from daebench.studies.grid.against import certified_of
 from daebench.studies.grid.metrics import METRICS
+from daebench.studies.grid.reference import certified_of
 from daebench.studies.grid.run_specification import COLUMNS, GridRun, defined_by, digest, made_by
 
 

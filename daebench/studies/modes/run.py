@@ -9,10 +9,10 @@ import numpy as np
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.shown import Shown
+from daebench.runs.notebook import Shown
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
 from daebench.studies.modes.spectrum import DEPENDENT, Linear, Spectra, largest_real, natural, spectra, zeros
-from daebench.studies.modes.usable import Oscillations, require_usable, usable_methods, usable_steps
+from daebench.studies.modes.step_limit import Oscillations, require_usable, usable_methods, usable_steps
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem

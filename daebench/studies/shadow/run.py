@@ -11,8 +11,8 @@ from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.notebook import Shown
 from daebench.runs.request import Request
-from daebench.runs.shown import Shown
 from daebench.studies.shadow.actions import DERIVED, actions_of
 
 if TYPE_CHECKING:

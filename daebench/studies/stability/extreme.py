@@ -12,8 +12,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.studies.grid.against import reference_of, usual_end
 from daebench.studies.grid.feasibility import feasible, installed
+from daebench.studies.grid.reference import reference_of, usual_end
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.diagnostics.equivalence import EQUIVALENT, UNDECIDED, Equivalence
-from daebench.runs.shown import Shown
+from daebench.runs.notebook import Shown
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,8 +11,8 @@ from daebench.draw.figures import BLACK, QUIET, WIDTH, drawing, save
 from daebench.draw.methods import short_name_of, strokes_of
 from daebench.errors import DaebenchError
 from daebench.methods.outside.read import is_outside
-from daebench.studies.grid.against import OWN
 from daebench.studies.grid.claimed import claims_of
+from daebench.studies.grid.reference import OWN
 from daebench.studies.grid.rows import by_method, endless
 from daebench.studies.work_precision.study import bound_of, front
 

@@ -11,8 +11,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
 from daebench.runs.ivp import Array, PoissonIvp
-from daebench.studies.grid.against import usual_end
 from daebench.studies.grid.feasibility import feasible, installed
+from daebench.studies.grid.reference import usual_end
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import OUTPUTS
 from daebench.studies.grid.study import Study

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from daebench.pages.report.words import number
+from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import casadi as adapter
 from daebench.reports.engines.documentation import row
 from daebench.reports.engines.motions import BY_KEY

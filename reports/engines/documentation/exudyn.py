@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from daebench.diagnostics.order import fit_order
-from daebench.pages.report.words import number
+from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import exudyn as adapter
 from daebench.reports.engines.contender import States
 from daebench.reports.engines.documentation import row

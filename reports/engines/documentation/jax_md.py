@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from daebench.diagnostics.order import fit_order
-from daebench.pages.report.words import number
+from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import jax_md as adapter
 from daebench.reports.engines.documentation import NOT, PART, row
 from daebench.reports.engines.motions import BY_KEY, T_END

@@ -9,7 +9,7 @@ from daebench.diagnostics.derivative import DerivativeWarning
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import linearisation, tangent_basis, two_form_change
-from daebench.pages.report.words import number
+from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import mici as adapter
 from daebench.reports.engines.documentation import row
 from daebench.reports.engines.motions import BY_KEY

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.pages.report.words import number
+from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import mujoco as adapter
 from daebench.reports.engines.documentation import NOT, PART, row
 from daebench.reports.engines.motions import BY_KEY, T_END

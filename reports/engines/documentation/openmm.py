@@ -3,7 +3,7 @@
 import numpy as np
 
 from daebench.methods.names import method_of
-from daebench.pages.report.words import number
+from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import openmm as adapter
 from daebench.reports.engines.contender import Array
 from daebench.reports.engines.documentation import row

@@ -10,11 +10,11 @@ from daebench.diagnostics.projected_members import project_members, require_proj
 from daebench.errors import BadInput, real
 from daebench.runs.ivp import Array, InitialValueProblem
 from daebench.studies.ensemble.distributions.box import Bounds, box_of, excess, in_words
+from daebench.studies.ensemble.distributions.convergence import explored, settled
 from daebench.studies.ensemble.distributions.energy_surface import EnergyCurve, Reachable
 from daebench.studies.ensemble.distributions.linear import Rows
 from daebench.studies.ensemble.distributions.mechanics import Mechanics, mechanics_of
 from daebench.studies.ensemble.distributions.search import Positions, searched
-from daebench.studies.ensemble.distributions.settle import explored, settled
 from daebench.studies.ensemble.distributions.starts import Starts, copies, differing, of_case
 from daebench.studies.ensemble.distributions.walk import LevelSet
 

@@ -11,10 +11,10 @@ from daebench.errors import BadInput
 from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
 from daebench.runs.members import Members
 from daebench.studies.ensemble.distributions.box import Bounds, box_of, excess, in_words, require_bounded
+from daebench.studies.ensemble.distributions.convergence import settled
 from daebench.studies.ensemble.distributions.linear import Rows
 from daebench.studies.ensemble.distributions.mechanics import Mechanics, mechanics_of
 from daebench.studies.ensemble.distributions.search import searched
-from daebench.studies.ensemble.distributions.settle import settled
 from daebench.studies.ensemble.distributions.starts import Starts, casimirs, copies, differing, of_case, require_inside
 from daebench.studies.ensemble.distributions.states_in_box import StatesInBox
 

@@ -12,12 +12,12 @@ import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.studies.advise.advice import RUNNERS_UP, Choice
-from daebench.studies.advise.breaking import OverStarts, over_starts
-from daebench.studies.advise.keeps import Kept, keeps
+from daebench.studies.advise.conserved import Kept, keeps
 from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Found, Row, error_of, resolutions_of, search
-from daebench.studies.grid.against import certified_of, own_of
+from daebench.studies.advise.sensitivity import OverStarts, over_starts
 from daebench.studies.grid.estimate import compiling_seconds
+from daebench.studies.grid.reference import certified_of, own_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of

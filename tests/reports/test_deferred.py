@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from daebench.errors import Interrupted, RunFailed
-from daebench.pages.report import build_stamp, make_page, put_off
+from daebench.pages.report import build_stamp, deferred, make_page
+from daebench.pages.report.deferred import later, meanwhile, putting_off
 from daebench.pages.report.gallery import PagesFailed, build, build_all
-from daebench.pages.report.put_off import later, meanwhile, putting_off
 from daebench.pages.report.reports import Report
 
 TEXT = """{% extends "page.html" %}{% block title %}A page{% endblock %}{% block content %}<p>{{ words }}</p>{% endblock %}"""
@@ -159,7 +159,7 @@ def test_nothing_is_put_off_where_nobody_asked_for_it():
 
 def test_the_time_of_a_page_is_without_that_of_the_page_that_is_drawn_meanwhile(tmp_path, monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(put_off, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    monkeypatch.setattr(deferred, "time", SimpleNamespace(perf_counter=lambda: now[0]))
 
     class Timed(Log):
         """Each thing that happens takes a second."""
@@ -177,7 +177,7 @@ def test_the_time_of_a_page_is_without_that_of_the_page_that_is_drawn_meanwhile(
 @pytest.mark.parametrize(("ends", "others", "left"), [(2, 1.0, 1), (3, 0.0, 1), (99, 0.0, 0)])
 def test_what_is_done_after_the_awaited_processes_is_time_of_others_and_nothing_that_is_spare(monkeypatch, ends, others, left):
     now, awaited = [0.0], Future()
-    monkeypatch.setattr(put_off.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(deferred.time, "perf_counter", lambda: now[0])
 
     def work():
         now[0] += 1.0

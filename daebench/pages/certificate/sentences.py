@@ -6,8 +6,8 @@ from typing import Any
 from markupsafe import Markup
 
 from daebench.diagnostics.energy_verdict import LOST
+from daebench.pages.report.sentences import NONE, at_most, listing, number, with_error
 from daebench.pages.report.tables import code
-from daebench.pages.report.words import NONE, at_most, listing, number, with_error
 from daebench.studies.certificate.convergence import FALLS
 from daebench.studies.certificate.record import Certificate
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
