@@ -15,8 +15,8 @@ BY_HAND = frozenset({"engines"})
 
 def pages() -> list[Report]:
     """Return all pages but those made by hand, in the order in which they are best read; lessons only where what they need is installed."""
-    notebooks = [] if missing() else map(lesson_page, lessons())
-    by_name = {page.name: page for page in (*map(own, sorted(set(reports()) - BY_HAND)), *notebooks)}
+    taught = [] if missing() else map(lesson_page, lessons())
+    by_name = {page.name: page for page in (*map(own, sorted(set(reports()) - BY_HAND)), *taught)}
     return [by_name[name] for name in in_order(by_name)]
 
 

@@ -1,16 +1,16 @@
 for (const film of document.querySelectorAll(".film")) {
-  const knobs = [...film.querySelectorAll("[data-knob]")];
-  const chosen = (knob) => knob.type === "range" ? knob.value : knob.querySelector("input:checked").value;
+  const controls = [...film.querySelectorAll("[data-control]")];
+  const chosen = (control) => control.type === "range" ? control.value : control.querySelector("input:checked").value;
   const show = () => {
-    for (const knob of knobs) if (knob.type === "range") {
-      const text = JSON.parse(knob.dataset.texts)[knob.value];
-      knob.setAttribute("aria-valuetext", text);
-      knob.parentElement.querySelector("output").textContent = text;
+    for (const control of controls) if (control.type === "range") {
+      const text = JSON.parse(control.dataset.texts)[control.value];
+      control.setAttribute("aria-valuetext", text);
+      control.parentElement.querySelector("output").textContent = text;
     }
-    const frame = film.querySelector(`template[data-frame="${knobs.map(chosen).join("-")}"]`).content.cloneNode(true);
+    const frame = film.querySelector(`template[data-frame="${controls.map(chosen).join("-")}"]`).content.cloneNode(true);
     for (const part of ["says", "drawing"]) film.querySelector("." + part).replaceChildren(...frame.querySelector("." + part).childNodes);
   };
-  film.querySelector(".knobs").hidden = false;
+  film.querySelector(".controls").hidden = false;
   film.addEventListener("input", show);
   show();
 }

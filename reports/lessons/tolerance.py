@@ -197,6 +197,10 @@ def facts() -> SimpleNamespace:
     )
     require(max(came.values()) < len(TOLERANCES), "without a treatment no formulation reaches the end at all tolerances", came)
     require(min(more.values()) > 10, "every error is well above the tolerance", more)
+    fall = [[getattr(reached("index1", True, tol), name).max() for tol in TOLERANCES] for name in ("g", "error")]
+    require(all(np.diff(values).max() < 0 for values in fall), "drift of index 1 decreases with the tolerance, as its error does", fall)
+    small = [cured[name].worst / float(cured[name].g.max()) for name in ("index3", "ggl")]
+    require(min(small) > 100, "residuals of the constraint are far smaller than the error where g is in the system", small)
     drift = {name: float(run.g.max()) for name, run in cured.items()}
     require(
         drift["index1"] > 5 * max(drift[name] for name in drift if name != "index1"), "index 1 has the largest constraint residual", drift

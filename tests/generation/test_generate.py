@@ -109,7 +109,7 @@ def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, met
 @pytest.mark.parametrize(("problem", "method"), [("double_pendulum", "lobatto3"), ("rigid_water", "rattle/kahan_li8")])
 def test_a_kernel_that_is_divided_has_the_bits_too(problem, method, tmp_path, monkeypatch):
     monkeypatch.setitem(LANGUAGES, "c", dataclasses.replace(LANGUAGES["c"], longest=300))
-    monkeypatch.setattr(linked, "ALONE_FROM", 300)
+    monkeypatch.setattr(linked, "PART", 300)
     has_the_bits(problem, method, 1e-3, tmp_path / "code")
     assert len(re.findall(r"^static void f\d", (tmp_path / "code" / "own.c").read_text(), re.M)) >= 2
 

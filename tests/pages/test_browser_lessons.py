@@ -42,5 +42,5 @@ def test_without_scripts_a_static_page_shows_the_default_picture_and_no_controls
     page = context.new_page()
     page.goto(page_of_tolerance.as_uri())
     assert page.locator(".film .drawing svg").count() >= 1
-    assert page.locator(".film .knobs").first.is_hidden()
+    assert page.locator(".film .controls").first.is_hidden()
     context.close()

@@ -40,14 +40,44 @@ def test_blocks_of_python_become_cells():
     assert made["nbformat"] == 4
 
 
+SAID = {
+    "why-symplectic": """
+table = daebench.compare("spherical_pendulum", case="fig1.1", methods=methods, h=0.03, t_end=15).set_index("method")
+assert table["g"]["se+proj"] < 1e-14 and table["energy_error"]["se+proj"] > 10 * table["energy_error"]["rattle"]
+assert abs(table["energy_error"]["midpoint"] / table["energy_error"]["rattle"] - 1) < 0.01
+table = daebench.compare("torus", methods=["rattle", "gauss2"], h=0.1, t_end=2000).set_index("method")
+assert table["energy_error"]["gauss2"] > 5 * table["energy_error"]["rattle"]
+""",
+    "shake-to-lobatto": """
+assert np.abs(shake.q - rattle.q).max() < 1e-11 and np.abs(shake.p - rattle.p).max() > 1e-5
+assert np.abs(shake.p - along * shake.q - rattle.p).max() < 1e-10
+""",
+    "tolerance": """
+estimate, error = np.abs(loose.q - tight.q).max(), np.abs(loose.q - finest.q).max()
+assert 0.5 * error < estimate < 2 * error
+""",
+    "poisson-maps": """
+changed = {}
+for method in ("strang", "rk4"):
+    runs = [daebench.run("lotka_volterra", method=method, h=0.25, t_end=2.5, y0=start, anyway=True) for start in starts]
+    changed[method] = abs(area(np.array([run.y[-1] for run in runs])) / area(starts) - 1)
+assert changed["strang"] < 1e-5 and changed["rk4"] > 1e-3, changed
+""",
+    "extremes": """
+assert "loses rank" in run.failure
+""",
+}
+"""What the texts of notebooks say of their runs, held against these; the names are those of the cells."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
-def test_the_cells_of_a_notebook_run_one_after_the_other(name, monkeypatch):
+def test_the_cells_of_a_notebook_run_one_after_the_other_and_their_texts_hold(name, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     text = (ROOT / "reports" / "lessons" / f"{name.replace('-', '_')}.md").read_text(encoding="utf-8")
     cells = ["".join(cell["source"]) for cell in json.loads(notebook(text))["cells"] if cell["cell_type"] == "code"]
     assert len(cells) >= 3
-    subprocess.run([sys.executable, "-c", "\n".join(cells)], check=True, cwd=ROOT)
+    subprocess.run([sys.executable, "-c", "\n".join([*cells, SAID[name]])], check=True, cwd=ROOT)
 
 
 def test_a_film_has_a_frame_for_each_setting_and_shows_the_default_first():

@@ -14,7 +14,7 @@ from daebench.schemes.kernels.claims import MAPPED
 
 ALONE = "daebench.schemes.kernels.alone"
 
-ALONE_FROM = 4000
+PART = 4000
 """Operations of the longest part that is no function of its own, where functions are divided."""
 
 ENTERING = {"local": "inverse_chart", "canonical": "inverse_chart", "darboux": "canonical"}
@@ -62,7 +62,7 @@ def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
 def _divided(record: Callable[[int], Recorded], longest: int) -> Recorded:
     """Return recorded functions, with parts of them as functions of their own if they are too long."""
     whole = record(0)
-    return record(ALONE_FROM) if 0 < longest < whole.longest else whole
+    return record(PART) if 0 < longest < whole.longest else whole
 
 
 def _functions(ivp: InitialValueProblem, par: Any, given: int, alone: int) -> Recorded:

@@ -81,7 +81,7 @@ def film(name: str, title: str, controls: Sequence[Control], show: Callable[[Val
         tell((k + 1) / len(settings), "pictures")
     now = show(defaults(controls))
     return Markup(
-        '<figure class="film" id="film-{}"><div class="knobs" hidden>{}</div><p class="says" aria-live="polite">{}</p>'
+        '<figure class="film" id="film-{}"><div class="controls" hidden>{}</div><p class="says" aria-live="polite">{}</p>'
         '<div class="drawing" role="group" aria-label="{}">{}</div>{}<figcaption><span class="files"><a href="{}.csv">CSV</a></span>'
         "</figcaption></figure>"
     ).format(name, Markup("").join(map(_input, controls)), now.says, title, now.picture, Markup("").join(frames), name)
@@ -100,9 +100,11 @@ def _input(control: Control) -> Markup:
     texts, now = list(control.values.values()), list(control.values).index(control.default)
     if control.is_slider:
         return Markup(
-            '<label>{}<input type="range" min="0" max="{}" step="1" value="{}" data-knob="{}" data-texts="{}" aria-valuetext="{}">'
+            '<label>{}<input type="range" min="0" max="{}" step="1" value="{}" data-control="{}" data-texts="{}" aria-valuetext="{}">'
             "<output>{}</output></label>"
         ).format(control.label, len(texts) - 1, now, control.name, json.dumps(texts), texts[now], texts[now])
     template = Markup('<label><input type="radio" name="{}" value="{}"{}>{}</label>')
     inputs = (template.format(control.name, k, Markup(" checked") if k == now else "", text) for k, text in enumerate(texts))
-    return Markup('<fieldset data-knob="{}"><legend>{}</legend>{}</fieldset>').format(control.name, control.label, Markup("").join(inputs))
+    return Markup('<fieldset data-control="{}"><legend>{}</legend>{}</fieldset>').format(
+        control.name, control.label, Markup("").join(inputs)
+    )

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from daebench.errors import unknown
 from daebench.methods.catalogue import lessons
 from daebench.methods.fixed_step.script import Script
 from daebench.pages.lesson.formula import formula
@@ -37,7 +36,7 @@ class Content:
     Parameters
     ----------
     title : str
-        The question that it answers.
+        Its title.
     scripts : mapping of str to Script
         Kernels by the name that the page has for them; none where pictures were drawn beforehand.
     functions : str
@@ -49,7 +48,7 @@ class Content:
     tables : mapping of str to DataFrame
         Numbers behind the pictures, by the names of their files.
     style : str
-        Style of the page's own.
+        Style of its own, as CSS.
     """
 
     title: str
@@ -78,12 +77,10 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     Raises
     ------
     BadInput
-        If there is no such lesson, or a package is not installed.
+        If a package is not installed.
     ClaimRefuted
         If a sentence of the lesson does not hold in this run; nothing is written over an older page then.
     """
-    if name not in lessons():
-        raise unknown("lesson", name, lessons())
     require_installed()
     tell = progress or (lambda fraction, doing: None)
     tell(0.0, "the lesson itself")
