@@ -39,8 +39,8 @@ from .studies.grid.study import Study as Study
 from .studies.modes.run import Modes as Modes
 from .studies.modes.run import modes as modes
 from .studies.orders.study import order as order
-from .studies.shadow.run import Shadow as Shadow
-from .studies.shadow.run import shadow as shadow
+from .studies.shadow import Shadow as Shadow
+from .studies.shadow import shadow as shadow
 from .studies.step_for.result import StepFor as StepFor
 from .studies.step_for.run import step_for as step_for
 from .studies.tolerance_for import ToleranceFor as ToleranceFor

@@ -8,40 +8,11 @@ from typing import Annotated
 
 import typer
 
-from daebench.cli.advise import advise
-from daebench.cli.animate import animate
-from daebench.cli.archive import archive
-from daebench.cli.baumgarte import baumgarte
-from daebench.cli.bench import bench
-from daebench.cli.certificate import app as certificate
-from daebench.cli.certify import certify
-from daebench.cli.chaos import chaos
-from daebench.cli.check import check
-from daebench.cli.commands import Command
-from daebench.cli.compare import compare
-from daebench.cli.diagnose import diagnose
+from daebench.cli.commands import Commands
 from daebench.cli.endings import INTERRUPTED, complain, ending, keep_interrupts
-from daebench.cli.ensemble import ensemble
-from daebench.cli.export import export
-from daebench.cli.generate import generate
-from daebench.cli.lesson import lesson
-from daebench.cli.listing import listing
-from daebench.cli.long import long
-from daebench.cli.modes import modes
-from daebench.cli.order import order
-from daebench.cli.precision import precision
-from daebench.cli.reference import app as reference
-from daebench.cli.report import report
-from daebench.cli.reproduce import reproduce
-from daebench.cli.run import run
-from daebench.cli.shadow import shadow
-from daebench.cli.show import show
-from daebench.cli.stability import stability
-from daebench.cli.step_for import step_for
-from daebench.cli.tolerance_for import tolerance_for
-from daebench.cli.work_precision import work_precision
 
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
     invoke_without_command=True,
     pretty_exceptions_enable=False,
@@ -58,41 +29,6 @@ def top(version: Annotated[bool, typer.Option("--version", help="Print the versi
 
         print(version_of("daebench"))
         raise typer.Exit
-
-
-app.command("list", cls=Command)(listing)
-for command in (
-    advise,
-    show,
-    run,
-    ensemble,
-    chaos,
-    compare,
-    order,
-    check,
-    modes,
-    shadow,
-    baumgarte,
-    diagnose,
-    certify,
-    precision,
-    stability,
-    long,
-    animate,
-    report,
-    generate,
-    lesson,
-    bench,
-    export,
-    archive,
-    reproduce,
-):
-    app.command(cls=Command)(command)
-app.command("step-for", cls=Command)(step_for)
-app.command("tolerance-for", cls=Command)(tolerance_for)
-app.command("work-precision", cls=Command)(work_precision)
-app.add_typer(reference, name="reference")
-app.add_typer(certificate, name="certificate")
 
 
 PROCESSES = "daebench.methods.outside.process"

@@ -1,9 +1,22 @@
-"""The class of all commands: the files that a command writes are its own, and others are replaced only with --overwrite."""
+"""Commands by name: each is loaded when it is called, and ``--help`` reads their list with one line each from ``commands.txt``."""
 
+import importlib
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.resources import files
+from importlib.util import find_spec
 from typing import Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
+
+LIST = "commands.txt"
+"""The list beside this file. ``python -m daebench.cli.listed`` writes it again, with commands that are new at its end."""
+
+SEPARATOR = ": "
+
+MODULES = {"list": "listing"}
+"""Modules that are not called as their command, which would hide a name of Python's own."""
 
 
 class Command(TyperCommand):
@@ -24,3 +37,67 @@ def _words(ctx: typer.Context) -> str:
         words.insert(0, str(ctx.info_name))
         ctx = ctx.parent  # type: ignore[assignment]
     return " ".join(["daebench", *words])
+
+
+@cache
+def lines() -> Mapping[str, str]:
+    """Return the line of each command, by name."""
+    text = files("daebench.cli").joinpath(LIST).read_text(encoding="utf-8")
+    return dict(line.split(SEPARATOR, 1) for line in text.splitlines())
+
+
+@cache
+def loaded(name: str) -> Any:
+    """Return a command: that of the module of its name in this package, or else that of the public function of its name."""
+    word = MODULES.get(name, name.replace("-", "_"))
+    app = typer.Typer(add_completion=False)
+    if find_spec(f"daebench.cli.{word}") is None:
+        from daebench.cli.signature import command_of
+
+        app.command(name, cls=Command)(command_of(getattr(importlib.import_module("daebench"), word)))
+    else:
+        module = importlib.import_module(f"daebench.cli.{word}")
+        if hasattr(module, "app"):
+            return typer.main.get_command(module.app)
+        app.command(name, cls=Command)(getattr(module, word))
+    return typer.main.get_command(app)
+
+
+class Loaded(Mapping[str, Any]):
+    """All commands, each loaded when it is asked for."""
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in lines():
+            raise KeyError(name)
+        return loaded(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(lines())
+
+    def __len__(self) -> int:
+        return len(lines())
+
+
+class Commands(TyperGroup):
+    """The group of all commands, which loads none of them for its own help."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands: Any = Loaded()
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  the form is that of typer
+        """Return the names of all commands."""
+        return list(self.commands)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Print the help, with the line of each command."""
+        self.commands = {name: TyperCommand(name, help=line) for name, line in lines().items()}
+        try:
+            super().format_help(ctx, formatter)
+        finally:
+            self.commands = Loaded()
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Return names of commands that begin with a text, without loading them."""
+        self.commands = {name: TyperCommand(name, help=line) for name, line in lines().items()}
+        return super().shell_complete(ctx, incomplete)

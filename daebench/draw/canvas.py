@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from daebench.runs.notebook import image
+from daebench.runs.result import image
 
 
 class Canvas(Figure):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput, RunFailed, bounded
 from daebench.runs.interpolant import Interpolant
-from daebench.runs.notebook import Shown
+from daebench.runs.result import Result
 from daebench.runs.solver_steps import SolverSteps
 from daebench.runs.trajectory_files import WRITERS, columns, dataset, write_trajectory
 
@@ -38,7 +38,7 @@ IN_FILES = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome(Shown):
+class Outcome(Result):
     """Result of one method on one initial value problem, without the states.
 
     Parameters

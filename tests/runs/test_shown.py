@@ -10,7 +10,7 @@ import pytest
 import daebench
 from daebench.errors import BadInput
 from daebench.runs.interpolant import Interpolant
-from daebench.runs.notebook import Shown, in_words
+from daebench.runs.result import Result, in_words
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_a_run_that_stopped_says_why_and_its_markup_is_escaped():
     stopped = daebench.run("spherical_pendulum", case="fig1.2", method="se", h=0.01, t_end=10)
     assert "did not converge" in stopped._repr_html_()
 
-    class Odd(Shown):
+    class Odd(Result):
         def summary(self):
             return {"name": "<script>alert(1)</script>"}
 

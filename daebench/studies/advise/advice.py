@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.methods.outside.read import is_outside
-from daebench.runs.notebook import Shown
+from daebench.runs.result import Result
 from daebench.studies.advise.conserved import Kept
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.search import Found, Row, error_of
@@ -60,7 +60,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Advice(Shown):
+class Advice(Result):
     """An answer to a question.
 
     Parameters

@@ -14,7 +14,7 @@ from daebench.methods.fixed_step.parts import takes_form
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.notebook import Shown
+from daebench.runs.result import Result
 from daebench.runs.request import Progress
 from daebench.studies.baumgarte.cells import Cell, cell, frame, measured_limit, over_step, over_tolerance, penalised, run_of
 from daebench.studies.baumgarte.limits import SLOWEST, contraction, limit, usable
@@ -102,7 +102,7 @@ class Effect:
 
 
 @dataclass(frozen=True)
-class BaumgarteMap(Shown):
+class BaumgarteMap(Result):
     """Maps of stabilised constraints over their parameters.
 
     Parameters

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, UNDETERMINED, Exponents, exponents
 from daebench.methods.ensemble.tangents import TangentGrowth
-from daebench.runs.notebook import Shown
+from daebench.runs.result import Result
 from daebench.studies.chaos.plane import Plane
 from daebench.studies.chaos.section import Section
 from daebench.studies.ensemble.distributions.box import coordinates
@@ -23,7 +23,7 @@ EMPTY, STOPPED = "empty", "stopped"
 
 
 @dataclass(frozen=True)
-class Chaos(Shown):
+class Chaos(Result):
     """Lyapunov exponents over a plane of starts.
 
     Parameters

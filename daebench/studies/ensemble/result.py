@@ -13,7 +13,7 @@ from daebench.diagnostics.drift import FAILED
 from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
-from daebench.runs.notebook import Shown
+from daebench.runs.result import Result
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 from daebench.studies.ensemble.distributions.box import columns
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Ensemble(Shown):
+class Ensemble(Result):
     """The runs of n members, with N steps each, of which k states of c numbers are stored.
 
     Parameters

@@ -9,7 +9,7 @@ import numpy as np
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.notebook import Shown
+from daebench.runs.result import Result
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
 from daebench.studies.modes.spectrum import DEPENDENT, Linear, Spectra, largest_real, natural, spectra, zeros
 from daebench.studies.modes.step_limit import Oscillations, require_usable, usable_methods, usable_steps
@@ -26,7 +26,7 @@ STIFFER = 1e4
 
 
 @dataclass(frozen=True)
-class Modes(Shown):
+class Modes(Result):
     """Small oscillations about an equilibrium.
 
     Parameters

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.diagnostics.equivalence import EQUIVALENT, UNDECIDED, Equivalence
-from daebench.runs.notebook import Shown
+from daebench.runs.result import Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +37,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class StepFor(Shown):
+class StepFor(Result):
     """The step sizes that were tried, the largest first.
 
     Parameters

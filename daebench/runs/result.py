@@ -1,7 +1,8 @@
-"""Results that a notebook displays by themselves: a table of their summary, with a picture beside it."""
+"""Results of studies: a result is its JSON, what a command prints, its picture with a table beside it, and what a notebook displays."""
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -11,10 +12,11 @@ from markupsafe import escape
 from daebench.errors import DaebenchError
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 MOST_ITEMS = 6
-"""Largest number of numbers or entries in one row of the table; a longer row is only in :meth:`Shown.summary`."""
+"""Largest number of numbers or entries in one row of the table; a longer row is only in :meth:`Result.summary`."""
 
 DPI = 90
 """Dots per inch of the picture in a notebook."""
@@ -22,15 +24,56 @@ DPI = 90
 STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
 
 
-class Shown:
-    """A result with a summary and a picture."""
+@dataclass(frozen=True)
+class Table:
+    """A table that a command prints: names of columns, rows of texts, and a title; without columns, names and values."""
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+
+
+def frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
+    """Return a table with a row for each mapping."""
+    import pandas as pd
+
+    return pd.DataFrame(list(rows))
+
+
+class Result:
+    """A result with a summary, a table and a picture."""
 
     drawn_by: ClassVar[str] = ""
     """Module whose function ``figure`` draws the result. It lies in a higher layer, and is imported by name on request."""
 
+    stem: ClassVar[str] = ""
+    """Name, without extension, of the files of the picture and its table; "" if a command writes none."""
+
+    ivp: Any
+    """The problem."""
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """The numbers of the picture."""
+        raise NotImplementedError
+
+    @property
+    def about(self) -> Mapping[str, str]:
+        """How the result was made, beyond the definition of the problem, for the text beside its table."""
+        return {}
+
+    @property
+    def status(self) -> int:
+        """Exit status of a command with this result."""
+        return 0
+
     def summary(self) -> Mapping[str, Any]:
         """Return a summary of the result, by name."""
         raise NotImplementedError
+
+    def printed(self) -> Iterator[str | Table | Mapping[str, Any]]:
+        """Yield what a command prints: sentences, tables, and mappings, of which each name is a line."""
+        yield self.summary()
 
     def plot(self) -> "Figure":
         """Return a figure of Matplotlib that shows the result; a notebook displays it, and ``savefig`` writes it.

@@ -1,0 +1,28 @@
+"""How a command takes an argument of a study, where name and type of the argument do not say it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, init=False)
+class Option:
+    """An option of a command, in the annotation of an argument: its names, and the function that reads its text.
+
+    Parameters
+    ----------
+    *names : str
+        Names such as "--tol"; by default that of the argument.
+    read : callable, optional
+        ``read(text)`` returns the value of the argument, or raises BadInput.
+    several : bool
+        Whether the option names several values, separated by commas: the study is then made once for each.
+    """
+
+    names: tuple[str, ...]
+    read: Callable[[str], Any] | None
+    several: bool
+
+    def __init__(self, *names: str, read: Callable[[str], Any] | None = None, several: bool = False) -> None:
+        for name, value in (("names", names), ("read", read), ("several", several)):
+            object.__setattr__(self, name, value)

@@ -1,1 +1,0 @@
-"""Shadow Hamiltonians: the modified energy that a symplectic scheme conserves, computed along its orbit."""
