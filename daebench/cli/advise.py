@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Json, OnSingular, Overwrite, Param, Problem
-from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table, print_written, words
+from daebench.cli.console import bar, methods_if_given, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
+from daebench.runs.texts import pairs, words
 
 if TYPE_CHECKING:
     from daebench.studies.advise.advice import Advice, Choice
@@ -81,7 +82,7 @@ def _planned(progress: "Progress") -> "Progress":
 
 def _seconds(text: str | None) -> float | None:
     """Return a time in seconds."""
-    from daebench.cli.console import number
+    from daebench.runs.texts import number
 
     if text is None:
         return None

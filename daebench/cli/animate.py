@@ -21,8 +21,9 @@ from daebench.cli.arguments import (
     TEnd,
     Tolerance,
 )
-from daebench.cli.console import bar, method_names, pairs, print_written, sides
+from daebench.cli.console import bar, method_names, print_written
 from daebench.errors import BadInput
+from daebench.runs.texts import pairs, sides
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
 

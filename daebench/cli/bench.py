@@ -6,9 +6,10 @@ import typer
 
 from daebench.cli.arguments import Algebra, Anyway, Case, Json, OnSingular, Param
 from daebench.cli.benchmarks import MEASUREMENTS, cell
-from daebench.cli.console import bar, methods_if_given, pairs, print_json, print_table
+from daebench.cli.console import bar, methods_if_given, print_json, print_table
 from daebench.cli.integer import whole
 from daebench.errors import BadInput
+from daebench.runs.texts import pairs
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
 Solvers = Annotated[bool, typer.Option("--solvers", help="Time IDA instead: compiled callbacks, a program in C, Python callbacks.")]

@@ -6,8 +6,9 @@ from typing import Annotated, Any
 import typer
 
 from daebench.cli.arguments import Anyway, Free, Json, OnSingular, Overwrite, Param
-from daebench.cli.console import bar, pairs, print_json, printable
+from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput
+from daebench.runs.texts import pairs
 
 CLAIMED = {"yes": True, "true": True, "no": False, "false": False}
 """Words for claims that hold and claims that do not."""

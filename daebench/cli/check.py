@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, OnSingular, Param, Problem
-from daebench.cli.console import Bar, bar, pairs, print_json, print_table, printable
+from daebench.cli.console import Bar, bar, print_json, print_table, printable
 from daebench.cli.integer import whole
 from daebench.errors import BadInput
+from daebench.runs.texts import pairs
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

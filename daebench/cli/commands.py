@@ -85,7 +85,7 @@ class Commands(TyperGroup):
         super().__init__(**settings)
         self.commands: Any = Loaded()
 
-    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  the form is that of typer
+    def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of all commands."""
         return list(self.commands)
 

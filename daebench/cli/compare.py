@@ -23,8 +23,9 @@ from daebench.cli.arguments import (
     Tolerance,
 )
 from daebench.cli.comparison_picture import PictureFile
-from daebench.cli.console import bar, method_names, pairs, print_json, print_written
+from daebench.cli.console import bar, method_names, print_json, print_written
 from daebench.cli.folder import Folder
+from daebench.runs.texts import pairs
 
 if TYPE_CHECKING:
     import pandas as pd

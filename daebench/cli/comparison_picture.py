@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from daebench.cli.console import printable, sides, words
+from daebench.cli.console import printable
 from daebench.errors import BadInput
+from daebench.runs.texts import sides, words
 
 if TYPE_CHECKING:
     from daebench.studies.comparison.figure import Look

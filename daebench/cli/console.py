@@ -1,7 +1,6 @@
 """Input and output that commands share: parsing of lists, tables, JSON, and a progress bar that appears after two seconds."""
 
 import json
-import math
 import sys
 import threading
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
 from daebench.runs.json_values import plain
+from daebench.runs.texts import words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,38 +22,6 @@ SILENCE = 20.0
 
 REFRESH = 0.1
 """Seconds between two updates."""
-
-
-def pairs(what: str, given: Sequence[str]) -> dict[str, float]:
-    """Return k=v texts as a mapping; refuse a text without an equals sign or without a number after it."""
-    values = {}
-    for text in given:
-        name, equals, value = text.partition("=")
-        if not equals:
-            raise BadInput(f"--{what} {text!r} must be of the form name=value.")
-        values[name.strip()] = number(f"--{what} {name.strip()}", value)
-    return values
-
-
-def number(what: str, text: str) -> float:
-    """Return the finite number of a text; refuse other texts."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise BadInput(f"{what}: {text!r} is not a finite number.")
-    return value
-
-
-def numbers(what: str, text: str | None) -> list[float] | None:
-    """Return a comma-separated list of numbers, or None."""
-    return None if text is None else [number(what, part) for part in text.split(",")]
-
-
-def words(text: str) -> list[str]:
-    """Return a comma-separated list of words."""
-    return [part.strip() for part in text.split(",") if part.strip()]
 
 
 def method_names(text: str) -> list[str]:
@@ -80,15 +48,6 @@ def print_written(paths: Iterable[object], *, as_json: bool = False, **more: Any
         print_json({**more, "written": list(map(str, paths))})
     elif names := ", ".join(map(str, paths)):
         print(f"written: {names}")
-
-
-def sides(text: str, number: type[int] | type[float]) -> tuple[Any, Any] | None:
-    """Return width and height of a text such as 16x9 as numbers of a type, None if it is not of this form."""
-    try:
-        width, height = map(number, text.lower().split("x"))
-    except ValueError:
-        return None
-    return width, height
 
 
 def printable(text: str) -> str:

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from daebench.cli.arguments import Case, Json, Param
-from daebench.cli.console import bar, pairs, print_json, printable
+from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput
+from daebench.runs.texts import pairs
 
 if TYPE_CHECKING:
     from daebench.studies.diagnose.verdict import Diagnosis

@@ -24,12 +24,13 @@ from daebench.cli.arguments import (
     TlsCert,
     TlsKey,
 )
-from daebench.cli.console import bar, pairs, print_json, print_table, print_written
+from daebench.cli.console import bar, print_json, print_table, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
-from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, bounds, settings_of
+from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
 from daebench.errors import BadInput
+from daebench.runs.texts import bounds, pairs
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:

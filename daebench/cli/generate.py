@@ -6,7 +6,8 @@ from typing import Annotated, Any
 import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Method, OnSingular, Param, Problem
-from daebench.cli.console import pairs, print_json, print_written
+from daebench.cli.console import print_json, print_written
+from daebench.runs.texts import pairs
 
 
 def generate(

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from daebench.cli.console import bar, methods_if_given, numbers, printable
+from daebench.cli.console import bar, methods_if_given, printable
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.errors import BadInput, positive
+from daebench.runs.texts import numbers
 
 if TYPE_CHECKING:
     from daebench.studies.grid.run_specification import GridRun

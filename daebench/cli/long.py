@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Json, OnSingular, Overwrite, Param, Precision, Problem
-from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
+from daebench.cli.console import bar, method_names, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
+from daebench.runs.texts import pairs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, OnSingular, Overwrite, Param, Problem
-from daebench.cli.console import bar, method_names, pairs, print_json, print_table, print_written
+from daebench.cli.console import bar, method_names, print_json, print_table, print_written
 from daebench.cli.folder import Folder
+from daebench.runs.texts import pairs
 
 if TYPE_CHECKING:
     from daebench.studies.orders.series import OrderStudy, Series

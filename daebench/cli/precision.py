@@ -6,10 +6,11 @@ from typing import Annotated
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import print_frame, print_json, words
+from daebench.cli.console import print_frame, print_json
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.grids import asked_of, study_runs
+from daebench.runs.texts import words
 from daebench.studies.grid.tls import Tls
 
 SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "energy_verdict", "g", "casimirs", "defect", "failure")

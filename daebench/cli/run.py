@@ -23,9 +23,10 @@ from daebench.cli.arguments import (
     Problem,
     Project,
 )
-from daebench.cli.console import bar, numbers, pairs, print_json, words
+from daebench.cli.console import bar, print_json
 from daebench.cli.integer import whole
 from daebench.errors import BadInput
+from daebench.runs.texts import numbers, pairs, words
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp

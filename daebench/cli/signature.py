@@ -3,20 +3,25 @@
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import bar, method_names, numbers, pairs, print_json, print_table, print_written, words
+from daebench.cli.console import bar, method_names, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
+from daebench.cli.starts import Box, Energy, Size, Starts, settings_of
 from daebench.cli.summary import print_summary
 from daebench.errors import BadInput
 from daebench.runs.option import Option
 from daebench.runs.result import Result, Table
+from daebench.runs.texts import numbers, pairs, words
 
 SHARED: Mapping[str, Any] = {
     "problem": arguments.Problem,
@@ -29,8 +34,20 @@ SHARED: Mapping[str, Any] = {
     "precision": arguments.Precision,
     "on_singular": arguments.OnSingular,
     "anyway": arguments.Anyway,
+    "starts": Starts,
 }
 """Arguments that many studies have, with the option of each, which is described once."""
+
+DRAWN = "drawn"
+"""Argument of a study with the settings of a distribution of starts, each of which is an option of its own."""
+
+SETTINGS: Mapping[str, Any] = {"size": Size, "box": Box, "energy": Energy}
+
+METHODS = {"method": "", "methods": ", comma-separated"}
+"""Arguments that name methods, which have a help of their own in each study, and what is said there of their form."""
+
+FEW = 6
+"""Numbers of a default that a help names."""
 
 PROGRESS = "progress"
 """Argument of a study that is called with the part of the work that is done."""
@@ -54,16 +71,19 @@ def command_of(study: Callable[..., Any], title: str = "") -> Callable[..., None
     title : str
         Title of its progress bar, with arguments in braces; by default the name of the study and the problem.
     """
-    described = _descriptions(inspect.getdoc(study) or "")
     parameters = inspect.signature(study).parameters
-    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name != PROGRESS}
+    described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
+    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in (DRAWN, PROGRESS)}
+    settings = SETTINGS if DRAWN in parameters else {}
     result: type[Result] = inspect.signature(study).return_annotation
     title = title or f"{study.__name__.replace('_', '-')} on {{problem}}"
 
     def command(*, out: Path | None = None, overwrite: bool = False, as_json: bool = False, **given: Any) -> None:
         folder = Folder(out, pictures=(result.stem,) if result.stem else ())
         folder.check()
-        asked = {name: taken[name].read(value) for name, value in given.items() if value is not None}
+        asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
+        if settings:
+            asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
         with bar(title.format(**given)) as progress:
             told = {PROGRESS: progress} if PROGRESS in parameters else {}
             made = _made(partial(study, **told), asked, [name for name, argument in taken.items() if argument.several])
@@ -75,10 +95,10 @@ def command_of(study: Callable[..., Any], title: str = "") -> Callable[..., None
             print_written(written)
         raise typer.Exit(made.status)
 
-    kept = [argument.parameter for argument in taken.values()] + list(_outputs(result))
-    command.__signature__ = inspect.Signature(kept, return_annotation=None)  # type: ignore[attr-defined]
-    command.__annotations__ = {parameter.name: parameter.annotation for parameter in kept}
-    command.__doc__, command.__name__ = _about(inspect.getdoc(study) or ""), study.__name__
+    options = [*(argument.parameter for argument in taken.values()), *(_optional(*entry) for entry in settings.items()), *_outputs(result)]
+    command.__signature__ = inspect.Signature(options, return_annotation=None)  # type: ignore[attr-defined]
+    command.__annotations__ = {option.name: option.annotation for option in options}
+    command.__doc__, command.__name__ = _about(inspect.getdoc(study) or "", result.fails_if), study.__name__
     return command
 
 
@@ -96,19 +116,22 @@ def _argument(given: inspect.Parameter, about: str) -> Argument:
     name, kind, option = given.name, given.annotation, Option()
     if get_origin(kind) is Annotated:
         kind, option = get_args(kind)
-    shared = f"{name}s" if option.several else name
+    shared, default = f"{name}s" if option.several else name, given.default
     if shared in SHARED:
         form, info = get_args(SHARED[shared])
-        read = READERS.get(shared, _same)
+        read, info = READERS.get(shared, _same), copy(info)
+        if shared in METHODS:
+            info.help = f"{about.rstrip('.')}{METHODS[shared]}; {arguments.OUTSIDE}."
     else:
+        if isinstance(default, tuple):  # the study has it to the last digit
+            about, default = f"{about.rstrip('.')}{_between(default)}.", None
         names = option.names or (f"--{name.replace('_', '-')}",)
         form, read, settings = _form(_bare(kind), names[0])
         info = typer.Argument(help=about) if given.kind is given.POSITIONAL_OR_KEYWORD else typer.Option(*names, help=about, **settings)
     if option.read:
         form, read = str, option.read
-    required = given.default is inspect.Parameter.empty
-    default = given.default if required or given.default is None else _shown(given.default)
-    annotation = Annotated[form if default is not None else form | None, info]
+    default = ",".join(default) if isinstance(default, tuple) else default
+    annotation: Any = Annotated[form if default is not None else form | None, info]
     return Argument(given.replace(annotation=annotation, default=default, kind=inspect.Parameter.KEYWORD_ONLY), read, option.several)
 
 
@@ -120,6 +143,7 @@ READERS: Mapping[str, Callable[[Any], Any]] = {
     "parameters": partial(pairs, "param"),
     "options": partial(pairs, "option"),
     "methods": method_names,
+    "starts": attrgetter("value"),
 }
 """Readers of shared arguments whose values are not what is given."""
 
@@ -148,29 +172,31 @@ def _numbers(entry: type, option: str, text: str) -> list[Any]:
     return [entry(value) for value in values]
 
 
-def _shown(default: Any) -> Any:
-    """Return a default as it is given to a command."""
-    return ",".join(f"{x:g}" if isinstance(x, float) else str(x) for x in default) if isinstance(default, tuple | list) else default
+def _between(numbers: Sequence[float]) -> str:
+    """Return what says in a help which numbers are the default: all of them, or the first and the last."""
+    first, *rest = (f"{x:g}" for x in numbers)
+    return f", comma-separated [{','.join([first, *rest]) if len(numbers) <= FEW else f'{len(numbers)} from {first} to {rest[-1]}'}]"
+
+
+def _optional(name: str, annotation: Any, default: Any = None) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
 
 
 def _outputs(result: type[Result]) -> Iterator[inspect.Parameter]:
     """Yield the options that every study has for its output."""
-    options: dict[str, tuple[Any, Any]] = {"as_json": (arguments.Json, False)}
     if result.stem:
-        help_of_out = f"Folder for the picture, {result.stem}.svg and .png, and its table, {result.stem}.csv."
-        options = {"out": (Annotated[Path | None, typer.Option("--out", help=help_of_out)], None), "overwrite": (arguments.Overwrite, False)} | options
-    for name, (annotation, default) in options.items():
-        yield inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+        files = f"Folder for the picture, {result.stem}.svg and .png, and its table, {result.stem}.csv."
+        yield _optional("out", Annotated[Path | None, typer.Option("--out", help=files)])
+        yield _optional("overwrite", arguments.Overwrite, False)
+    yield _optional("as_json", arguments.Json, False)
 
 
 def _written(folder: Folder, made: Any) -> list[str]:
     """Write the picture with its table, if a folder is named; return the paths."""
     if folder.out is None:
         return []
-    from daebench.draw.figures import save
-
-    with folder.described(made.ivp, made.about) as written:
-        save(made.plot(), folder.out, made.stem, made.table)
+    with folder.described(made.ivp, made.origin) as written:
+        made.write(folder.out)
     return written
 
 
@@ -184,24 +210,29 @@ def _print(made: Result) -> None:
             print_summary(part)
 
 
+SEE = re.compile(r"(?:[,;]\s+see|\.\s+See)\s+:\w+:`[^`]+`(?:(?=\.)|,)")
+"""Where a docstring sends its reader."""
+
 ROLE = re.compile(r":\w+:`~?([^`]+)`")
 """A reference to an object in a docstring."""
 
 
-def _plain(text: str) -> str:
-    """Return a sentence of a docstring without markup."""
-    return " ".join(ROLE.sub(r"\1", text).replace("``", "").split())
+def _plain(text: str, names: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return sentences of a docstring without markup, with other names of arguments."""
+    words = re.sub(r"``(\w+)``", lambda found: names.get(found[1], found[1]), ROLE.sub(r"\1", SEE.sub("", text)))
+    return " ".join(words.replace("``", "").split())
 
 
-def _about(docstring: str) -> str:
-    """Return what a docstring says before its sections, without examples."""
+def _about(docstring: str, fails_if: str) -> str:
+    """Return what a docstring says before its sections, without examples, and when the command fails."""
     before = re.split(r"\n\n\w+\n-{3,}\n", docstring)[0]
     paragraphs = [paragraph for paragraph in before.split("\n\n") if not paragraph.lstrip().startswith(">>>")]
-    return "\n\n".join(re.sub(r"::$", ".", _plain(paragraph)) for paragraph in paragraphs)
+    first, *rest = (re.sub(r"::$", ".", _plain(paragraph)) for paragraph in paragraphs)
+    return "\n\n".join([f"{first.rstrip('.')}; exit 1 if {fails_if}." if fails_if else first, *rest])
 
 
-def _descriptions(docstring: str) -> dict[str, str]:
+def _descriptions(docstring: str, options: Mapping[str, str]) -> dict[str, str]:
     """Return the descriptions of parameters in a docstring of NumPy's form, by name."""
     section = re.search(r"\nParameters\n-+\n(.*?)(?:\n\n\w+\n-{3,}\n|$)", docstring, re.DOTALL)
     entries = re.findall(r"^(\S[^\n]*?) : [^\n]*\n((?:[ ]+[^\n]*\n?)+)", section[1] if section else "", re.MULTILINE)
-    return {name.strip(): _plain(text) for names, text in entries for name in names.split(",")}
+    return {name.strip(): _plain(text, options) for names, text in entries for name in names.split(",")}

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import numbers, print_json, print_written, words
+from daebench.cli.console import print_json, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.grids import asked_of, making, outdated, plan
+from daebench.runs.texts import numbers, words
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:

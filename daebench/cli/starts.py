@@ -1,13 +1,12 @@
 """Options of commands that draw starts, and ranges of coordinates and parameters in options."""
 
-from collections.abc import Iterable
 from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
 
-from daebench.cli.console import number
 from daebench.errors import BadInput
+from daebench.runs.texts import bounds, values
 
 
 class Distribution(StrEnum):
@@ -31,12 +30,6 @@ Energy = Annotated[float | None, typer.Option("--energy", help="Energy of the st
 OPTIONS = {"size": "--size", "box": "--box", "E": "--energy", "values": "--grid"}
 """Options of the settings of distributions."""
 
-MOST_VALUES = 2**20
-"""Largest number of values of one name in a grid."""
-
-FORMS = {2: "name=lo:hi", 3: "name=lo:hi:number"}
-"""Forms of a range, by the number of its entries."""
-
 
 def settings_of(
     starts: str, *, size: float | None = None, box: list[str] | None = None, energy: float | None = None, grid: list[str] | None = None
@@ -52,31 +45,3 @@ def settings_of(
             where = "starts of its own" if takers == ["grid"] else f"--starts {' or '.join(takers)}"
             raise BadInput(f"{OPTIONS[name]} is for {where}, not for {'a --grid' if starts == 'grid' else f'--starts {starts}'}.")
     return settings
-
-
-def bounds(option: str, given: list[str] | None) -> dict[str, tuple[float, float]] | None:
-    """Return bounds by name, given as name=lo:hi."""
-    return {name: (lo, hi) for name, (lo, hi) in ranges(option, given or [], 2).items()} or None
-
-
-def values(option: str, given: list[str] | None) -> dict[str, list[float]] | None:
-    """Return equidistant values by name, given as name=lo:hi:number."""
-    chosen = {}
-    for name, (lo, hi, count) in ranges(option, given or [], 3).items():
-        if not (1 <= count <= MOST_VALUES and count == int(count)):
-            raise BadInput(f"{option} {name}: {count:g} must be a whole number of values, from 1 to {MOST_VALUES}.")
-        chosen[name] = [lo + (hi - lo) * k / max(1, int(count) - 1) for k in range(int(count))]
-    return chosen or None
-
-
-def ranges(option: str, given: Iterable[str], count: int) -> dict[str, list[float]]:
-    """Return a number of values by name, given as name=1:2."""
-    chosen: dict[str, list[float]] = {}
-    for text in given:
-        name, equals, numbers = (part.strip() for part in text.partition("="))
-        if not name or not equals or numbers.count(":") != count - 1:
-            raise BadInput(f"{option} {text!r} must be of the form {FORMS[count]}.")
-        if name in chosen:
-            raise BadInput(f"{option} names {name} twice; give it once.")
-        chosen[name] = [number(f"{option} {name}", part) for part in numbers.split(":")]
-    return chosen

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from daebench.cli import arguments
-from daebench.cli.console import methods_if_given, numbers, pairs, print_frame, print_json, print_written
+from daebench.cli.console import methods_if_given, print_frame, print_json, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.grids import StudyCommand
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
 from daebench.cli.work_precision_starts import FromStarts, folder_of, from_starts, without_slow
 from daebench.errors import BadInput, DaebenchError
+from daebench.runs.texts import numbers, pairs
 from daebench.studies.grid.tls import Tls
 
 DEFECT = "defect"

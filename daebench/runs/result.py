@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from markupsafe import escape
@@ -49,6 +50,9 @@ class Result:
     stem: ClassVar[str] = ""
     """Name, without extension, of the files of the picture and its table; "" if a command writes none."""
 
+    fails_if: ClassVar[str] = ""
+    """When the status of a command is 1, as the end of a sentence."""
+
     ivp: Any
     """The problem."""
 
@@ -58,7 +62,7 @@ class Result:
         raise NotImplementedError
 
     @property
-    def about(self) -> Mapping[str, str]:
+    def origin(self) -> Mapping[str, str]:
         """How the result was made, beyond the definition of the problem, for the text beside its table."""
         return {}
 
@@ -85,6 +89,11 @@ class Result:
         """
         figure: Figure = import_module(self.drawn_by).figure(self)
         return figure
+
+    def write(self, folder: Path) -> Path:
+        """Write the picture as STEM.svg and STEM.png, and its table as STEM.csv, into a folder; return the path of the SVG."""
+        path: Path = import_module("daebench.draw.figures").save(self.plot(), folder, self.stem, self.table)
+        return path
 
     def _repr_html_(self) -> str:
         """Return the table and the picture as HTML for a notebook."""

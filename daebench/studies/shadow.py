@@ -119,7 +119,9 @@ class Shadows(Result):
     def plot(self) -> "Figure":
         """Return a figure of the range of each shadow Hamiltonian by its order, a curve a scheme."""
         with drawing():
-            figure, axes = grid_of_axes(1, 1, 4.2, x="order of the shadow Hamiltonian; 0 is the energy itself", y="largest less smallest value")
+            figure, axes = grid_of_axes(
+                1, 1, 4.2, x="order of the shadow Hamiltonian; 0 is the energy itself", y="largest less smallest value"
+            )
             for run in self.runs:
                 ranges = {order: value for order, value in run.ranges.items() if value > 0}
                 axes[0, 0].plot(list(ranges), list(ranges.values()), **curve_of(run.method))

@@ -1,8 +1,8 @@
 """The tolerance of a constraint solver for a given energy drift."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.registry import registry
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import PRECISIONS, Request
+from daebench.runs.result import Result, Table
 from daebench.runs.trajectory import Trajectory
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 15))
@@ -66,7 +67,7 @@ class TriedTolerance:
 
 
 @dataclass(frozen=True)
-class ToleranceFor:
+class ToleranceFor(Result):
     """What was tried, the loosest tolerance first.
 
     Parameters
@@ -82,6 +83,8 @@ class ToleranceFor:
     tried : tuple of TriedTolerance
         The runs.
     """
+
+    fails_if: ClassVar[str] = "there is none"
 
     ivp: ConstrainedIvp
     method: str
@@ -121,6 +124,19 @@ class ToleranceFor:
         }
         return about | {"tolerance": self.tolerance, "fortuitous": list(self.fortuitous), "tried": rows}
 
+    @property
+    def status(self) -> int:
+        """1 if no tolerance is small enough."""
+        return int(self.tolerance is None)
+
+    def printed(self) -> Iterator[str | Table]:
+        """Yield the tolerances that were tried, and the answer."""
+        rows = [[f"{r.tolerance:g}", r.drift.verdict, f"{r.ratio:.2g}", f"{r.rate:.2g}", f"{r.rounds:.3g}"] for r in self.tried]
+        yield Table(["tolerance", "energy", "drift / std(T), at most", "per s and degree of freedom", "rounds a step"], rows)
+        yield "no tolerance tried is small enough" if self.tolerance is None else f"tolerance = {self.tolerance:g}"
+        if self.fortuitous:
+            yield f"small enough too, but not with every tighter tolerance: {', '.join(f'{x:g}' for x in self.fortuitous)}"
+
 
 def tolerance_for(
     problem: Any,
@@ -136,7 +152,7 @@ def tolerance_for(
     tolerances: Sequence[float] = TOLERANCES,
     progress: Callable[[float], object] | None = None,
 ) -> ToleranceFor:
-    """Return the loosest tolerance of a constraint solver such that with it and all tighter ones the energy drift is small enough.
+    """Find the loosest tolerance of constraints for which, as for all tighter ones, the energy drift is small enough.
 
     The drift is an upper bound on the change of the mean of H over the run, see :class:`daebench.diagnostics.drift.Drift`, in standard
     deviations of the kinetic energy along the run, so that it has no unit. A tolerance whose drift is small while that of a tighter one is
@@ -152,9 +168,11 @@ def tolerance_for(
     problem : str, ConstrainedHamiltonian or InitialValueProblem
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     drift : float
-        Largest change over the run, in parts of the standard deviation of the kinetic energy.
-    h, t_end : float
-        Step size and time of the runs, s.
+        Largest change of the energy over the run, in parts of the standard deviation of the kinetic energy.
+    h : float
+        Step size, s.
+    t_end : float
+        Time of each run, s.
     method : str
         Name of a scheme with a tolerance: "rattle_gauss_seidel" or "rattle_ilves".
     case, parameters, on_singular
@@ -162,7 +180,7 @@ def tolerance_for(
     precision : str
         "float64", "mixed" or "float32": tolerances that its rounding does not reach are left out.
     tolerances : sequence of float
-        What is tried.
+        Tolerances that are tried.
     progress : callable, optional
         Called with the fraction of the runs done.
 

@@ -13,10 +13,14 @@ from sphinx.pycode import ModuleAnalyzer
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
+import daebench
 from daebench_site.contents import TASKS
 
 LOG = logging.getLogger(__name__)
 CHAPTERS = {task.key: task for task in TASKS}
+
+OTHERS = "choose-a-method"
+"""Chapter of public functions and classes that no chapter names, such as those of a new study."""
 
 
 def resolve(name: str) -> Any:
@@ -69,6 +73,8 @@ def entries() -> dict[str, list[str]]:
     for task in TASKS:
         names = dict.fromkeys(name for part in task.names for name in public_names(part))
         chapters[task.key] = [name for name in names if named.setdefault(id(resolve(name)), name) == name or kind(name) == "autodata"]
+    public = {name: getattr(daebench, name) for name in daebench.__all__}
+    chapters[OTHERS] += [f"daebench.{name}" for name, thing in public.items() if id(thing) not in named and not inspect.ismodule(thing)]
     return chapters
 
 

@@ -4,11 +4,9 @@ import inspect
 
 import pytest
 
-from daebench import chaos, ensemble, step_for
-from daebench.cli.chaos import chaos as chaos_command
+from daebench import ensemble
 from daebench.cli.ensemble import ensemble as ensemble_command
 from daebench.cli.long import long as long_command
-from daebench.cli.step_for import step_for as step_for_command
 from daebench.cli.work_precision import work_precision as work_precision_command
 from daebench.studies.ensemble.distributions.neighbourhood import Neighbourhood
 from daebench.studies.ensemble.run import MEMBERS
@@ -30,8 +28,6 @@ def help_of(command, name):
 
 
 PAIRS = {
-    "step-for": (step_for_command, step_for, {"members", "halvings", "level", "seed"}),
-    "chaos": (chaos_command, chaos, {"cells", "seed"}),
     "ensemble": (ensemble_command, ensemble, {"points", "seed"}),
 }
 

@@ -10,9 +10,7 @@ import daebench
 from daebench.cli.app import app
 from daebench.diagnostics.shadow import central_weights, shadow_hamiltonian
 from daebench.errors import BadInput, RunFailed
-from daebench.studies.shadow.actions import actions_of, verlet
-from daebench.studies.shadow.figure import draw
-from daebench.studies.shadow.run import shadow
+from daebench.studies.shadow import Shadow, actions_of, shadow, verlet
 
 W, H, STEPS = 1.3, 0.1, 300
 
@@ -150,6 +148,6 @@ def test_command_prints_writes_and_refuses(tmp_path):
 
 def test_picture_has_a_curve_for_each_scheme(tmp_path):
     energies = [shadow("planar_pendulum", method=method, h=0.1, t_end=5.0, orders=[2]) for method in ("rattle", "shake")]
-    text = draw(tmp_path, energies).with_suffix(".csv").read_text(encoding="utf-8")
+    text = Shadow.together(energies).write(tmp_path).with_suffix(".csv").read_text(encoding="utf-8")
     assert text.count("rattle,") == 2
     assert text.count("shake,") == 2

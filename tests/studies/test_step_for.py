@@ -11,7 +11,6 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
 from daebench.studies.ensemble.distributions.draw import draw_starts
-from daebench.studies.step_for.figure import draw
 from daebench.studies.step_for.statistics import known, means, quantity
 
 DOUBLE = {"case": "horizontal", "method": "rattle", "members": 1024, "drawn": {"size": 1e-3}}
@@ -30,7 +29,7 @@ def test_the_search_ends_with_the_first_step_that_passes(tmp_path):
     assert verdicts[-1] == "equivalent"
     assert "equivalent" not in verdicts[:-1]
     assert found.h == 0.02 / 2 ** (len(verdicts) - 1)
-    assert draw(tmp_path, "steps", found).is_file()
+    assert found.write(tmp_path).is_file()
     assert set(found.table["name"]) == {"mean", "10 %", "50 %", "90 %"}
 
 
@@ -57,7 +56,7 @@ def test_of_fewer_members_than_an_interval_takes_their_number_is_named(tmp_path)
     assert (found.h, set(found.needed.values())) == (None, {53})
     rows = found.summary()["tried"]
     assert {row["why"] for row in rows} == {"of 40 members the quantiles of 10 % and 90 % have no exact interval, which takes 53 members"}
-    assert draw(tmp_path, "steps", found).is_file()
+    assert found.write(tmp_path).is_file()
     assert daebench.step_for("double_pendulum", members=53, **asked).h == 0.02
 
 

@@ -6,9 +6,10 @@ from typing import Annotated
 import typer
 
 from daebench.cli.arguments import Json, Overwrite
-from daebench.cli.console import number, numbers, print_written
+from daebench.cli.console import print_written
 from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput
+from daebench.runs.texts import number, numbers
 
 MOST = 1_000_000
 """Largest number of times of a range."""

@@ -1,12 +1,11 @@
 """The picture of stabilised constraints: maps of errors over alpha h and beta h with the predicted limit, IDA, and a penalty."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from daebench.draw.figures import BLACK, QUIET, curve, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import BLACK, QUIET, curve, drawing, grid_of_axes, legend_below
 from daebench.draw.tiles import edges
 from daebench.studies.baumgarte.cells import IMPEDANCE, Cell, grid
 from daebench.studies.baumgarte.limits import SLOWEST, Array, contraction, growth
@@ -26,11 +25,6 @@ DECADES = 12
 
 LARGEST = 1e2
 """Numbers above this are drawn as this: the motion is lost."""
-
-
-def draw(out: Path, found: BaumgarteMap) -> Path:
-    """Write ``baumgarte.svg``, PNG and CSV of all runs into a folder; return the path of the SVG."""
-    return save(figure(found), out, "baumgarte", found.table)
 
 
 def figure(found: BaumgarteMap) -> "Figure":

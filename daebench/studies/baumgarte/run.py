@@ -1,8 +1,8 @@
 """``daebench.baumgarte``: the effect of stabilisation on energy, constraints and cost, and the limits of stability."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from daebench.methods.fixed_step.parts import takes_form
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import ConstrainedIvp
-from daebench.runs.result import Result
+from daebench.runs.option import Option
 from daebench.runs.request import Progress
+from daebench.runs.result import Result, Table
 from daebench.studies.baumgarte.cells import Cell, cell, frame, measured_limit, over_step, over_tolerance, penalised, run_of
 from daebench.studies.baumgarte.limits import SLOWEST, contraction, limit, usable
 from daebench.studies.claims.measured_run import default_step
@@ -126,6 +127,7 @@ class BaumgarteMap(Result):
     """
 
     drawn_by: ClassVar[str] = "daebench.studies.baumgarte.figure"
+    stem: ClassVar[str] = "baumgarte"
 
     ivp: ConstrainedIvp
     h: float
@@ -156,7 +158,7 @@ class BaumgarteMap(Result):
         )
 
     def summary(self) -> dict[str, Any]:
-        """Return what was found, for JSON."""
+        """Return effects, limits and the best of each map, for JSON."""
         about = {
             "problem": self.ivp.problem,
             "case": self.ivp.case,
@@ -175,6 +177,34 @@ class BaumgarteMap(Result):
             },
             "penalty": _cell(_least(self.penalty)),
         }
+
+    def printed(self) -> Iterator[str | Table]:
+        """Yield the answer, the effects with methods beside them, and the limits of stability."""
+        yield self.answer
+        rows = []
+        for effect in self.effects:
+            rows += [
+                _row(effect.scheme, "none", effect.without, effect.drift_without.verdict),
+                _row("", _options(effect.usual), effect.usual, effect.drift_usual.verdict),
+                _row("", _options(effect.least), effect.least, "least energy error"),
+                _row("", _options(effect.most), effect.most, "most, where stable"),
+            ]
+        rows += [_row(one.method, "", one, "") for one in self.beside]
+        yield Table(["method", "alpha, beta 1/s", "energy error", "|g|", "|G v|", "work", "energy"], rows)
+        limits = [[one.scheme, f"{one.ratio:g}", _bounded(one.predicted), _bounded(one.measured), one.by or "none"] for one in self.limits]
+        yield Table(["method", "beta / alpha", "limit of alpha h, predicted", "measured", "by"], limits)
+
+
+def _options(one: Cell) -> str:
+    return ", ".join(f"{x:.3g}" for x in one.options.values())
+
+
+def _bounded(x: float) -> str:
+    return "none" if x == float("inf") else f"{x:.4g}"
+
+
+def _row(method: str, options: str, one: Cell, note: str) -> list[str]:
+    return [method, options, *(f"{x:.2g}" for x in (one.energy, one.g, one.Gv)), str(one.work), note]
 
 
 def _cell(one: Cell) -> dict[str, Any]:
@@ -205,14 +235,14 @@ def baumgarte(
     parameters: Mapping[str, float] | None = None,
     h: float | None = None,
     t_end: float = 10.0,
-    methods: Sequence[str] = SCHEMES,
-    tolerances: Sequence[float] = TOLERANCES,
+    methods: Sequence[str] = (*SCHEMES, "rattle"),
+    tolerances: Annotated[Sequence[float], Option("--tol")] = TOLERANCES,
     values: Sequence[float] = VALUES,
     rates: Sequence[float] = RATES,
     on_singular: str | None = None,
     progress: Progress | None = None,
 ) -> BaumgarteMap:
-    """Return maps of energy error, g, G v and cost of stabilised and soft constraints over their parameters, and limits of stability.
+    """Map the effect of stabilisation on energy, constraints and cost, and the limits of stability.
 
     A scheme is run on Baumgarte's equation over all alpha h and beta h, on soft constraints with the same roots and an impedance of 0.9,
     and on a penalty in place of the constraint over its stiffness; IDA is run over alpha, beta and the tolerance. Methods that satisfy the
@@ -232,10 +262,12 @@ def baumgarte(
         Named initial values; by default the problem's first.
     parameters : mapping of str to float, optional
         Values of the problem's parameters.
-    h, t_end : float
-        Step size and end of the runs, s; h is by default a small part of the motion.
+    h : float, optional
+        Step size, s; by default a small part of the motion.
+    t_end : float
+        End of the runs, s.
     methods : sequence of str
-        Schemes to map, such as "rk4" and "gauss2", and fixed-step methods for comparison.
+        Schemes to map, such as rk4 and gauss2, and fixed-step methods for comparison, such as rattle.
     tolerances : sequence of float
         Tolerances of IDA.
     values : sequence of float

@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.lyapunov import CHAOTIC, EXPONENTIAL, QUASI_PERIODIC, REGULAR, UNDETERMINED
-from daebench.draw.figures import QUIET, drawing, grid_of_axes, save
+from daebench.draw.figures import QUIET, drawing, grid_of_axes
 from daebench.draw.tiles import fill
 from daebench.studies.chaos.result import EMPTY, STOPPED, Chaos
 
@@ -30,11 +29,6 @@ DOTS = {CHAOTIC: "#d95f0e", REGULAR: "#08519c", UNDETERMINED: "#767676", "": "#0
 
 OTHERS = {REGULAR: "#9ecae1", UNDETERMINED: "#8c8c8c", STOPPED: "#000000", EMPTY: "#ffffff"}
 """Colours of cells that have no such number."""
-
-
-def draw(out: Path, stem: str, chaos: Chaos) -> Path:
-    """Write ``STEM.svg``, PNG and CSV of the cells into a folder; return the path of the SVG."""
-    return save(figure(chaos), out, stem, chaos.table)
 
 
 def figure(chaos: Chaos) -> "Figure":

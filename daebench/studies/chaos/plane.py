@@ -12,6 +12,7 @@ from daebench.errors import BadInput, real, unknown, whole
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.members import Members, members
 from daebench.runs.scales import constrained_scales_of
+from daebench.runs.texts import bounds, number, words
 from daebench.studies.chaos.cells import INDEPENDENT, Cells
 from daebench.studies.ensemble.distributions.box import Bounds, bounds_of, coordinates
 
@@ -20,6 +21,18 @@ OUTSIDE = "outside of the domain"
 
 MOST_CELLS = 256
 """Most cells along a side, whose growth in two thousand intervals is a gigabyte."""
+
+
+def plane_in(text: str) -> dict[str, tuple[float, float] | None]:
+    """Return two coordinates with their bounds, or None in place of these, of a text such as q1=-1:1,p2."""
+    parts = words(text)
+    bounded = bounds("--plane", [part for part in parts if "=" in part]) or {}
+    return {name: bounded.get(name) for name in (part.partition("=")[0].strip() for part in parts)}
+
+
+def energy_in(text: str) -> float | str:
+    """Return the energy in a text, which may be that of the case."""
+    return text if text == "case" else number("--energy", text)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Results of a plane of starts: exponents, indicators and verdicts, cell by cell."""
 
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, UNDETERMINED, Exponents, exponents
+from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, TOLD, UNDETERMINED, Exponents, exponents
 from daebench.methods.ensemble.tangents import TangentGrowth
 from daebench.runs.result import Result
 from daebench.studies.chaos.plane import Plane
@@ -43,6 +44,8 @@ class Chaos(Result):
     """
 
     drawn_by: ClassVar[str] = "daebench.studies.chaos.figure"
+    stem: ClassVar[str] = "chaos"
+    fails_if: ClassVar[str] = "a run stops early"
 
     plane: Plane
     method: str
@@ -130,6 +133,33 @@ class Chaos(Result):
             "median": float(np.median(found.exponent[chaotic])) if np.any(chaotic) else None,
             "confidence": CONFIDENCE,
         }
+
+    @property
+    def origin(self) -> dict[str, str]:
+        """How the cells were made."""
+        return {"Method": self.method, "Starts": self.plane.about, "Seed": str(self.seed)}
+
+    @property
+    def status(self) -> int:
+        """1 if a run stopped early."""
+        return int(bool(self.growth.status.any()))
+
+    def printed(self) -> Iterator[str | Mapping[str, Any]]:
+        """Yield the summary, the largest exponent with its interval, and what a regular start does not show."""
+        summary = self.summary()
+        left_out = ("exponent", "plane", "reasons", "median", "confidence")
+        yield {name: value for name, value in summary.items() if name not in left_out} | {"reasons": summary["reasons"] or None}
+        if largest := summary["exponent"]:
+            place = ", ".join(f"{name} = {value:.4g}" for name, value in largest["start"].items())
+            ends = f"{100 * CONFIDENCE:.0f} % interval {largest['low']:.3g} to {largest['high']:.3g}"
+            yield f"largest exponent {largest['value']:.4g} 1/s ({ends}), {largest['verdict']}, at {place}"
+        if summary["median"] is not None:
+            yield f"median exponent of chaotic starts {summary['median']:.4g} 1/s"
+        if summary[REGULAR]:
+            least = f"an exponent below about {TOLD / self.t:.2g} 1/s cannot be distinguished from zero"
+            yield f"regular: no exponential growth in {self.t:g} s; {least}"
+        for i in self.growth.status.nonzero()[0][:1]:
+            yield f"first that stopped: {self.growth.sentence(int(i))}"
 
     def _largest(self) -> dict[str, Any] | None:
         """Return the largest exponent of the chaotic starts with its interval and its start; of all where none is chaotic."""

@@ -1,7 +1,7 @@
 """``daebench.chaos``: Lyapunov exponents and a fast indicator over a plane of starts."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
+from daebench.runs.option import Option
 from daebench.runs.request import Progress, Request
 from daebench.runs.scales import constrained_scales_of
 from daebench.runs.trajectory import Array
-from daebench.studies.chaos.plane import plane_of
+from daebench.studies.chaos.plane import energy_in, plane_in, plane_of
 from daebench.studies.chaos.result import Chaos
 from daebench.studies.chaos.section import section_of, surface
 
@@ -39,9 +40,9 @@ def chaos(
     h: float,
     t_end: float | None = None,
     steps: int | None = None,
-    plane: Mapping[str, tuple[float, float] | None] | None = None,
+    plane: Annotated[Mapping[str, tuple[float, float] | None] | None, Option(read=plane_in)] = None,
     cells: int = CELLS,
-    energy: float | str | None = None,
+    energy: Annotated[float | str | None, Option(read=energy_in)] = None,
     section: Mapping[str, float] | None = None,
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
@@ -52,7 +53,10 @@ def chaos(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Chaos:
-    """Return the largest Lyapunov exponent and the fast indicator MEGNO of each start of a plane.
+    """Find the chaotic starts of a plane by the tangent map of the scheme.
+
+    For each start this is the largest Lyapunov exponent and the fast indicator MEGNO. Regular means that no exponential growth was observed
+    in this time t: an exponent below about 10/t cannot be distinguished from zero.
 
     A tangent vector of random direction is propagated along each motion by the derivative of the scheme's own steps, exact to round-off.
     See :mod:`daebench.diagnostics.lyapunov` for the indicator, and :func:`daebench.diagnostics.lyapunov.exponents` for the verdict and for
@@ -80,7 +84,8 @@ def chaos(
     steps : int, optional
         Number of steps, in place of ``t_end``.
     plane : mapping of str to (float, float) or None, optional
-        Two coordinates, for example q1 and p2, with bounds, see :func:`daebench.studies.chaos.plane.plane_of`.
+        Two coordinates with bounds, q1=-1:1,p2=-2:2, or without, q1,p2, for bounds about the start; by default the first two independent
+        ones, see :func:`daebench.studies.chaos.plane.plane_of`.
     cells : int
         Number of cells along a side of the plane.
     energy : float or "case", optional

@@ -13,8 +13,8 @@ from daebench.diagnostics.drift import FAILED
 from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
-from daebench.runs.result import Result
 from daebench.runs.request import Request
+from daebench.runs.result import Result
 from daebench.runs.trajectory import Array
 from daebench.studies.ensemble.distributions.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies

@@ -1,12 +1,11 @@
 """The picture of a search for a step size: differences between each step and its half, with their intervals, and the margin."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from daebench.diagnostics.equivalence import EQUIVALENT, QUANTILES
-from daebench.draw.figures import BLUE, GREEN, QUIET, VERMILION, drawing, grid_of_axes, save
+from daebench.draw.figures import BLUE, GREEN, QUIET, VERMILION, drawing, grid_of_axes
 from daebench.studies.step_for.result import StepFor
 
 if TYPE_CHECKING:
@@ -17,11 +16,6 @@ COLOURS = ("black", BLUE, GREEN, VERMILION)
 
 APART = 0.06
 """Distance of the intervals at one step, in parts of it."""
-
-
-def draw(out: Path, stem: str, found: StepFor) -> Path:
-    """Write ``STEM.svg``, PNG and CSV of the tests into a folder; return the path of the SVG."""
-    return save(figure(found), out, stem, found.table)
 
 
 def figure(found: StepFor) -> "Figure":

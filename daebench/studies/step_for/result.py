@@ -1,11 +1,12 @@
 """The largest step size of those tried whose statistics are those of half of it, and what was found on the way."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.diagnostics.equivalence import EQUIVALENT, UNDECIDED, Equivalence
-from daebench.runs.result import Result
+from daebench.runs.result import Result, Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,6 +66,8 @@ class StepFor(Result):
     """
 
     drawn_by: ClassVar[str] = "daebench.studies.step_for.figure"
+    stem: ClassVar[str] = "steps"
+    fails_if: ClassVar[str] = "no step size passes"
 
     ivp: Any
     method: str
@@ -101,7 +104,7 @@ class StepFor(Result):
         return pd.DataFrame(rows)
 
     def summary(self) -> dict[str, Any]:
-        """Return what was found, for people and for JSON."""
+        """Return the tests and the step that passes, for text and JSON."""
         return {
             "problem": self.ivp.problem,
             "case": self.ivp.case,
@@ -122,3 +125,44 @@ class StepFor(Result):
                 for row in self.tried
             ],
         }
+
+    @property
+    def origin(self) -> dict[str, str]:
+        """How the tests were made."""
+        return {"Method": self.method, "Starts": self.starts, "Seed": str(self.seed)}
+
+    @property
+    def status(self) -> int:
+        """1 if no step size passes."""
+        return int(self.h is None)
+
+    def printed(self) -> Iterator[str | Table | Mapping[str, Any]]:
+        """Yield the summary, the tests, and which step passes."""
+        yield {name: value for name, value in self.summary().items() if name not in ("tried", "h")}
+        yield Table(["h", "quantity", "difference from h/2", "interval", "verdict"], [line for row in self.tried for line in _lines(row)])
+        for row in self.tried:
+            if row.verdict == UNDECIDED:
+                yield f"h = {row.h:g} s is undecided: {row.why}"
+        yield self.answer
+        yield f"level {self.level:g} of the search: each of {self.planned} tests at {self.level / self.planned:.3g}"
+
+    @property
+    def answer(self) -> str:
+        """Which step passes, and what this does not show."""
+        if self.h is None:
+            return "no step tried passes"
+        which = "the largest tried" if self.h == self.tried[0].h else "the largest that passes"
+        tested = f"it agrees with {self.h / 2:g} s; whether that agrees with the exact motion is not tested"
+        return f"h = {self.h:g} s passes, {which}: {tested}"
+
+
+def _lines(row: Tried) -> list[list[str]]:
+    """Return the rows of a step in the table of tests."""
+    if not row.test:
+        return [[f"{row.h:g}", "", "", row.why, row.verdict]]
+    lines = []
+    for difference in row.test.differences:
+        decided = math.isfinite(difference.high)
+        interval = f"{difference.low:.3g} to {difference.high:.3g}" if decided else "too few members"
+        lines.append([f"{row.h:g}", difference.name, f"{difference.value:.3g}", interval, row.verdict])
+    return lines

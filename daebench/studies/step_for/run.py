@@ -60,7 +60,9 @@ def step_for(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> StepFor:
-    """Return the largest of the steps h, h/2, h/4, ... whose statistics agree with those of half of the step.
+    """Find the largest step size whose statistic agrees with that of half of it.
+
+    The steps h, h/2, h/4, ... are tried; whether the half of the one that passes agrees with the exact motion is not tested.
 
     In chaos a trajectory is lost long before its end with any step, but means over time and over starts are not. Each member gives
     one number, the mean of a quantity over time; the members at h and at h/2 have the same starts. The step passes if the mean and three
@@ -78,8 +80,6 @@ def step_for(
     The margin is to be seen beside the spread over the starts: a quantile may be shifted by a part of the members that is as small as the
     part of them within a margin of it, and of these the sample must have some ten. Where it has fewer the verdict is undecided, and says
     how many members would decide. The smaller the spread of the starts, the fewer these are.
-
-    A step that passes agrees with its half; whether the half agrees with the exact flow is not tested.
 
     Parameters
     ----------

@@ -1,20 +1,27 @@
 """``daebench.modes``: small oscillations about an equilibrium in each formulation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from daebench.draw.figures import QUIET, VERMILION, curve, drawing, grid_of_axes
+from daebench.draw.orthographic import projected
+from daebench.draw.scene import layout_of
+from daebench.draw.springs import draw_springs
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.result import Result
+from daebench.runs.result import Result, Table, frame
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
-from daebench.studies.modes.spectrum import DEPENDENT, Linear, Spectra, largest_real, natural, spectra, zeros
+from daebench.studies.modes.spectrum import DEPENDENT, ZERO, Linear, Spectra, largest_real, natural, spectra, zeros
 from daebench.studies.modes.step_limit import Oscillations, require_usable, usable_methods, usable_steps
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
     from daebench.runs.ivp import InitialValueProblem
     from daebench.systems.constrained import ConstrainedHamiltonian
 
@@ -23,6 +30,19 @@ BAUMGARTE = 10.0
 
 STIFFER = 1e4
 """The penalty's stiffness where none is given makes its slowest frequency about a hundred times the fastest natural one."""
+
+
+SHOWN = ("index3", "index2", "index1", "baumgarte")
+"""Formulations that have a panel; GGL has the spectrum of index 3, and the reduced ODE that of index 1."""
+
+SHAPES = 4
+"""Modes whose shapes are drawn, the slowest."""
+
+SWING = 0.25
+"""Amplitude of a shape, in parts of the extent of the system."""
+
+LIGHTER = {0.0: 0.6, 1.0: 1.0, -1.0: 0.4}
+"""Opacity of the system at rest, and moved to either side: what is moved together has the same."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +69,7 @@ class Modes(Result):
         Why there is none of the others that were named.
     """
 
-    drawn_by: ClassVar[str] = "daebench.studies.modes.figure"
+    stem: ClassVar[str] = "modes"
 
     ivp: ConstrainedIvp
     rest: Equilibrium
@@ -68,16 +88,16 @@ class Modes(Result):
         return np.sqrt(np.maximum(self.squares, 0.0))
 
     def summary(self) -> dict[str, Any]:
-        """Return what was found, for JSON."""
+        """Return all numbers, for JSON."""
         about = {"problem": self.ivp.problem, "case": self.ivp.case, "parameters": dict(self.ivp.parameters)}
         formulations = {
             name: {
-                "eigenvalues": [[float(x.real), float(x.imag)] for x in found],
-                "zeros": zeros(found),
-                "largest_real": largest_real(found),
-                "fastest": float(np.max(np.abs(found), initial=0.0)),
+                "eigenvalues": [[float(x.real), float(x.imag)] for x in eigenvalues],
+                "zeros": zeros(eigenvalues),
+                "largest_real": largest_real(eigenvalues),
+                "fastest": float(np.max(np.abs(eigenvalues), initial=0.0)),
             }
-            for name, found in self.spectra.items()
+            for name, eigenvalues in self.spectra.items()
         }
         return about | {
             "q": self.rest.q,
@@ -94,6 +114,57 @@ class Modes(Result):
             "left_out": dict(self.left_out),
         }
 
+    @property
+    def table(self) -> "pd.DataFrame":
+        """All eigenvalues, a row each: formulation, real, imaginary."""
+        return frame({"formulation": name, "real": x.real, "imaginary": x.imag} for name, some in self.spectra.items() for x in some)
+
+    def printed(self) -> Iterator[str | Table]:
+        """Yield the equilibrium, frequencies, formulations, and step limits."""
+        summary = self.summary()
+        yield f"{self.ivp.problem} at rest: q = {', '.join(f'{x:.6g}' for x in self.rest.q)}"
+        frequencies = [[f"{k + 1}", *_frequency(square)] for k, square in enumerate(map(float, self.squares))]
+        yield Table(["mode", "rad/s", "Hz", "period s"], frequencies)
+        rows = [
+            [name, str(len(row["eigenvalues"])), str(row["zeros"]), f"{row['largest_real']:.3g}", f"{row['fastest']:.6g}"]
+            for name, row in summary["formulations"].items()
+        ]
+        yield Table(["formulation", "eigenvalues", "zeros", "largest real part", "largest modulus 1/s"], rows)
+        limits = [[name, "none" if h is None else f"{h:.4g}"] for name, h in summary["steps"].items()]
+        yield Table(["method", "step limit s"], limits)
+        for name, why in self.left_out.items():
+            yield f"no limit of {name}: {why}"
+
+    def plot(self) -> "Figure":
+        """Return a figure of the eigenvalues of each formulation, and of the shapes of the slowest modes."""
+        layout = layout_of(self.ivp)
+        rows = 1 if layout is None else 2
+        with drawing():
+            figure, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.6 * rows)
+            for axis, name in zip(axes[0], SHOWN, strict=True):
+                _spectrum(axis, self, name)
+            axes[0, 0].set_ylabel("imaginary part [1/s]")
+            if layout is not None:
+                _shapes(list(axes[1]), self, layout)
+            figure.suptitle(self.title, fontsize="medium", x=0.02, ha="left")
+        return figure
+
+    @property
+    def title(self) -> str:
+        """The answer in two lines."""
+        zeros_of = {name: zeros(self.spectra[name]) for name in ("index2", "index1")}
+        drifts = f"index 2 has {zeros_of['index2']} zeros, index 1 {zeros_of['index1']} (m = {len(self.rest.lam)})"
+        one = f"{self.ivp.problem} at rest: {drifts}: in these directions a run drifts."
+        return f"{one}\nIndex 3 and GGL have the natural frequencies alone."
+
+
+def _frequency(square: float) -> list[str]:
+    """Return a frequency as text; if its square is not positive, there is no oscillation."""
+    if square <= 0:
+        return ["free" if square == 0 else f"grows by e in {1 / (-square) ** 0.5:.3g} s", "", ""]
+    w = square**0.5
+    return [f"{w:.10g}", f"{w / (2 * np.pi):.6g}", f"{2 * np.pi / w:.6g}"]
+
 
 def modes(
     problem: "str | ConstrainedHamiltonian | InitialValueProblem",
@@ -106,7 +177,7 @@ def modes(
     methods: Sequence[str] | None = None,
     on_singular: str | None = None,
 ) -> Modes:
-    """Return natural frequencies at an equilibrium, the spectrum of each formulation there, and the step limits of schemes.
+    """Find an equilibrium, the small oscillations of each formulation about it, and the step limits of schemes there.
 
     The equilibrium is found by a descent of the potential energy on the manifold. The spectrum of index 3 and of GGL has only the natural
     frequencies. Index 2 has m zeros in addition, index 1 and the reduced ODE 2 m: these are the directions in which they drift. Baumgarte's
@@ -125,8 +196,10 @@ def modes(
         Named initial values, from which the search begins; by default the problem's first.
     parameters : mapping of str to float, optional
         Values of the problem's parameters.
-    alpha, beta : float, optional
-        Of Baumgarte's stabilisation, 1/s; by default both 10, as in ``ida:baumgarte``.
+    alpha : float, optional
+        alpha of Baumgarte's stabilisation, 1/s; by default 10, as in ``ida:baumgarte``.
+    beta : float, optional
+        beta of it, 1/s; by default 10.
     stiff : float, optional
         Stiffness k of the penalty k |g|^2 / 2; by default one that makes oscillations a hundred times as fast as the fastest natural one.
     methods : sequence of str, optional
@@ -165,3 +238,36 @@ def modes(
     found = spectra(system, alpha=alpha, beta=beta, stiff=stiff)
     steps, left_out = usable_steps(about, names)
     return Modes(ivp, rest, squares, shapes, found, alpha, beta, stiff, steps, left_out)
+
+
+def _spectrum(axis: Any, modes: Modes, name: str) -> None:
+    some = modes.spectra[name]
+    still = np.abs(some) <= ZERO * float(np.max(np.abs(some), initial=1e-300))
+    axis.plot(some.real[~still], some.imag[~still], **curve(0) | {"linestyle": "none", "markersize": 5})
+    if still.any():
+        axis.plot([0], [0], marker="o", color=VERMILION, markersize=9, linestyle="none")
+        axis.annotate(f"{int(still.sum())} zeros", (0, 0), xytext=(8, 4), textcoords="offset points", color=VERMILION)
+    axis.axvline(0, color=QUIET, linewidth=0.6)
+    reach = 1.15 * max(float(np.max(np.abs(some.real), initial=0.0)), 0.3 * float(np.max(np.abs(some.imag), initial=0.0)), 1e-12)
+    axis.set(title=name if name != "baumgarte" else f"baumgarte {modes.alpha:g}, {modes.beta:g} /s", xlabel="real part [1/s]")
+    axis.set_xlim(-reach, reach)
+
+
+def _shapes(axes: list[Any], modes: Modes, layout: Any) -> None:
+    """Draw the slowest modes, each as the system at rest, in grey, and moved to either side; one in space as seen from outside."""
+    at_rest = layout.at(modes.rest.q[None])[0]
+    extent = float(np.max(np.ptp(at_rest, axis=0))) or 1.0
+    for k, axis in enumerate(axes):
+        if k >= min(SHAPES, len(modes.squares)):
+            axis.set_visible(False)
+            continue
+        for side, style in ((0.0, {"color": QUIET, "linewidth": 2.0}), (1.0, curve(0)), (-1.0, curve(0))):
+            moved = projected(layout.at((modes.rest.q + side * SWING * extent * modes.shapes[k])[None])[0])
+            draw_springs(axis, layout, moved, extent, color=style["color"], linewidth=0.8, alpha=LIGHTER[side])
+            for rod in layout.rods:
+                axis.plot(*moved[rod].T, color=style["color"], linewidth=1.6 if side else 2.4, alpha=LIGHTER[side])
+            axis.plot(*moved[layout.masses].T, "o", color=style["color"], markersize=4, alpha=LIGHTER[side])
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set_axis_off()
+        square = modes.squares[k]
+        axis.set_title(f"{np.sqrt(square):.4g} rad/s" if square > 0 else "free or growing", fontsize="medium")
