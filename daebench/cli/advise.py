@@ -11,7 +11,11 @@ from daebench.cli.arguments import OUTSIDE, Anyway, Case, Json, OnSingular, Over
 from daebench.cli.console import bar, methods_if_given, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
-from daebench.runs.texts import pairs, words
+from daebench.errors import BadInput
+from daebench.pages.generation.run import generate
+from daebench.runs.files import require_new
+from daebench.runs.texts import number, pairs, words
+from daebench.studies.advise.run import advise as made
 
 if TYPE_CHECKING:
     from daebench.studies.advise.advice import Advice, Choice
@@ -44,8 +48,6 @@ def advise(
     The accuracy holds for a share of starts: some near the start of the case are run as well. The choice conserves a quantity if it claims
     this and a run over ten times the horizon shows it. Runs are stored, so a second question takes little time.
     """
-    from daebench.studies.advise.run import advise as made
-
     asked: dict[str, Any] = {"accuracy": accuracy, "t_end": t_end, "share": share, "case": case, "starts": ensemble, "seed": seed}
     asked |= {"store": store, "keep": [name.replace("-", "_") for name in words(keep)] if keep else (), "budget": _seconds(budget)}
     asked |= {"methods": methods_if_given(methods), "also": words(also) if also else ()}
@@ -53,8 +55,6 @@ def advise(
     folder = Folder(out, pictures=("advise",))
     folder.check()
     if generate is not None:
-        from daebench.runs.files import require_new
-
         require_new(generate)
     with bar(f"advice on {problem}") as progress:
         advice = made(problem, **asked, parameters=pairs("param", param or []), progress=_planned(progress))
@@ -82,8 +82,6 @@ def _planned(progress: "Progress") -> "Progress":
 
 def _seconds(text: str | None) -> float | None:
     """Return a time in seconds."""
-    from daebench.runs.texts import number
-
     if text is None:
         return None
     for ending, unit in (("us", 1e-6), ("ms", 1e-3), ("s", 1.0)):
@@ -108,8 +106,6 @@ def _generated(advice: "Advice", out: Path | None) -> list[str]:
     """Write the cheapest choice with a fixed step as code; return the paths."""
     if out is None or advice.choice is None:
         return []
-    from daebench.errors import BadInput
-    from daebench.pages.generation.run import generate
 
     asked, fixed = advice.question, [some for some in (advice.choice, *advice.runners_up) if some.knob == "h"]
     if not fixed:

@@ -23,6 +23,7 @@ from daebench.cli.arguments import (
 )
 from daebench.cli.console import bar, method_names, print_written
 from daebench.errors import BadInput
+from daebench.pages.animation.animation import animation
 from daebench.runs.texts import pairs, sides
 
 Out = Annotated[Path, typer.Option("--out", help="File: .html (a page that plays), .svg, .gif or .mp4; its numbers go to FILE.frames.csv.")]
@@ -52,7 +53,6 @@ def animate(
 ) -> None:
     """Animate methods on one problem: the motion of each above its energy error and conserved quantities; exit 1 if one stops early."""
     wanted = method_names(methods)
-    from daebench.pages.animation.animation import animation
 
     with bar(f"animate {problem}") as progress:
         runs: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}

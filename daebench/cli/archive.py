@@ -8,6 +8,11 @@ import typer
 from daebench.cli.arguments import Json, Overwrite, Trusted, TrustedCode
 from daebench.cli.console import print_json, printable
 from daebench.cli.grids import require_store
+from daebench.methods.foreign import Trust
+from daebench.runs.files import check_zip
+from daebench.runs.outputs import described, require_own
+from daebench.studies.grid.archive import write_archive
+from daebench.studies.grid.store import opened
 
 
 def archive(
@@ -19,12 +24,6 @@ def archive(
     json: Json = False,
 ) -> None:
     """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and a text that says how they were made."""
-    from daebench.methods.foreign import Trust
-    from daebench.runs.files import check_zip
-    from daebench.runs.outputs import described, require_own
-    from daebench.studies.grid.archive import write_archive
-    from daebench.studies.grid.store import opened
-
     require_store(store)
     path = store.with_suffix(".zip") if out is None else out
     check_zip(path)

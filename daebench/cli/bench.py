@@ -9,7 +9,12 @@ from daebench.cli.benchmarks import MEASUREMENTS, cell
 from daebench.cli.console import bar, methods_if_given, print_json, print_table
 from daebench.cli.integer import whole
 from daebench.errors import BadInput
+from daebench.methods.catalogue import schemes
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.registry import poisson_registry
 from daebench.runs.texts import pairs
+from daebench.studies.start_up import first_step, numpy_alone
+from daebench.studies.timers import hand_written, measure
 
 COLUMNS = ("method", "ns_per_step", "ns_watched", "ns_counted", "cold_seconds", "warm_seconds", "note")
 Solvers = Annotated[bool, typer.Option("--solvers", help="Time IDA instead: compiled callbacks, a program in C, Python callbacks.")]
@@ -52,7 +57,6 @@ def bench(
             raise BadInput(f"{' and '.join(asked)} are different measurements; give one at a time.")
         MEASUREMENTS[asked[0]](steps, repeat, as_json=as_json)
         return
-    from daebench.methods.initial_value_problem import initial_value_problem
 
     more: dict[str, Any] = {"parameters": pairs("param", param or []), "algebra": algebra, "on_singular": on_singular}
     ivp = initial_value_problem(problem, case, **more)
@@ -66,11 +70,6 @@ def bench(
 
 def _steps(problem: str, ivp: Any, methods: str | None, h: float, steps: int, repeat: int, more: dict[str, Any]) -> list[dict[str, Any]]:
     """Return one row per method, and the rows of programs in C and of NumPy alone."""
-    from daebench.methods.catalogue import schemes
-    from daebench.methods.registry import poisson_registry
-    from daebench.studies.start_up import first_step, numpy_alone
-    from daebench.studies.timers import hand_written, measure
-
     registry = schemes() if ivp.facts.KIND == "constrained" else poisson_registry()
     names = methods_if_given(methods) or list(registry)
     rows = []

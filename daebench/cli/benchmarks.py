@@ -4,12 +4,15 @@ from collections.abc import Callable
 from types import MappingProxyType
 
 from daebench.cli.console import bar, print_json, print_table
+from daebench.pages.generation.timing import measure_generated
+from daebench.studies.ensemble_timing import measure_ensembles, measure_heyoka, measure_narrow
+from daebench.studies.gradient_timing import measure_gradients
+from daebench.studies.row_timing import H, measure_rows
+from daebench.studies.solver_timing import measure_solvers
 
 
 def solvers(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print the times of IDA."""
-    from daebench.studies.solver_timing import measure_solvers
-
     with bar("bench --solvers"):
         rows = measure_solvers(repeat=repeat)
     if as_json:
@@ -22,8 +25,6 @@ def solvers(steps: int, repeat: int, *, as_json: bool) -> None:
 
 def gradients(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print the times of gradients."""
-    from daebench.studies.gradient_timing import measure_gradients
-
     with bar("bench --gradients"):
         rows = measure_gradients(steps=steps, repeat=repeat)
     if as_json:
@@ -35,8 +36,6 @@ def gradients(steps: int, repeat: int, *, as_json: bool) -> None:
 
 def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print the time of a step of a member."""
-    from daebench.studies.ensemble_timing import measure_ensembles, measure_heyoka, measure_narrow
-
     with bar("bench --ensemble"):
         rows, heyoka = measure_ensembles(steps=steps, repeat=repeat), measure_heyoka(repeat=repeat)
         narrow = measure_narrow(steps=steps, repeat=repeat)
@@ -52,8 +51,6 @@ def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
 
 def generated(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print size and times of generated code."""
-    from daebench.pages.generation.timing import measure_generated
-
     with bar("bench --generated"):
         measured = measure_generated(steps=steps, repeat=repeat)
     if as_json:
@@ -65,8 +62,6 @@ def generated(steps: int, repeat: int, *, as_json: bool) -> None:
 
 def rows(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print the time of a step per link of long chains, and on a time-dependent problem."""
-    from daebench.studies.row_timing import H, measure_rows
-
     with bar("bench --rows"):
         measured = measure_rows(steps=steps, repeat=repeat)
     if as_json:

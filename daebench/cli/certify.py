@@ -8,7 +8,10 @@ import typer
 from daebench.cli.arguments import Anyway, Free, Json, OnSingular, Overwrite, Param
 from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput
+from daebench.pages.certificate.certify import certify as certified
+from daebench.pages.generation.compiled import compiled
 from daebench.runs.texts import pairs
+from daebench.studies.certificate.record import title
 
 CLAIMED = {"yes": True, "true": True, "no": False, "false": False}
 """Words for claims that hold and claims that do not."""
@@ -44,8 +47,6 @@ def certify(
     references. Problems that the code does not solve are noted; if it solves none, no certificate is written. Claims that do not hold are
     in the certificate; they are not an error. THE CODE IS EXECUTED.
     """
-    from daebench.pages.certificate.certify import certify as certified
-
     asked: dict[str, Any] = {"problems": problem or [], "h": h, "claims": _claims(claim or []), "files": include or []}
     if Path(mine).is_dir():
         mine, asked = _of_folder(Path(mine), asked)
@@ -70,8 +71,6 @@ def certify(
 
 def _of_folder(folder: Path, asked: dict[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the code of a folder of generated C, and what is asked, with what the folder says of itself where nothing else is asked."""
-    from daebench.pages.generation.compiled import compiled
-
     own = compiled(folder)
     files, claims = [*asked["files"], *own.files], own.claims | asked["claims"]
     return own.code, {"problems": asked["problems"] or [own.problem], "h": asked["h"] or own.h, "claims": claims, "files": files}
@@ -98,7 +97,6 @@ def _said(certificate: Any, out: Path) -> list[str]:
     ]
     for word, names in (("does not hold", certificate.falls_short), ("not known", certificate.undetermined)):
         lines += [f"{word}: {', '.join(names)}."] if names else []
-    from daebench.studies.certificate.record import title
 
     lines += [f"{title(problem)}: {_numbers(problem)}" for problem in certificate.measured]
     lines += [f"{where}: not measured: {why}" for where, why in certificate.refused.items()]

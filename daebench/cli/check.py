@@ -1,15 +1,26 @@
 """``daebench check``: claims of a method, or declarations of a problem, and their measurement."""
 
+from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from daebench.cli import mechanism
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import Bar, bar, print_json, print_table, printable
 from daebench.cli.integer import whole
+from daebench.diagnostics.problem.check import Held, held
 from daebench.errors import BadInput
+from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
+from daebench.methods.names import method_of
 from daebench.runs.texts import pairs
+from daebench.studies.claims.bench import FALLS_SHORT
+from daebench.studies.claims.check import NO_CLAIMS, check_claims
+from daebench.studies.claims.measured_run import default_step
+from daebench.studies.claims.second import on_second, unseen
+from daebench.studies.measurable import measured
+from daebench.systems.parts import Parts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,12 +56,6 @@ def check(
     if method is None:
         _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None, "--on-singular": on_singular})
         raise typer.Exit(_checked(problem, case, pairs("param", param or []), as_json=as_json))
-    from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.methods.names import method_of
-    from daebench.studies.claims.check import NO_CLAIMS, check_claims
-    from daebench.studies.claims.measured_run import default_step
-    from daebench.studies.claims.second import on_second
-    from daebench.studies.measurable import measured
 
     ivp = initial_value_problem(problem, case, pairs("param", param or []), on_singular=on_singular)
     chosen = measured(method_of(ivp, method, pairs("option", option or []), anyway=anyway), ivp, NO_CLAIMS)
@@ -64,11 +69,6 @@ def check(
 
 def _said(ivp: Any, name: str, h: float, steps: int, findings: "list[Finding]", *, as_json: bool) -> int:
     """Print what is found of a method, and what the problem cannot show; return the exit status."""
-    from dataclasses import asdict
-
-    from daebench.studies.claims.bench import FALLS_SHORT
-    from daebench.studies.claims.second import unseen
-
     short = [finding.property for finding in findings if finding.verdict == FALLS_SHORT]
     if as_json:
         about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": name, "h": h, "steps": steps}
@@ -91,13 +91,6 @@ def _refuse_idle(given: "Mapping[str, object]") -> None:
 
 def _checked(problem: str, case: str | None, parameters: "Mapping[str, float]", *, as_json: bool) -> int:
     """Print the checks of a problem with these values of parameters, and their failures; return the exit status."""
-    from dataclasses import asdict
-
-    from daebench.cli import mechanism
-    from daebench.diagnostics.problem.check import Held, held
-    from daebench.methods.initial_value_problem import declared_ivps
-    from daebench.systems.parts import Parts
-
     findings: list[Held] = []
     with bar(f"check {problem}") as progress:
         ivps = declared_ivps(problem, case, parameters)

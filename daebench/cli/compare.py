@@ -23,9 +23,13 @@ from daebench.cli.arguments import (
     Tolerance,
 )
 from daebench.cli.comparison_picture import PictureFile
+from daebench.cli.comparison_table import notes, print_narrow
 from daebench.cli.console import bar, method_names, print_json, print_written
 from daebench.cli.folder import Folder
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
 from daebench.runs.texts import pairs
+from daebench.studies.comparison.table import table_of, trajectories
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -65,9 +69,6 @@ def compare(
     The position, or the state y of a Poisson system, is compared with a certified reference if there is one, otherwise with a closed form
     or a finer run; the output says which. The file that --out writes also has manifold or Casimir errors, integrals, and work.
     """
-    from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.methods.names import methods_of
-
     wanted = method_names(methods)
     picture = PictureFile.of(out, len(wanted), size=size, title=title, labels=labels, colors=colors)
     if picture is not None:
@@ -92,8 +93,6 @@ def compare(
 
 def _compared(ivp: Any, chosen: Sequence[Any], *, h: float | None, tol: float, t_end: float) -> tuple[list[Any], "pd.DataFrame"]:
     """Return the runs of all methods, and their table."""
-    from daebench.studies.comparison.table import table_of, trajectories
-
     with bar(f"compare on {ivp.problem}") as progress:
         names = [method.name for method in chosen]
 
@@ -117,8 +116,6 @@ def _plain(ivp: Any, table: "pd.DataFrame") -> dict[str, Any]:
 
 def _print(table: "pd.DataFrame", written: list[str]) -> None:
     """Print the columns that fit on 80 characters, then the references of positions, why methods stopped, and the written files."""
-    from daebench.cli.comparison_table import notes, print_narrow
-
     print_narrow(table)
     for note in notes(table):
         print(note)

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.cli.console import printable
 from daebench.errors import BadInput
+from daebench.runs.files import check_place
+from daebench.runs.outputs import described, require_own
+from daebench.runs.provenance import definition
 from daebench.runs.texts import sides, words
 
 if TYPE_CHECKING:
@@ -52,17 +55,12 @@ class PictureFile:
 
     def check(self) -> None:
         """Refuse, before the runs, a path that cannot be written to, and files that the command did not write."""
-        from daebench.runs.files import check_place
-        from daebench.runs.outputs import require_own
-
         for path in self._files:
             check_place(path)
             require_own(path)
 
     def written(self, ivp: Any, runs: Sequence[Any]) -> list[str]:
         """Write picture and data, and beside each how it was made; return their paths."""
-        from daebench.runs.outputs import described
-        from daebench.runs.provenance import definition
         from daebench.studies.comparison.figure import write_picture
 
         methods = ", ".join(f"{run.method} with {run.knob} = {run.value:g}" for run in runs)

@@ -1,5 +1,6 @@
 """``daebench diagnose``: the mistake in a code that is meant to be RATTLE, or another scheme."""
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -8,6 +9,10 @@ from daebench.cli.arguments import Case, Json, Param
 from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput
 from daebench.runs.texts import pairs
+from daebench.studies.diagnose.choose import diagnose_somewhere
+from daebench.studies.diagnose.dictionary import FAULTS
+from daebench.studies.diagnose.verdict import CORRECT
+from daebench.studies.diagnose.verdict import diagnose as diagnosed
 
 if TYPE_CHECKING:
     from daebench.studies.diagnose.verdict import Diagnosis
@@ -47,12 +52,6 @@ def diagnose(
     daebench. A fault is named if the steps agree to 1e-12, or if the parts of a step show it. If two faults explain the steps, both are
     named and the verdict is unsure. A code is correct only if it meets both constraints to round-off.
     """
-    from dataclasses import asdict
-
-    from daebench.studies.diagnose.choose import diagnose_somewhere
-    from daebench.studies.diagnose.verdict import CORRECT
-    from daebench.studies.diagnose.verdict import diagnose as diagnosed
-
     if problem is None and (case is not None or param):
         raise BadInput(
             f"{'--case' if case is not None else '--param'} belongs to a problem; name it, for example --problem double_pendulum."
@@ -70,7 +69,6 @@ def diagnose(
 
 
 def _print(shown: "Diagnosis") -> None:
-    from daebench.studies.diagnose.dictionary import FAULTS
 
     parameters = ", ".join(f"{name}={value:g}" for name, value in shown.parameters.items())
     print(f"{shown.method} as {shown.scheme} on {shown.problem}, case {shown.case}, {parameters}, h = {shown.h:g}")

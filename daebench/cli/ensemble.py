@@ -29,8 +29,13 @@ from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
+from daebench.cli.summary import print_summary
 from daebench.errors import BadInput
+from daebench.runs.csv_files import write_frame
+from daebench.runs.files import atomic
 from daebench.runs.texts import bounds, pairs
+from daebench.studies.ensemble.run import ensemble as made
+from daebench.studies.grid.store import opened
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
@@ -82,8 +87,6 @@ def ensemble(
 
     With --out or --store, members are stored piece by piece: stored members are not run again, and Ctrl-C loses little.
     """
-    from daebench.studies.ensemble.run import ensemble as made
-
     distribution = "grid" if grid and starts is Distribution.neighbourhood else starts.value
     asked: dict[str, Any] = {"starts": distribution, "vary": bounds("--vary", vary)}
     asked |= {"drawn": settings_of(distribution, size=size, box=box, energy=energy, grid=grid)}
@@ -118,8 +121,6 @@ def _executors(workers: int | None, scheduler: str | None, tls: Tls, *, kept: bo
 @contextmanager
 def _kept(store: Path | None, out: Path | None) -> "Iterator[GridStore | None]":
     """Open the store of an ensemble for the time of a block: the named file, or the file in its folder."""
-    from daebench.studies.grid.store import opened
-
     if store is None and out is None:
         yield None
         return
@@ -129,8 +130,6 @@ def _kept(store: Path | None, out: Path | None) -> "Iterator[GridStore | None]":
 
 def _write(folder: Folder, result: "Ensemble") -> list[str]:
     """Write tables of starts and ends and the picture with its table; return the paths."""
-    from daebench.runs.csv_files import write_frame
-    from daebench.runs.files import atomic
     from daebench.studies.ensemble.figure import draw
 
     if folder.out is None:
@@ -145,7 +144,6 @@ def _write(folder: Folder, result: "Ensemble") -> list[str]:
 
 
 def _print(summary: Mapping[str, Any], result: "Ensemble") -> None:
-    from daebench.cli.summary import print_summary
 
     quantiles = summary["quantiles"]
     shown = {name: value for name, value in summary.items() if name not in ("quantiles", "failures")}

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput
+from daebench.runs.machine import cores
+from daebench.studies.grid.schedulers import dask_cluster, local_processes
 from daebench.studies.grid.tls import NO_TLS, OPTIONS, Tls
 
 if TYPE_CHECKING:
@@ -65,15 +67,12 @@ class Executors:
         """Number of processes on this machine; None if a cluster computes."""
         if self.scheduler is not None:
             return None
-        from daebench.runs.machine import cores
 
         return 1 if self._alone else self.workers or cores()
 
     @contextmanager
     def opened(self) -> "Iterator[Executor | None]":
         """Open the executor for the time of a block; None is this process, run after run."""
-        from daebench.studies.grid.schedulers import dask_cluster, local_processes
-
         if self.scheduler is not None:
             with dask_cluster(self.scheduler, self.tls) as executor:
                 yield executor

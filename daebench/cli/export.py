@@ -8,6 +8,10 @@ import typer
 from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import print_json
 from daebench.cli.grids import require_store
+from daebench.runs.outputs import described, require_own
+from daebench.studies.grid import export as tables
+from daebench.studies.grid.run_specification import code_version
+from daebench.studies.grid.store import opened
 
 
 def export(
@@ -17,11 +21,6 @@ def export(
     json: Json = False,
 ) -> None:
     """Write all runs of a store as one table, one row per run, with its provenance and time; CSV, or Parquet (extra scale)."""
-    from daebench.runs.outputs import described, require_own
-    from daebench.studies.grid import export as tables
-    from daebench.studies.grid.run_specification import code_version
-    from daebench.studies.grid.store import opened
-
     require_store(store)
     tables.check_file(file)
     require_own(file, "")

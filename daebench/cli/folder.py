@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from daebench.runs.files import make_folder
+from daebench.runs.outputs import described, require_own
+from daebench.runs.provenance import definition
+
 
 @dataclass(frozen=True)
 class Folder:
@@ -27,9 +31,6 @@ class Folder:
 
     def check(self) -> None:
         """Refuse, before the runs, a folder that cannot be written to, and files that the command did not write."""
-        from daebench.runs.files import make_folder
-        from daebench.runs.outputs import require_own
-
         if self.out is None:
             return
         make_folder(self.out)
@@ -50,9 +51,6 @@ class Folder:
     @contextmanager
     def described(self, ivp: Any, about: Mapping[str, str]) -> Iterator[list[str]]:
         """Write, with each table of a block, how it was made; yield the paths of tables and pictures."""
-        from daebench.runs.outputs import described
-        from daebench.runs.provenance import definition
-
         tables = [self.place / name for name in self._tables]
         with described(tables, definition(ivp) | dict(about)):
             yield [*map(str, tables), *(str(self.place / f"{stem}.svg") for stem in self.pictures)]

@@ -14,6 +14,11 @@ from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.errors import BadInput, positive
 from daebench.runs.texts import numbers
+from daebench.studies.grid.estimate import estimate
+from daebench.studies.grid.runs import are_two_files, runs_of
+from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.store import opened
+from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:
     from daebench.studies.grid.run_specification import GridRun
@@ -54,8 +59,6 @@ class StudyCommand:
 
 def asked_of(problem: str, case: str | None, *, methods: str | None, h: str | None, t_end: float | None, **more: Any) -> "Asked":
     """Return the request by comma-separated names of methods and step sizes; refuse steps and ends that are not positive."""
-    from daebench.studies.stability.extreme import Asked
-
     return Asked(
         problem=problem,
         case=case,
@@ -74,9 +77,6 @@ def require_store(store: Path) -> None:
 
 def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executors) -> str:
     """Return the number of runs of a study, the number of stored ones, and about how long the others take."""
-    from daebench.studies.grid.estimate import estimate
-    from daebench.studies.grid.specification_key import key_of
-
     missing = [specification for specification in specifications if key_of(specification) not in store]
     runs, new = (sum(specification.count for specification in some) for some in (specifications, missing))
     counts = f"{runs} runs, {runs - new} of them stored in {store.path}, {new} to make"
@@ -88,8 +88,6 @@ def plan(specifications: "Sequence[GridRun]", store: "Store", executors: Executo
 
 def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
     """Return a sentence on the stored runs of a study that are outdated and will be made again; "" if there are none."""
-    from daebench.studies.grid.specification_key import key_of
-
     keys = {key_of(specification): specification for specification in specifications}
     outdated_keys = store.outdated({key: specification.plain() for key, specification in keys.items()})
     count = sum(keys[key].count for key in outdated_keys)
@@ -99,9 +97,6 @@ def outdated(specifications: "Sequence[GridRun]", store: "Store") -> str:
 
 def shared(specifications: "Sequence[GridRun]", store: "Store") -> str:
     """Return a sentence on stored runs that were made for another file with the same problem; "" if there are none."""
-    from daebench.studies.grid.runs import are_two_files
-    from daebench.studies.grid.specification_key import key_of
-
     rows = [(specification, store.get(key_of(specification))) for specification in specifications]
     others = [(run.count, str(row["problem"])) for run, row in rows if row and are_two_files(str(row["problem"]), run.problem)]
     count, files = sum(runs for runs, _ in others), ", ".join(dict.fromkeys(file for _, file in others))
@@ -112,8 +107,6 @@ def shared(specifications: "Sequence[GridRun]", store: "Store") -> str:
 @contextmanager
 def making(store: "Store", executors: Executors, label: str) -> "Iterator[Runs]":
     """Yield the function that makes the rows of a study, with a progress bar, for the time of a block."""
-    from daebench.studies.grid.runs import runs_of
-
     with bar(label) as progress, executors.opened() as executor:
         yield runs_of(
             store, executor=executor, tell=lambda done, of, specification: progress(done / of, f"{label}: {specification.method}")
@@ -125,8 +118,6 @@ def study_runs(
     specifications: "Sequence[GridRun]", store: Path | None, folder: Folder, executors: Executors, label: str, *, dry_run: bool
 ) -> "Iterator[tuple[Runs, str]]":
     """Yield the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and exits."""
-    from daebench.studies.grid.store import opened
-
     folder.check()
     with opened(store or folder.place / "studies.db") as run_store:
         if dry_run:

@@ -7,6 +7,9 @@ import typer
 
 from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import bar, print_json, print_table, print_written
+from daebench.methods.catalogue import lessons
+from daebench.pages.gallery import lesson_page
+from daebench.pages.report.gallery import put
 
 
 def lesson(
@@ -18,15 +21,11 @@ def lesson(
 ) -> None:
     """Write a lesson and open it: sliders, pictures that respond to them, questions with answers, and a notebook to go on from."""
     if name is None:
-        from daebench.methods.catalogue import lessons
-
         if as_json:
             print_json({"lessons": [{"name": name, "about": about} for name, about in lessons().items()]})
         else:
             print_table(["name", "about"], [list(entry) for entry in lessons().items()], "lessons")
         return
-    from daebench.pages.gallery import lesson_page
-    from daebench.pages.report.gallery import put
 
     page = lesson_page(name)
     with bar(f"lesson {name}") as progress:

@@ -9,7 +9,16 @@ from daebench.cli.arguments import OUTSIDE, Anyway, Case, Compensated, Free, Jso
 from daebench.cli.console import bar, method_names, print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
+from daebench.errors import BadInput, Interrupted
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.runs.files import make_folder
+from daebench.runs.machine import cores
 from daebench.runs.texts import pairs
+from daebench.studies.grid.estimate import duration
+from daebench.studies.grid.interrupts import terminated_as_interrupted
+from daebench.studies.long.ensemble import Ensemble
+from daebench.studies.long.findings import Findings
+from daebench.studies.long.run import STRIDE, LongRun
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,11 +59,6 @@ def long(
     to 0.55, and less often with more starts. Ctrl-C and SIGTERM keep all results so far; the same command continues from there, to the same
     bits. Exit 1 if a member stops early.
     """
-    from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.studies.grid.interrupts import terminated_as_interrupted
-    from daebench.studies.long.ensemble import Ensemble
-    from daebench.studies.long.run import STRIDE, LongRun
-
     given = tuple(pairs("param", param or []).items())
     named = initial_value_problem(problem, case, dict(given)).case
     shared: dict[str, Any] = {"parameters": given, "options": tuple(pairs("option", option or []).items()), "h": h}
@@ -77,8 +81,6 @@ def long(
 
 def _check(out: Path, ensembles: "Sequence[Ensemble]") -> None:
     """Refuse, before the runs, checkpoints of other runs and files that the command did not write."""
-    from daebench.runs.files import make_folder
-
     for ensemble in ensembles:
         ensemble.check()
     stems = tuple(ensemble.stem for ensemble in ensembles)
@@ -88,9 +90,6 @@ def _check(out: Path, ensembles: "Sequence[Ensemble]") -> None:
 
 def _followed(ensemble: "Ensemble", workers: int, out: Path, *, json: bool) -> "Findings":
     """Run an ensemble and show its results; an interruption shows the results so far."""
-    from daebench.errors import Interrupted
-    from daebench.studies.long.findings import Findings
-
     spec = ensemble.spec
     with bar(f"{spec.method} on {spec.problem}") as progress:
         try:
@@ -128,8 +127,6 @@ def _print_windows(table: "pd.DataFrame", title: str) -> None:
 
 def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
     """Print the number of steps to do, and about how long they take, estimated from a short trial."""
-    from daebench.studies.grid.estimate import duration
-
     left = round((1 - ensemble.done()) * ensemble.members * ensemble.steps)
     rate, failure = ensemble.trial()
     lasts = f"a trial stopped early: {failure}" if failure else f"in about {duration(left / rate / workers)}."
@@ -138,8 +135,6 @@ def _tell_duration(ensemble: "Ensemble", workers: int) -> None:
 
 def _whole(steps: float) -> int:
     """Return a number of steps, which may have the form 1e8."""
-    from daebench.errors import BadInput
-
     if not (steps >= 1 and steps == steps // 1 and steps <= 2.0**53):
         raise BadInput(f"--steps {steps:g} must be a whole number from 1 to 2^53.")
     return int(steps)
@@ -147,9 +142,6 @@ def _whole(steps: float) -> int:
 
 def _at_once(workers: int | None, members: int) -> int:
     """Return the number of parallel processes."""
-    from daebench.errors import BadInput
-    from daebench.runs.machine import cores
-
     if workers is not None and workers < 1:
         raise BadInput(f"--workers {workers} must be at least 1.")
     return min(workers or cores(), max(1, members))

@@ -8,7 +8,10 @@ import typer
 from daebench.cli.arguments import Anyway, Case, Free, Json, Methods, OnSingular, Overwrite, Param, Problem
 from daebench.cli.console import bar, method_names, print_json, print_table, print_written
 from daebench.cli.folder import Folder
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import methods_of
 from daebench.runs.texts import pairs
+from daebench.studies.orders.study import study
 
 if TYPE_CHECKING:
     from daebench.studies.orders.series import OrderStudy, Series
@@ -36,9 +39,6 @@ def order(
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
     chosen = method_names(methods)
-    from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.methods.names import methods_of
-    from daebench.studies.orders.study import study
 
     Folder(out, ("orders.csv",), pictures=("order",)).check()
     ivp = initial_value_problem(problem, case, pairs("param", param or []), on_singular=on_singular)

@@ -12,6 +12,7 @@ from daebench.cli.folder import Folder
 from daebench.cli.grids import asked_of, study_runs
 from daebench.runs.texts import words
 from daebench.studies.grid.tls import Tls
+from daebench.studies.precision.study import says, smallest_steps, specifications_of, table_of
 
 SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "energy_verdict", "g", "casimirs", "defect", "failure")
 """Columns of the printed table."""
@@ -52,7 +53,6 @@ def precision(
     Newton's iteration is ended after 1, 2, 3 iterations or at a tolerance, and compared with a converged one.
     """
     from daebench.studies.precision.figure import draw
-    from daebench.studies.precision.study import says, smallest_steps, specifications_of, table_of
 
     asked = asked_of(problem, case, methods=methods, h=h, t_end=t_end, anyway=anyway, on_singular=on_singular)
     tls = Tls(tls_ca_file, tls_cert, tls_key)

@@ -10,6 +10,8 @@ import typer
 from daebench.cli.arguments import Json, Trusted, TrustedCode
 from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput, real
+from daebench.methods.foreign import Trust
+from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN, read, reproduced
 
 if TYPE_CHECKING:
     from daebench.studies.grid.reproduce import Reproduced
@@ -27,9 +29,6 @@ def reproduce(
     json: Json = False,
 ) -> None:
     """Repeat the runs of an archive, and print which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
-    from daebench.methods.foreign import Trust
-    from daebench.studies.grid.reproduce import DIFFERS, read, reproduced
-
     for name, value in (("--rtol", rtol), ("--atol", atol)):
         if real(name, value) < 0:
             raise BadInput(f"{name} {value:g} must be 0 or more.")
@@ -50,8 +49,6 @@ def _makers(versions: dict[str, str]) -> str:
 
 def _told(runs: "Sequence[Reproduced]") -> list[str]:
     """Return the summary: how many runs are equal, how many are within tolerances and by how much, and which differ."""
-    from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN
-
     lines = [f"equal to the bit: {sum(run.verdict == EQUAL for run in runs)} of {len(runs)} runs."]
     if within := [run for run in runs if run.verdict == WITHIN]:
         largest = max(within, key=lambda run: -1.0 if isnan(run.difference) else run.difference)

@@ -11,8 +11,13 @@ from daebench.cli.console import print_json, print_written
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.grids import asked_of, making, outdated, plan
+from daebench.errors import BadInput, unknown
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.outside.read import is_outside
 from daebench.runs.texts import numbers, words
+from daebench.studies.grid.store import opened
 from daebench.studies.grid.tls import Tls
+from daebench.studies.stability.study import chosen
 
 if TYPE_CHECKING:
     from daebench.studies.grid.store import Store as RunStore
@@ -58,9 +63,6 @@ def stability(
     (outcome-map); mass ratios from 1e-8 to 1e8 or any parameter (parameter-range); a penalty in place of the constraint (penalty); steps
     and tolerances to 0 (round-off); the time for which a method follows a motion that amplifies errors (lost-motion).
     """
-    from daebench.studies.grid.store import opened
-    from daebench.studies.stability.study import chosen
-
     runs: dict[str, Any] = {"methods": methods, "h": h, "t_end": t_end, "anyway": anyway, "on_singular": on_singular}
     asked = asked_of(problem, case, **runs, parameters=_varied(param, problem, case), near=near)
     executors = Executors(timed=False, workers=workers, scheduler=scheduler, tls=Tls(tls_ca_file, tls_cert, tls_key))
@@ -106,8 +108,6 @@ def _tell_plan(extremes: "Sequence[Extreme]", asked: "Asked", run_store: "RunSto
 
 def _made(extreme: "Extreme", asked: "Asked", run_store: "RunStore", executors: Executors, out: Path) -> tuple[list[str], Path, bool]:
     """Return the findings of an extreme, its picture, and whether code from outside has no step that can be made."""
-    from daebench.methods.outside.read import is_outside
-
     with making(run_store, executors, f"{extreme.name} on {asked.problem}") as runs:
         table = extreme.measure(asked, runs)
     limits: Mapping[str, float] = dict(table.groupby("method")["h"].max()) if extreme.name == "step-limit" else {}
@@ -117,9 +117,6 @@ def _made(extreme: "Extreme", asked: "Asked", run_store: "RunStore", executors: 
 
 def _varied(param: str | None, problem: str, case: str | None) -> dict[str, list[float]]:
     """Return the parameter to vary and its values; refuse one that the problem does not have."""
-    from daebench.errors import BadInput, unknown
-    from daebench.methods.initial_value_problem import initial_value_problem
-
     if param is None:
         return {}
     name, equals, values = param.partition("=")

@@ -13,9 +13,12 @@ from daebench.cli.folder import Folder
 from daebench.cli.grids import StudyCommand
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
 from daebench.cli.work_precision_starts import FromStarts, folder_of, from_starts, without_slow
-from daebench.errors import BadInput, DaebenchError
+from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.methods.outside.read import is_outside
 from daebench.runs.texts import numbers, pairs
+from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.tls import Tls
+from daebench.studies.work_precision.study import LEVELS, cheapest, standard, with_costs
 
 DEFECT = "defect"
 """Column and metric that is measured only on request, because it takes the longest."""
@@ -87,8 +90,6 @@ def work_precision(
     heyoka's Taylor series (heyoka:taylor) and solve_dae's Radau method (solve_dae:Radau) are included if their packages are installed
     (extra peers).
     """
-    from daebench.studies.work_precision.study import standard
-
     tls = Tls(tls_ca_file, tls_cert, tls_key)
     executors = Executors(timed=repeat > 0, workers=workers, scheduler=scheduler, tls=tls, side_by_side=side_by_side)
     asked: dict[str, Any] = {"case": case, "methods": methods_if_given(methods), "repeat": repeat, "beside": executors.beside}
@@ -106,9 +107,6 @@ def work_precision(
 
 def _from_one_start(study: "Study", error: str, command: StudyCommand) -> None:
     """Make the runs from the start of the case, write table and picture, and print which method is the cheapest."""
-    from daebench.methods.outside.read import is_outside
-    from daebench.studies.work_precision.study import with_costs
-
     specifications = study.specifications()
     label = f"work against precision on {study.problem}"
     with command.runs(specifications, label) as (runs, again):
@@ -146,8 +144,6 @@ def _drawn(out: Path, table: "pd.DataFrame", error: str) -> Path:
 
 def _tell(table: "pd.DataFrame", error: str, cost: str, left_out: Mapping[str, str], again: str, *, json: bool) -> None:
     """Print which method is the cheapest for each accuracy, the reference of the errors, and the runs that were left out or made again."""
-    from daebench.studies.work_precision.study import LEVELS, cheapest
-
     best, references = cheapest(table, error, cost, LEVELS), _references(table, error)
     uncounted = [str(method) for method, rows in table.groupby("method") if rows[cost].isna().all() and (rows["failure"] == "").any()]
     left_out = {**left_out, **{method: f"{method}: its work is not counted; give --repeat to rank it by time." for method in uncounted}}
@@ -173,9 +169,6 @@ def _without_run(table: "pd.DataFrame") -> dict[str, str]:
 
 def _column(error: str | None, study: "Study") -> str:
     """Return the column to draw; refuse one that the study does not have."""
-    from daebench.errors import unknown
-    from daebench.studies.grid.metrics import metrics_of
-
     known = [name for metric in metrics_of(study.metrics) for name in metric.columns if not name.startswith(NO_ERRORS)]
     if error is not None and error not in known:
         raise unknown("column", error, {*known, DEFECT})

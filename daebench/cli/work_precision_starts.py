@@ -9,6 +9,9 @@ from daebench.cli.console import print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.grids import StudyCommand
 from daebench.errors import BadInput
+from daebench.studies.grid.start_rows import starts_of
+from daebench.studies.work_precision.starts import curves_of, runs_from_starts
+from daebench.studies.work_precision.winners import sentences, winners
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,8 +57,6 @@ class FromStarts:
 
     def runs(self, study: "Study") -> "list[StartRuns]":
         """Return the runs."""
-        from daebench.studies.work_precision.starts import runs_from_starts
-
         given: dict[str, Any] = {"distribution": self.distribution, "settings": self.settings, "seed": self.seed}
         return runs_from_starts(study, members=self.members, solver_members=self.solver_members, **given)
 
@@ -77,8 +78,6 @@ def from_starts(asked: FromStarts, study: "Study", error: str, command: StudyCom
     from daebench.draw.figures import save_table
     from daebench.studies.work_precision.band_figure import bands, draw_bands
     from daebench.studies.work_precision.figure import families
-    from daebench.studies.work_precision.starts import curves_of
-    from daebench.studies.work_precision.winners import sentences, winners
 
     specifications = asked.runs(study)
     if error.removeprefix("error_") not in specifications[0].metrics:
@@ -106,8 +105,6 @@ def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "li
     """Return the description of starts, references and costs."""
     import numpy as np
 
-    from daebench.studies.grid.start_rows import starts_of
-
     bound = max(curves, key=lambda some: some.starts).bound
     known = bound[np.isfinite(bound)]
     worst = {"median": float(np.median(known)), "most": float(np.max(known))} if len(known) else {}
@@ -123,8 +120,6 @@ def _about(specifications: "list[StartRuns]", table: "pd.DataFrame", curves: "li
 
 def _tell(ranks: "pd.DataFrame", summary: Mapping[str, Any], error: str) -> None:
     """Print which method is the cheapest, the table, and the description of starts, references and costs."""
-    from daebench.studies.work_precision.winners import sentences
-
     for sentence in sentences(ranks):
         print(sentence)
     columns = ["level", "method", "price [s]", "cheapest [%]", "of", "next", "before next [%]", "starts", "next costs, times"]

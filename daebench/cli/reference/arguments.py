@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from daebench.reference.keep.folders import DATA
+
 Name = Annotated[str, typer.Argument(help="Name of a reference, PROBLEM-CASE.")]
 Folder = Annotated[
     Path | None,
@@ -14,6 +16,4 @@ Folder = Annotated[
 
 def whose(place: Path) -> str:
     """Return the owner of the references of a folder: daebench, or the folder."""
-    from daebench.reference.keep.folders import DATA
-
     return "daebench" if place == DATA else str(place)

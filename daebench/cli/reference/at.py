@@ -7,6 +7,9 @@ import typer
 from daebench.cli.arguments import Case, Json, Problem
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
+from daebench.reference.keep.dense_evaluation import states_at
+from daebench.reference.keep.export import text_of
+from daebench.reference.keep.store import find, kept_in
 
 if TYPE_CHECKING:
     from daebench.reference.keep.dense_evaluation import At
@@ -21,9 +24,6 @@ def at(
     as_json: Json = False,
 ) -> None:
     """Print q, p, lam, or y, and their bounds at a time: stored digits, or digits integrated from the nearest time in double precision."""
-    from daebench.reference.keep.dense_evaluation import states_at
-    from daebench.reference.keep.store import find, kept_in
-
     reference = find(problem, case, folder)
     home = whose(kept_in(reference.name, folder))
     evaluation = states_at(reference, [t])
@@ -54,8 +54,6 @@ def _rows(reference: "Reference", evaluation: "At") -> list[tuple[str, str, floa
 
 def _texts(reference: "Reference", evaluation: "At") -> dict[str, list[str]]:
     """Return the digits of each part."""
-    from daebench.reference.keep.export import text_of
-
     text = text_of(reference, evaluation)
     return {part: [text[f"{part}{i + 1}"][0] for i in range(rows.shape[1])] for part, rows in evaluation.states.items()}
 

@@ -1,5 +1,6 @@
 """``daebench reference compare``: the agreement of a trajectory of another program with a reference."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,6 +9,7 @@ import typer
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder
+from daebench.reference.check.file_agreement import agreement
 
 if TYPE_CHECKING:
     from daebench.reference.check.file_agreement import FileAgreement, Place
@@ -24,10 +26,6 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Print how many digits of a trajectory agree with a reference, when it departs, and in which component."""
-    from dataclasses import asdict
-
-    from daebench.reference.check.file_agreement import agreement
-
     agreed = agreement(file, name, folder, within=within, between=between)
     if as_json:
         print_json(asdict(agreed) | {"digits": agreed.digits, "worst": agreed.worst.name})

@@ -8,7 +8,12 @@ import typer
 from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import print_written
 from daebench.cli.reference.arguments import Folder, Name
-from daebench.errors import BadInput
+from daebench.errors import BadInput, unknown
+from daebench.reference.keep.export import WRITERS, write
+from daebench.reference.keep.folders import require_name
+from daebench.reference.keep.store import load
+from daebench.runs.files import check_place
+from daebench.runs.outputs import described, require_own
 from daebench.runs.texts import number, numbers
 
 MOST = 1_000_000
@@ -27,13 +32,6 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a reference to a file: stored digits at stored times, integrated ones between them; error bounds beside the numbers."""
-    from daebench.errors import unknown
-    from daebench.reference.keep.export import WRITERS, write
-    from daebench.reference.keep.folders import require_name
-    from daebench.reference.keep.store import load
-    from daebench.runs.files import check_place
-    from daebench.runs.outputs import described, require_own
-
     require_name(name)
     if kind not in WRITERS:
         raise unknown("format", kind, WRITERS)

@@ -8,12 +8,12 @@ import typer
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
+from daebench.reference.keep.folders import folders
+from daebench.reference.keep.store import Damaged, kept_in, load, names
 
 
 def listing(folder: Folder = None, as_json: Json = False) -> None:
     """List all references: horizons, bound, owner and origin of each; exit 1 if one is damaged."""
-    from daebench.reference.keep.store import names
-
     rows = [_row(name, folder) for name in names(folder)]
     if as_json:
         print_json(rows)
@@ -35,16 +35,12 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
 def _hidden(folder: Path | None) -> list[tuple[str, Path]]:
     """Return the user's own references that are hidden by those of daebench, and their places."""
-    from daebench.reference.keep.folders import folders
-    from daebench.reference.keep.store import names
-
     first, *rest = folders(folder)
     shown = names(first)
     return [(name, place) for place in rest for name in names(place) if name in shown]
 
 
 def _row(name: str, folder: Path | None) -> dict[str, Any]:
-    from daebench.reference.keep.store import Damaged, kept_in, load
 
     try:
         reference = load(name, folder)

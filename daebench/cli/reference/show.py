@@ -6,6 +6,7 @@ from typing import Any
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, Name, whose
+from daebench.reference.keep.store import kept_in, load
 
 LONGEST = 600
 """Largest number of printed characters of an entry of the definition."""
@@ -13,8 +14,6 @@ LONGEST = 600
 
 def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     """Show the certificate of a reference: definition, checks, horizons, drifts, rank, and the accuracy of IDA on it."""
-    from daebench.reference.keep.store import kept_in, load
-
     reference, home = load(name, folder), whose(kept_in(name, folder))
     certificate = reference.certificate
     if as_json:

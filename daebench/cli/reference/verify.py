@@ -10,6 +10,9 @@ from daebench.cli.arguments import Json
 from daebench.cli.console import bar, print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
 from daebench.errors import BadInput
+from daebench.reference.check.verification import Check, Verification
+from daebench.reference.check.verify import verify as verified
+from daebench.reference.keep.store import Damaged, kept_in, names
 
 if TYPE_CHECKING:
     from daebench.reference.check.verification import Digits, Verification
@@ -24,9 +27,6 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Check checksums, definition and invariants, and recompute by another method of daebench and by IDA; exit 1 if a check fails."""
-    from daebench.reference.check.verify import verify as verified
-    from daebench.reference.keep.store import kept_in, names
-
     wanted = names(folder) if name is None else (name,)
     if not wanted:
         raise BadInput(f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.")
@@ -53,10 +53,6 @@ def verify(
 
 def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
     """Verify one of many references: damaged files are reported, and the other references are still verified."""
-    from daebench.reference.check.verification import Check, Verification
-    from daebench.reference.check.verify import verify as verified
-    from daebench.reference.keep.store import Damaged
-
     try:
         return verified(name, folder, progress, asked=False)
     except Damaged as error:
