@@ -15,10 +15,9 @@ os.environ["DAEBENCH_REFERENCES"] = f"{os.environ['DAEBENCH_CACHE']}/no-referenc
 import uncompiled
 from browser import chromium, looks_right, seen  # noqa: F401  defined once: a process can start one browser
 from ending_code import ending_library, ends  # noqa: F401
-from ivps import LARGE, LARGEST, ivp, swept
+from ivps import LARGE, LARGEST, PLACES, ivp, swept
 from outside_code import library, mine, program  # noqa: F401
 from own_files import ORBIT, RING
-from repeats import LONG, PLACES, REPEATS, SAMPLED
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -48,7 +47,8 @@ NEWER_ON = ("spherical-fast", "stretched-M", "double_pendulum")
 constraints."""
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
+    sampled = {}
     for item in items:
         given = item.callspec.params if hasattr(item, "callspec") else {}
         place, method = given.get("each_ivp"), given.get("method")
@@ -57,10 +57,22 @@ def pytest_collection_modifyitems(items):
         if method in NEWER and place not in (None, *NEWER_ON):
             item.add_marker(pytest.mark.exhaustive)
         test, _, case = item.nodeid.rstrip("]").partition("[")
-        if item.nodeid in REPEATS or (test in SAMPLED and not SAMPLED[test](case)):
-            item.add_marker(pytest.mark.exhaustive)
-        if item.nodeid in LONG or item.get_closest_marker("exhaustive"):
+        for mark in item.iter_markers("sampled"):
+            sample(item, case, **mark.kwargs)
+            sampled.setdefault(test, {name for names in ("left_out", "slow") for name in mark.kwargs.get(names, ())}).discard(case)
+        if item.get_closest_marker("exhaustive"):
             item.add_marker(pytest.mark.slow)  # an exhaustive test is a slow one: the README's command leaves it out
+    absent = {test: names for test, names in sampled.items() if names}
+    if absent and not any("[" in argument for argument in config.args):
+        raise pytest.UsageError(f"marks name cases that are not there: {absent}")
+
+
+def sample(item, case, *, left_out=(), slow=(), by=None):
+    """Mark one case of a test as slow, or as one for the day of a release."""
+    if case in left_out or (by is not None and not by(case)):
+        item.add_marker(pytest.mark.exhaustive)
+    if case in slow:
+        item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(params=swept())

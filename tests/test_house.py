@@ -14,7 +14,6 @@ from pathlib import Path
 
 import imports
 import pytest
-import repeats
 
 import daebench
 from daebench.methods.registry import registry
@@ -39,12 +38,6 @@ def test_every_folder_with_python_in_it_is_a_listed_package():
     listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
     folders = (Path(folder) for folder, _, files in os.walk(ROOT / "daebench", followlinks=True) if "__init__.py" in files)
     assert listed == {".".join(folder.relative_to(ROOT).parts) for folder in folders}
-
-
-@pytest.mark.parametrize("name", [*repeats.REPEATS, *repeats.LONG, *repeats.SAMPLED])
-def test_a_test_that_is_named_for_its_length_is_there(name):
-    path, _, test = name.partition("[")[0].partition("::")
-    assert f"\ndef {test}(" in (ROOT / path).read_text(encoding="utf-8")
 
 
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")

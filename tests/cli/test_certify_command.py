@@ -64,6 +64,7 @@ def test_a_python_code_is_certified_and_verified_elsewhere(codes, daebench):
     assert "the SHA-256 of forces.py is" in err
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_a_library_is_certified_with_the_claims_that_are_stated_of_it(codes, daebench):
     if shutil.which("gcc") is None:
@@ -132,6 +133,7 @@ def test_a_problem_file_goes_with_the_certificate(folder, daebench):
     assert "ring.py is" in verified("made")[2]
 
 
+@pytest.mark.slow
 def test_a_certificate_replaces_another_one_and_nothing_else(brief, daebench):
     (brief / "full").mkdir()
     (brief / "full" / "letter.txt").write_text("")

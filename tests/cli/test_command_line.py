@@ -77,6 +77,7 @@ def test_run_prints_exactly_one_json_object_with_the_documented_keys(daebench):
     assert found["energy"] == pytest.approx(p @ p / 2 + q[2], rel=1e-14)
 
 
+@pytest.mark.slow
 def test_run_on_the_tolerance_driven_side_agrees_with_rattle(daebench):
     _, fine, _ = daebench(*RUN, "--h", 0.0005, "--t-end", 2, "--every", 0, "--json")
     status, out, _ = daebench(*RUN[:-1], "ida:index2", "--tol", 1e-10, "--t-end", 2, "--json")

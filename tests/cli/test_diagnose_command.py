@@ -21,6 +21,7 @@ def test_a_fault_is_named_with_what_to_change_and_exits_1(daebench):
     assert "measured: order " in out
 
 
+@pytest.mark.exhaustive
 def test_a_right_code_exits_0_and_what_cannot_show_is_said(daebench):
     status, out, err = daebench("diagnose", f"{CODES}:correct_1", *ON)
     assert (status, err) == (0, "")

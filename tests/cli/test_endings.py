@@ -93,6 +93,7 @@ WRITING = {
 }
 
 
+@pytest.mark.sampled(left_out=("page",))
 @pytest.mark.slow
 @pytest.mark.parametrize("words", WRITING.values(), ids=WRITING)
 def test_a_disk_with_no_room_is_one_sentence_with_the_file(tmp_path, words):
@@ -118,6 +119,7 @@ ENCODINGS = {
 }
 
 
+@pytest.mark.sampled(by=lambda case: "ASCII" in case or case == "list-DOS")
 @pytest.mark.parametrize("encoding", ENCODINGS.values(), ids=ENCODINGS)
 @pytest.mark.parametrize("words", [["list"], ["list", "--json"], ["reference", "list"]], ids=" ".join)
 def test_lists_are_printed_in_whatever_encoding_there_is(encoding, words):
@@ -240,6 +242,13 @@ PARTS = [pytest.param(k / 12, marks=[pytest.mark.exhaustive] * (k % 2 == 0)) for
 """Parts of the time of a command, from its beginning to its end: every other one is left to the day of a release."""
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "0.25",
+        "0.4166666666666667",
+        "0.9166666666666666",
+    )
+)
 @pytest.mark.slow
 @pytest.mark.parametrize("part", PARTS)
 def test_ctrl_c_while_a_command_loads_is_one_sentence(part, seconds_of_a_command):

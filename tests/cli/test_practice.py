@@ -384,6 +384,7 @@ def test_a_problem_that_does_not_fit_is_refused_with_a_sentence(name, place):
         run(name, ivp(place), 0.01, 1)
 
 
+@pytest.mark.sampled(by=lambda case: case.startswith("energy_momentum"))
 @pytest.mark.slow
 @pytest.mark.parametrize("place", ["planar", pytest.param("double-pendulum", marks=pytest.mark.exhaustive)])
 @pytest.mark.parametrize("name", NEW)
@@ -401,6 +402,12 @@ def test_machine_code_gives_the_same_and_keeps_float32(name, place):
     assert 1e-9 < np.abs(single.q[-1] - fast.q[-1]).max() < 1e-4
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "double-pendulum",
+        "stretched-M",
+    )
+)
 @pytest.mark.slow
 @pytest.mark.parametrize("place", ["spherical-fast", "stretched-M", "double-pendulum"])
 def test_energy_is_kept_over_a_hundred_thousand_steps(place):

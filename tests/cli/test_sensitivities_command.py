@@ -69,6 +69,7 @@ def test_a_system_in_time_has_no_row_and_no_column_of_the_time_but_one_of_the_en
     assert np.array_equal(by_parameter["energy_received"], -by["p"][-1, 2:, 0])
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_what_a_damped_system_received_varies_as_its_energy_does(daebench):
     """By a difference of two runs, of H itself: the start does not enter, as the forced circle keeps H - energy received at 0."""

@@ -38,6 +38,19 @@ def marked(pairs, *marks):
     return [pytest.param(*pair, id=" on ".join(pair), marks=marks) for pair in pairs]
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "radau2_ggl on double-pendulum",
+        "radau2_ggl on planar",
+        "radau2_index2 on planar",
+    ),
+    by=lambda case: (
+        not case.startswith(("ggl_vi", "implicit", "lie", "livens", "rattle_g", "rattle_i", "rk4", "seproj", "symplectic_euler_"))
+        and not case.startswith(
+            ("radau2_index2", "radau2_ggl on st", "se on ", "gauss2 on st", "gauss3", "lobatto2 on s", "lobatto4 on s", "midpoint on d")
+        )
+    ),
+)
 @pytest.mark.parametrize(
     ("scheme", "place"),
     [
@@ -167,6 +180,7 @@ def test_an_unwritable_cache_compiles_in_memory_with_a_warning(tmp_path, monkeyp
     assert run.steps == 5
 
 
+@pytest.mark.slow
 def test_several_processes_may_compile_the_same_kernel_at_once(tmp_path):
     code = (
         "import daebench; r = daebench.run('planar_pendulum', method='rattle', h=0.01, steps=100, every=0); print(repr(r.q[-1].tolist()))"

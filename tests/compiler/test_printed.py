@@ -9,6 +9,7 @@ from copy import copy
 import numpy as np
 import pytest
 import sympy as sp
+from ivps import ALIKE
 
 from daebench.compiler.printed import LANGUAGES, functions, printed
 from daebench.errors import BadInput
@@ -75,6 +76,7 @@ def module(ivp):
     return names
 
 
+@pytest.mark.sampled(by=lambda case: case not in ALIKE)
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_python_gives_the_numbers_of_daebench_itself(problem):
     ivp = initial_value_problem(problem, consistent=False)
@@ -89,6 +91,7 @@ def test_python_gives_the_numbers_of_daebench_itself(problem):
             assert np.allclose(got, want, rtol=near, atol=near * max(1.0, np.abs(want).max())), function.name
 
 
+@pytest.mark.sampled(by=lambda case: case not in ALIKE)
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no C compiler")
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_c_compiles_without_a_warning_and_gives_the_same(problem, tmp_path):

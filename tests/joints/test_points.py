@@ -88,6 +88,7 @@ def test_the_third_joint_of_bricards_mechanism_is_the_one_whose_motion_is_publis
     assert named_points(ivp, half_way)["P3"] == pytest.approx([0, -np.sqrt(3) / 2, -0.5], abs=1e-15)
 
 
+@pytest.mark.slow
 def test_a_long_chain_has_names_up_to_a_number_of_nodes():
     short, longer = (initial_value_problem("four_bar", "swing", {"bars": bars}) for bars in (40, 300))
     points = named_points(short, short.q0)

@@ -47,6 +47,7 @@ def jumps(first):
     return np.stack([first, 1 - 2 * first, first], axis=1)
 
 
+@pytest.mark.exhaustive
 def test_members_with_weights_of_their_own_have_the_bits_of_runs_with_them():
     """One of them has substeps that are too long."""
     where = ivp("planar")
@@ -65,6 +66,7 @@ def test_members_with_weights_of_their_own_have_the_bits_of_runs_with_them():
     assert not np.array_equal(default.states, run.states[:, :9])
 
 
+@pytest.mark.slow
 def test_of_three_equal_weights_at_the_ends_those_of_order_4_are_the_most_accurate():
     """2 a^3 + (1 - 2 a)^3 = 0, HLW II.(4.2), at fixed h against a run with steps a twentieth as long."""
     where = ivp("planar")
@@ -145,6 +147,7 @@ def test_a_number_of_lanes_that_was_measured_counts_where_it_cannot_be_kept(monk
     assert width.best_width.__wrapped__() == 32
 
 
+@pytest.mark.sampled(left_out=("stop",))
 @pytest.mark.parametrize("mode", ["stop", "continue"])
 def test_a_member_whose_G_loses_rank_goes_on_as_its_own_run_does(mode):
     """Beads on x y = delta: G loses rank where delta is 0, sooner or later by their speed, and one bead is about to lose it."""
@@ -207,6 +210,17 @@ def kinds(names, *more):
 PAIRS = [*kinds(registry(), "double_pendulum"), *kinds(OTHERS, "spherical_pendulum")]
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "gauss2",
+        "generalized_alpha",
+        "lobatto3",
+        "radau2_ggl",
+        "rk4+symproj",
+        "stiff:midpoint",
+        "symplectic_euler",
+    )
+)
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), PAIRS)
 def test_every_scheme_has_the_bits_of_its_own_run(name, place):
@@ -232,6 +246,7 @@ def test_every_poisson_scheme_has_the_bits_of_its_own_run(name, place):
     assert differences(method, some, asked, run_members(method, some, asked, **FEW)) == []
 
 
+@pytest.mark.sampled(left_out=("torus",))
 @pytest.mark.slow
 @pytest.mark.parametrize("place", kinds(["slider_crank", "andrews_squeezer", "torus", "butane", "relativistic", "stretched-M"]))
 def test_every_kind_of_problem_has_the_bits_of_its_own_run(place):

@@ -38,6 +38,13 @@ METHODS = [each.name for each in CONSTRAINED.listed() if each.name != "cvode:bdf
 """All but one that has no uncompiled functions: what becomes of it is in test_projected_cvode."""
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "atanh-nothing",
+        "mass-nothing",
+        "momentum-nothing",
+    )
+)
 @pytest.mark.parametrize("watch", [*WATCHES])
 @pytest.mark.parametrize("end", [pytest.param(end, marks=pytest.mark.slow if end in ENDS[2:] else ()) for end in ENDS])
 def test_no_method_comes_to_the_end_of_a_run_beyond_the_end_of_the_motion(end, watch):

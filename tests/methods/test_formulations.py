@@ -51,6 +51,7 @@ def state_error(name, formulation, tol=1e-8):
 # ---- the sweep -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.sampled(by=lambda case: not case.startswith("butane") or case.endswith(("index3-plain", "ggl-derivative")))
 def test_residual_vanishes_at_the_start(each_ivp, posed):
     assert start_defect(pose(each_ivp, posed[0], multipliers=posed[1])) < 1e-13
 

@@ -30,6 +30,7 @@ LONG = [
 ]
 
 
+@pytest.mark.sampled(left_out=("spherical_pendulum",))
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("problem", "case", "h", "names"),
@@ -46,6 +47,7 @@ def test_the_gradient_over_a_hundred_thousand_steps_is_that_of_complex_step(prob
         assert abs(found.derivatives[name] - expected) < min(1e-12 * size, 1e-9 * abs(expected))
 
 
+@pytest.mark.slow
 def test_the_gradient_by_initial_values_is_a_vector_along_the_manifold():
     found = daebench.gradient(lambda t, q, p: q[-1, 1] ** 2, **SWING, sensitivities=["q0", "gravity"])
     run = found.trajectory
@@ -54,6 +56,7 @@ def test_the_gradient_by_initial_values_is_a_vector_along_the_manifold():
     assert isinstance(found.derivatives["gravity"], float)
 
 
+@pytest.mark.sampled(left_out=("abs",), slow=("real",))
 @pytest.mark.parametrize("drops", [lambda t, q, p: abs(q[-1, 1]), lambda t, q, p: -float(np.real(q[-1, 1]))], ids=["abs", "real"])
 def test_a_functional_that_drops_imaginary_parts_is_differentiated_by_differences_with_a_warning(drops):
     smooth = daebench.gradient(lambda t, q, p: -q[-1, 1], **SWING, sensitivities=["gravity"])
@@ -79,6 +82,7 @@ def test_a_gradient_by_nothing_is_refused():
         daebench.gradient(lambda t, q, p: q[-1, 1], **SWING, sensitivities=[])
 
 
+@pytest.mark.slow
 def test_a_run_that_stops_has_no_gradient():
     with pytest.raises(RunFailed, match="stopped at t"):
         daebench.gradient(

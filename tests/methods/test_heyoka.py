@@ -20,6 +20,7 @@ def run(problem, case, t_end, tol=1e-14, **more):
     return api.run(problem, case=case, method="heyoka:taylor", tol=tol, t_end=t_end, **more)
 
 
+@pytest.mark.sampled(left_out=("in-velocities",))
 @needs_heyoka
 @pytest.mark.parametrize(
     ("name", "t_end"),

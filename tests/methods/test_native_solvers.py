@@ -49,6 +49,14 @@ def same(native, python):
     assert np.abs(states(native) - states(python)).max() <= 1e-15 * np.abs(states(python)).max()
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "slider_crank-cvode:bdf-1e-05",
+        "slider_crank-cvode:bdf-1e-11",
+        "spherical_pendulum-ida:ode-1e-05",
+        "spherical_pendulum-ida:ode-1e-11",
+    )
+)
 @pytest.mark.parametrize("tol", [1e-5, 1e-11])
 @pytest.mark.parametrize(("problem", "method"), RUNS)
 def test_both_kinds_of_callbacks_give_the_same_run(problem, method, tol):
@@ -84,12 +92,14 @@ ENDINGS = {
 }
 
 
+@pytest.mark.sampled(left_out=("rank loss",))
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_run_ends_in_the_same_way(ending):
     problem, settings = ENDINGS[ending]
     same(*both(problem, **settings))
 
 
+@pytest.mark.slow
 def test_what_is_followed_through_a_loss_of_rank_is_the_same():
     native, python = both("four_bar", **LINKAGE, method="ida:ode", tol=1e-9, on_singular="continue")
     same(native, python)
@@ -139,6 +149,7 @@ def test_the_band_of_a_chain_is_that_of_differences(formulation, multipliers, mo
             assert column[i] == pytest.approx(entries[j, i - j + above] if inside else 0.0, abs=1e-7 * (1 + abs(column[i])))
 
 
+@pytest.mark.slow
 def test_a_long_chain_has_an_analytic_band():
     native, python = both("pendulum_chain", case="hanging", parameters={"links": 80}, method="ida:index2", tol=1e-8, t_end=0.5, points=5)
     assert native.work["jacobian"] > 0
@@ -261,6 +272,7 @@ print(run.callbacks, run.q[-1].tobytes().hex())
 """
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_cold_and_warm_processes_and_three_at_once_agree(tmp_path):
     environment = {**os.environ, "DAEBENCH_CACHE": str(tmp_path / "cache")}

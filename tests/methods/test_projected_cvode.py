@@ -36,6 +36,7 @@ def off_manifold(name, trajectory):
     return max(np.abs(where.value("g", q)) / (G @ np.abs(q))), max(np.abs(where.value("Gv", p, q)) / (G @ v))
 
 
+@pytest.mark.sampled(left_out=("relativistic",))
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow, pytest.mark.exhaustive] if name == "coupled-rods" else ()) for name in KINDS]
 )
@@ -72,6 +73,7 @@ def test_outputs_between_steps_are_near_the_manifold_by_the_tolerance():
     assert np.array_equal(trajectory.q[-1], solved("spherical-fast", 1e-8).q[-1])
 
 
+@pytest.mark.slow
 def test_a_run_beyond_the_end_of_the_motion_does_not_come_to_its_end():
     run = parse(NAME).solve(ending("log"), Request(value=1e-6, t_end=6.0))
     assert run.failure is not None

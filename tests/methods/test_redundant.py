@@ -63,6 +63,13 @@ def test_the_motion_is_that_without_the_redundant_constraint(name):
     assert np.abs(with_spare.p - without.p).max() < 1e-13
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "cvode:bdf",
+        "ida:ode",
+        "scipy:DOP853",
+    )
+)
 @pytest.mark.usefixtures("plain_functions")
 @pytest.mark.parametrize("name", SOLVERS, ids=str)
 def test_solvers_move_as_without_what_is_redundant_and_share_the_force_of_constraint(name):

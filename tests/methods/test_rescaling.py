@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
+from ivps import ONE_OF_EACH_KIND
 from rescaled import CHANGES, difference, factors, options, rescaled
 
 from daebench.compiler.definition import source_of
@@ -43,6 +44,7 @@ def run(ivp, scheme, form, h, change="", steps=10, **more):
     return method.solve(ivp, Request(value=h, steps=steps, watch=(), count=False, **more)).complete()
 
 
+@pytest.mark.sampled(by=lambda case: case.endswith("-fast") or case.startswith(ONE_OF_EACH_KIND))
 @pytest.mark.parametrize("where", PLACES)
 @pytest.mark.parametrize(("scheme", "form"), METHODS, ids=[f"{form}:{name}" if form else name for name, form in METHODS])
 def test_a_motion_has_the_same_digits_in_other_units(scheme, form, where):

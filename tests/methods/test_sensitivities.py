@@ -82,6 +82,7 @@ def test_the_tangent_of_a_symplectic_scheme_keeps_the_two_form_and_that_of_anoth
     assert two_form_change("se") > 1e-3
 
 
+@pytest.mark.slow
 def test_a_start_that_leaves_the_manifold_is_put_back_on_it_and_the_run_stays_there():
     """The start of fig1.2 does not move with the length: it is moved along the normal, and g = q.q - length^2 stays zero."""
     run = daebench.run("spherical_pendulum", case="fig1.2", method="rattle", h=0.01, t_end=2, sensitivities=["length", "mass"])
@@ -91,6 +92,7 @@ def test_a_start_that_leaves_the_manifold_is_put_back_on_it_and_the_run_stays_th
     assert np.abs(np.einsum("ni,ni->n", dq, run.p) + np.einsum("ni,ni->n", run.q, dp)).max() < ROUND_OFF * 1e3
 
 
+@pytest.mark.sampled(left_out=("p0",))
 @pytest.mark.parametrize(
     "name", ["p0", *(pytest.param(name, marks=[pytest.mark.slow, pytest.mark.exhaustive]) for name in ("crank", "q0"))]
 )
@@ -116,6 +118,7 @@ def test_derivatives_at_the_start_are_those_of_starts_that_are_projected(name):
     assert np.abs(derivatives(run)[0] - np.array(slopes).T).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_parameters_in_the_expressions_of_a_start_are_differentiated():
     a, gamma = sp.symbols("steepness gravity", positive=True)
     q, p = sp.symbols("q1:3", real=True), sp.symbols("p1:3", real=True)
@@ -146,6 +149,7 @@ def held_against_complex_step(problem, names, *, case=None, **settings):
     assert (np.abs(derivatives(run)[-1] - expected) / scale).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_rattle_agrees_with_complex_step_to_the_bits_of_its_values():
     held_against_complex_step("spherical_pendulum", ["mass", "length", "gravity", "q0"], case="fig1.2", method="rattle", h=0.01, steps=1000)
 
@@ -187,6 +191,7 @@ def swept(rows, *kept):
     return [pytest.param(*row, id=name, marks=mark) for row, name, mark in zip(cells, names, marks, strict=True)]
 
 
+@pytest.mark.sampled(left_out=("rk4+proj",))
 @pytest.mark.parametrize("method", swept(SCHEMES, "rk4+proj"))
 def test_every_scheme_agrees_with_complex_step(method):
     names = ["mass", "gravity", "q0"]
@@ -211,6 +216,7 @@ PROBLEMS = [
 ]
 
 
+@pytest.mark.sampled(left_out=("slider_crank",))
 @pytest.mark.parametrize(("problem", "case", "method", "names", "h"), swept(PROBLEMS, "slider_crank"))
 def test_every_kind_of_problem_agrees_with_complex_step(problem, case, method, names, h):
     held_against_complex_step(problem, names, case=case, method=method, h=h, steps=20)
@@ -239,6 +245,12 @@ POISSON = [
 ]
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "free_rigid_body-strang",
+        "lotka_volterra-symplectic_euler",
+    )
+)
 @pytest.mark.parametrize(
     ("problem", "method", "more"),
     [

@@ -160,6 +160,7 @@ KINDS = {
 }
 
 
+@pytest.mark.sampled(left_out=("chain",))
 @pytest.mark.parametrize("kind", KINDS)
 def test_unknowns_are_named_and_in_their_order(kind):
     settings, names = KINDS[kind]

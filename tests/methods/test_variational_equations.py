@@ -13,6 +13,7 @@ SWING = {"problem": "planar_pendulum", "case": "horizontal", **released(1.0), "t
 FORMULATIONS = ["index2", *(pytest.param(name, marks=pytest.mark.slow) for name in ("index1", "ggl", "baumgarte"))]
 
 
+@pytest.mark.sampled(left_out=("index2",))
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_derivatives_of_a_pendulum_are_those_of_its_closed_form(formulation):
     run = daebench.run(**SWING, method=f"ida:{formulation}", tol=1e-12, sensitivities=["gravity", "q0"])
@@ -56,6 +57,14 @@ def differences_from_fine_steps(problem, case, method, names, scheme, h):
     return np.abs(found - expected).max() / np.abs(expected).max()
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "double_pendulum-index1",
+        "slider_crank-index2",
+        "spherical_pendulum-ggl",
+        "torus-baumgarte",
+    )
+)
 @pytest.mark.slow
 @pytest.mark.parametrize(("problem", "case", "method", "names"), CONSTRAINED, ids=[f"{row[0]}-{row[2][4:]}" for row in CONSTRAINED])
 def test_derivatives_are_those_of_fine_steps(problem, case, method, names):
@@ -76,6 +85,7 @@ def test_derivatives_at_index_3_are_as_far_off_as_its_states(tol):
     assert run.steps < 2 * plain.steps
 
 
+@pytest.mark.sampled(left_out=("stretched-H",))
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [pytest.param("stretched-M", marks=pytest.mark.exhaustive), "stretched-H"])
 def test_a_mass_matrix_that_moves_and_momenta_as_unknowns_are_differentiated(place, get_ivp):
@@ -83,6 +93,12 @@ def test_a_mass_matrix_that_moves_and_momenta_as_unknowns_are_differentiated(pla
     assert differences_from_fine_steps(where, None, "ida:index2", [*where.parameters, "q0", "p0"], "lobatto4", 0.005) < 1e-8
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "casimirs",
+        "ode",
+    )
+)
 @pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["ode", "casimirs"])
 def test_poisson_systems_are_differentiated_and_so_are_the_values_that_are_kept(formulation):

@@ -77,6 +77,7 @@ def test_a_click_on_a_heading_sorts_by_it_and_the_third_puts_rows_back(out, seen
     shown.clean()
 
 
+@pytest.mark.sampled(left_out=("1200-dark",))
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1200])
 def test_a_page_fits_light_and_dark_narrow_and_wide(out, seen, tmp_path, dark, width):

@@ -79,6 +79,7 @@ def test_what_is_received_is_the_work_of_the_motor_less_the_loss_in_the_damper(p
 ORDERS = [pytest.param("rattle", 2, marks=[pytest.mark.slow, pytest.mark.exhaustive]), ("lobatto3", 4)]
 
 
+@pytest.mark.sampled(left_out=("lobatto3-4",))
 @pytest.mark.parametrize(("method", "order"), ORDERS)
 def test_schemes_keep_their_order_on_a_mechanism_that_is_driven_and_damped(method, order):
     where, errors = initial_value_problem("driven_slider_crank", "turning"), []

@@ -285,6 +285,7 @@ def test_the_squeezer_arrives_where_the_bari_test_set_says(name, h):
     assert np.abs(where.value("lam", p, q) - BARI_LAM).max() < 2e-5
 
 
+@pytest.mark.sampled(left_out=("ida:index2",))
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["ida:index2", pytest.param("ida:index1", marks=pytest.mark.exhaustive)])
 def test_ida_brings_the_squeezer_where_the_certified_reference_says(name):

@@ -169,6 +169,13 @@ PARTS_OF_NAMES = ("midpoint+symproj", "stiff:midpoint", "local:midpoint", "canon
 """A projection, and the forms."""
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "local:midpoint",
+        "midpoint+symproj",
+        "stiff:midpoint",
+    )
+)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param("gauss2", marks=pytest.mark.exhaustive), *PARTS_OF_NAMES])
 def test_machine_code_does_what_the_files_say(name):

@@ -317,6 +317,7 @@ def test_a_planted_fault_is_caught_by_the_check_one_expects(file, right, wrong, 
 LONG = {"spherical": (1_000_000, 1e-14), "two-spheres": (1_000_000, 5e-13), "rotation": (100_000, 1e-13)}
 
 
+@pytest.mark.sampled(left_out=("rotation-with-forces",))
 @pytest.mark.slow
 @pytest.mark.parametrize("forces", [True, False], ids=["with-forces", "free"])
 def test_the_manifold_is_kept_over_long_runs(name, forces):

@@ -145,6 +145,7 @@ def test_the_time_that_a_run_takes_before_its_first_step_is_no_price_of_steps():
     assert steps.cost(32, 1e-2, 1024) == pytest.approx(32 * 1e-2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_start_moves_onto_the_manifold_that_other_parameters_make():
     question = Question(**{**QUESTION, "t_end": 1.0})
     row = row_of(question.changed("rattle", 1 / 64, parameters={"length": 1.2}))

@@ -94,6 +94,7 @@ def test_the_double_pendulum_at_high_energy_is_chaotic():
     assert result.summary()["exponent"]["verdict"] == "chaotic"
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_false_rates_on_known_answers():
     """Of starts of integrable problems none is called chaotic, of chaotic ones at most two in a hundred regular."""

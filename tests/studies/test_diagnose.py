@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ivps import ONE_OF_EACH_KIND
 
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -136,6 +137,7 @@ def black_box(name):
     return lambda p, q, h: step(p, q, h)
 
 
+@pytest.mark.sampled(by=lambda case: case in ONE_OF_EACH_KIND)
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_scheme_of_daebench_is_never_accused(name):
     code = black_box(name)

@@ -63,6 +63,7 @@ def in_time(angle, energy):
     return (ellipkinc(angle / 2, 1 / m) / ellipk(1 / m) + 1) / 2
 
 
+@pytest.mark.sampled(left_out=("nearly-over",))
 @pytest.mark.parametrize(
     "energy",
     [
@@ -127,6 +128,7 @@ def of_quadrature(q, energy):
     return min(values), (np.mean(found) - expected) / (np.std(found) / np.sqrt(len(found)))
 
 
+@pytest.mark.slow
 def test_angles_of_a_double_pendulum_of_one_energy_are_those_of_quadrature():
     _, q = ends(unequal(), "energy")
     p_value, deviation = of_quadrature(q, 0.0)
@@ -177,6 +179,7 @@ def least(a, b):
     return min(ks_2samp(x, y).pvalue for x, y in zip(a.T, b.T, strict=True))
 
 
+@pytest.mark.slow
 def test_states_in_a_box_are_those_that_are_uniform_in_angles_and_their_momenta(rejected):
     states = np.concatenate(ends(unequal(), "liouville", box=BOX), axis=1)
     assert least(states, rejected) > CHANCE
@@ -218,6 +221,7 @@ def after(ivp, starts, steps):
     return run.ends
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_an_ensemble_of_one_energy_has_the_same_distribution_after_a_run_and_one_of_another_measure_has_not(monkeypatch):
     ivp = unequal()
@@ -267,6 +271,7 @@ def on_oval(monkeypatch, reverse):
     return kstest(np.arctan2(y, x), oval.lengths).pvalue
 
 
+@pytest.mark.exhaustive
 def test_a_walk_on_an_oval_with_a_waist_is_uniform_along_it(monkeypatch):
     assert on_oval(monkeypatch, reverse=True) > CHANCE
 
@@ -277,6 +282,7 @@ def test_without_the_way_back_it_is_not(monkeypatch):
     assert on_oval(monkeypatch, reverse=False) < 1e-6
 
 
+@pytest.mark.sampled(left_out=("energy",))
 @pytest.mark.parametrize(
     ("names", "settings"),
     [

@@ -134,6 +134,7 @@ def test_what_cannot_be_done_is_refused_in_a_sentence(settings, sentence):
         daebench.ensemble("planar_pendulum", **FEW | {"t_end": 1e6, **settings})
 
 
+@pytest.mark.slow
 def test_starts_of_one_energy_have_it_and_parameters_vary_within_their_bounds():
     run = daebench.ensemble(
         "planar_pendulum", **FEW | {"members": 8}, steps=5, starts="energy", drawn={"E": 0.5}, vary={"gravity": (0.9, 1.1)}, seed=2

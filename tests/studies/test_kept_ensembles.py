@@ -138,6 +138,7 @@ def test_two_processes_make_the_bits_of_one(small_pieces, tmp_path):
         assert_same(made(), made(store=store, executor=executor))
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_dask_cluster_makes_the_bits_of_one_process(small_pieces, tmp_path):

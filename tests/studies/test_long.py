@@ -520,6 +520,7 @@ def test_bad_input_is_one_sentence(words, says, daebench, tmp_path):
     assert err.count("\n") == 1
 
 
+@pytest.mark.sampled(left_out=("kill, term, ctrl-c",))
 @pytest.mark.slow
 @pytest.mark.parametrize("numbers", [(signal.SIGKILL, signal.SIGTERM, signal.SIGINT)], ids=["kill, term, ctrl-c"])
 def test_an_ensemble_that_is_ended_in_any_way_goes_on_to_the_same_bits(numbers, tmp_path, monkeypatch):

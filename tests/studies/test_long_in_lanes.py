@@ -66,6 +66,7 @@ def flat(x):
     return [number for part in x for number in flat(part)] if isinstance(x, tuple) else [*np.ravel(x)]
 
 
+@pytest.mark.sampled(left_out=("local",))
 @pytest.mark.parametrize("spec", [PENDULUM, *(pytest.param(RUNS[name], id=name, marks=pytest.mark.slow) for name in RUNS)])
 def test_members_in_lanes_have_the_bits_of_runs_by_themselves(spec, small_blocks):
     stream = together(spec, range(19))
@@ -138,6 +139,7 @@ def test_members_whose_energy_is_beyond_all_bounds_are_given_up(small_blocks, tm
         assert checkpoint.windows.with_(checkpoint.errors).table.tobytes() == single.windows.with_(single.waiting).table.tobytes()
 
 
+@pytest.mark.sampled(left_out=("stop",))
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", ["stop", "continue"])
 def test_members_whose_G_loses_rank_go_on_by_themselves(mode, small_blocks, tmp_path):

@@ -94,3 +94,10 @@ def _marks(name):
     if name in ALIKE:
         return (pytest.mark.slow, pytest.mark.exhaustive)
     return (pytest.mark.slow,) if name in LARGE else ()
+
+
+ONE_OF_EACH_KIND = ("rattle", "shake", "lobatto3", "gauss2", "radau2_ggl", "energy_momentum", "se", "rk4")
+"""Schemes of each kind, which the gate takes where others have the same answer by the same code."""
+
+PLACES = ("planar", "slider_crank", "stretched-H", "torus", "two_bodies_on_sphere")
+"""Initial value problems that the gate sweeps over a scheme of each kind only."""

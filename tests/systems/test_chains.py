@@ -258,6 +258,7 @@ def test_bars_are_seen_to_lose_rank_where_they_do():
 # ---- functions -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.sampled(left_out=("four_bar",))
 @pytest.mark.slow
 def test_functions_are_those_of_the_system_written_out(problem):
     names = ("H", "H_p", "H_q", "g", "Gv", "lam", "independence")
@@ -437,6 +438,7 @@ def test_bars_next_to_a_loss_of_rank_move_as_those_written_out(away):
 # ---- large -----------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_a_hundred_thousand_links_take_their_steps():
     ivp = initial_value_problem("pendulum_chain", "hanging", {"links": 100_000})
@@ -456,6 +458,7 @@ def test_compiled_loops_follow_another_scheme_on_the_system_written_out():
     assert np.abs(one.q[-1] - other.q[-1]).max() > 1e-10
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_compiled_loops_keep_the_number_type_of_the_run():
     few = initial_value_problem("pendulum_chain", "hanging", {"links": 6}, algebra="values")

@@ -67,6 +67,12 @@ def test_loops_and_straight_lines_are_the_same_functions(name, lattice, written_
     assert lattice.value(name, y) == pytest.approx(written_out.value(name, y), rel=1e-13, abs=1e-13)
 
 
+@pytest.mark.sampled(
+    left_out=(
+        "darboux:midpoint",
+        "darboux:verlet",
+    )
+)
 @pytest.mark.parametrize("name", NAMES, ids=str)
 def test_a_step_is_the_same_by_loops_and_by_straight_lines(name, lattice, written_out):
     request = Request(value=2e-3, steps=5, watch=("energy", "integrals"))
@@ -75,6 +81,7 @@ def test_a_step_is_the_same_by_loops_and_by_straight_lines(name, lattice, writte
     assert loops.maxima == pytest.approx(lines.maxima, rel=1e-6, abs=1e-11)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.slow
 def test_kernels_of_splittings_hold_no_matrix_and_take_any_number_of_sites():
     large = initial_value_problem("ablowitz_ladik", None, {"sites": 20000})

@@ -39,6 +39,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.sampled(left_out=("bench",))
 @pytest.mark.slow
 @pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
 def test_every_command_that_takes_a_problem_takes_a_file(daebench, folder, words, monkeypatch, request):
