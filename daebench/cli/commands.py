@@ -15,8 +15,8 @@ LIST = "commands.txt"
 
 SEPARATOR = ": "
 
-MODULES = {"list": "listing"}
-"""Modules that are not called as their command, which would hide a name of Python's own."""
+NAMES = {"list": "listing", "animate": "animation"}
+"""Modules and public functions that are not called as their command: one would hide a name of Python's own, and one is a noun."""
 
 
 class Command(TyperCommand):
@@ -49,7 +49,7 @@ def lines() -> Mapping[str, str]:
 @cache
 def loaded(name: str) -> Any:
     """Return a command: that of the module of its name in this package, or else that of the public function of its name."""
-    word = MODULES.get(name, name.replace("-", "_"))
+    word = NAMES.get(name, name.replace("-", "_"))
     app = typer.Typer(add_completion=False)
     if find_spec(f"daebench.cli.{word}") is None:
         from daebench.cli.signature import command_of

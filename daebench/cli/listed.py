@@ -5,13 +5,13 @@ import inspect
 from importlib.resources import files
 from pathlib import Path
 
-from daebench.cli.commands import LIST, SEPARATOR, lines, loaded
+from daebench.cli.commands import LIST, NAMES, SEPARATOR, lines, loaded
 from daebench.runs.result import Result
 
 
 def listed() -> str:
     """Return the text of the list: the commands there, and after them public functions that are studies and not yet there."""
-    names = [*lines(), *(name for name in studies() if name not in lines())]
+    names = [*lines(), *(name for name in studies() if name not in (*lines(), *NAMES.values()))]
     return "".join(f"{name}{SEPARATOR}{loaded(name).help.partition(chr(10) * 2)[0]}\n" for name in names)
 
 

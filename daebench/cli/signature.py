@@ -33,7 +33,10 @@ SHARED: Mapping[str, Any] = {
     "compensated": arguments.Compensated,
     "precision": arguments.Precision,
     "on_singular": arguments.OnSingular,
+    "project": arguments.Project,
+    "algebra": arguments.Algebra,
     "anyway": arguments.Anyway,
+    "overwrite": arguments.Overwrite,
     "starts": Starts,
 }
 """Arguments that many studies have, with the option of each, which is described once."""
@@ -78,8 +81,8 @@ def command_of(study: Callable[..., Any], title: str = "") -> Callable[..., None
     result: type[Result] = inspect.signature(study).return_annotation
     title = title or f"{study.__name__.replace('_', '-')} on {{problem}}"
 
-    def command(*, out: Path | None = None, overwrite: bool = False, as_json: bool = False, **given: Any) -> None:
-        folder = Folder(out, pictures=(result.stem,) if result.stem else ())
+    def command(*, as_json: bool = False, **given: Any) -> None:
+        folder = Folder(given["out"], pictures=(result.stem,)) if result.stem else Folder(None)
         folder.check()
         asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
         if settings:
@@ -149,8 +152,10 @@ READERS: Mapping[str, Callable[[Any], Any]] = {
 
 
 def _bare(kind: Any) -> Any:
-    """Return a type without None."""
+    """Return a type without None; that of a path is Path."""
     rest = [part for part in get_args(kind) if part is not type(None)]
+    if Path in rest:
+        return Path
     return rest[0] if type(None) in get_args(kind) and len(rest) == 1 else kind
 
 

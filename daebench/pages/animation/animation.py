@@ -1,9 +1,9 @@
 """Animations of any problem with a picture: several methods side by side, as a page, a drawing, a GIF or a video."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -17,14 +17,25 @@ from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.recorded_run import recorded_run, requested
 from daebench.runs.files import check_place
 from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.option import Option
 from daebench.runs.outputs import described, require_own, writing
 from daebench.runs.provenance import definition
 from daebench.runs.request import Progress, resolution_value
+from daebench.runs.result import Result
+from daebench.runs.texts import sides
 from daebench.studies.comparison.table import TOLERANCE
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
+
+
+def pixels_in(text: str) -> tuple[int, int]:
+    """Return width and height of a text such as 1920x1080."""
+    if (size := sides(text, int)) is None:
+        raise BadInput(f"--size {text!r} must be width x height in pixels, for example 1920x1080.")
+    return size
+
 
 Told = Callable[[float, str], None]
 """Called with the fraction done and a label of the current task."""
@@ -46,8 +57,8 @@ DRAWING = 0.5
 
 
 @dataclass(frozen=True)
-class Animated:
-    """What an animation left behind.
+class Animated(Result):
+    """The files of an animation.
 
     Parameters
     ----------
@@ -59,6 +70,21 @@ class Animated:
 
     paths: tuple[Path, ...]
     failures: tuple[str, ...]
+
+    fails_if: ClassVar[str] = "a method stops early"
+
+    @property
+    def status(self) -> int:
+        """1 if a method stopped early."""
+        return int(bool(self.failures))
+
+    def summary(self) -> dict[str, Any]:
+        """Return the failures and the paths."""
+        return {"failures": self.failures, "written": [*map(str, self.paths)]}
+
+    def printed(self) -> Iterator[str]:
+        """Yield the failures and the paths."""
+        yield from (*self.failures, f"written: {', '.join(map(str, self.paths))}")
 
 
 MAKER = "daebench animate"
@@ -102,38 +128,44 @@ def animation(
     on_singular: str | None = None,
     algebra: str = "",
     title: str = "",
-    size: tuple[int, int] | None = None,
+    size: Annotated[tuple[int, int] | None, Option(read=pixels_in)] = None,
     overwrite: bool = False,
     progress: Told | None = None,
 ) -> Animated:
-    """Write an animation of several methods on one initial value problem, and the numbers that it shows beside it, as FILE.frames.csv.
+    """Animate methods on one problem: the motion of each above its energy error and conserved quantities.
+
+    The numbers that it shows are written beside it, as FILE.frames.csv.
 
     Parameters
     ----------
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition; it declares a picture.
     methods : sequence of str
-        Names in the grammar of :mod:`daebench.methods.names`.
+        Names of methods, each of which has a picture.
     t_end : float
         End time of the runs.
     out : path
-        File; its ending says what it is: .html, .svg, .gif or .mp4.
-    h, tol : float
-        Step size of the fixed-step methods, and tolerance of the others.
+        File: .html (a page that plays), .svg, .gif or .mp4.
+    h : float
+        Step size of the fixed-step methods, s.
+    tol : float
+        Tolerance of the others.
     case : str, optional
         Named initial values; by default the problem's first.
     fps : float
         Frames a second, 1 to 60; fewer where the file would become too large.
-    seconds, speed : float, optional
-        How long the animation lasts, or how many units of physical time it shows in a second; by default it lasts 12 s.
+    seconds : float, optional
+        Length of the animation, s; by default 12.
+    speed : float, optional
+        Units of physical time per second, in place of ``seconds``.
     parameters, options : mapping of str to float, optional
         Values of the problem's parameters, and free numbers of the methods.
     project, anyway, on_singular, algebra
         As for :func:`daebench.run`.
     title : str
-        What stands above the animation; a page has problem and case there by default, a .gif or .mp4 nothing.
+        Title above the animation; a page has problem and case there by default, a .gif or .mp4 nothing.
     size : tuple of int, optional
-        Width and height of a .gif or .mp4 in pixels, even numbers; by default what the scenes take.
+        Width and height of a .gif or .mp4 in pixels, even numbers, for example 1920x1080; by default as the scenes need.
     overwrite : bool
         Whether files may be replaced that no animation wrote.
     progress : callable, optional
