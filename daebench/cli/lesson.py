@@ -8,7 +8,7 @@ import typer
 from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import bar, print_json, print_table, print_written
 from daebench.methods.catalogue import lessons
-from daebench.pages.gallery import lesson_page
+from daebench.pages import gallery
 from daebench.pages.report.gallery import put
 
 
@@ -27,7 +27,7 @@ def lesson(
             print_table(["name", "about"], [list(entry) for entry in lessons().items()], "lessons")
         return
 
-    page = lesson_page(name)
+    page = gallery.lesson_page(name)
     with bar(f"lesson {name}") as progress:
         written = put(page, export, progress)
     print_written([written], as_json=as_json)
