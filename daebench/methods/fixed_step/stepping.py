@@ -188,6 +188,7 @@ class Run:
         self.interrupted = False
         self.looks: list[tuple[int, Array]] = []
         self.stride = max(1, -(-grid.steps // _looks(request, ivp.size))) if request.looks else 0
+        self.stored = bool(grid.every) and self.stride % grid.every == 0  # what is looked at is among the stored states
         with np.errstate(all="ignore"), uncollected(), compiling(f"{linked.name} for {ivp.problem}"):
             self._prepare()
         self.compile_seconds = time.perf_counter() - began
@@ -290,9 +291,10 @@ class Run:
         """Take all steps, in pieces of a fifth of a second."""
         piece, limit = 64, time.perf_counter() + (self.request.seconds_limit or np.inf)
         while self.done < self.grid.steps and self.failure is None:
-            size = min(piece, self.stride - self.done % self.stride) if self.stride else piece
+            looks = self.stride and not self.stored
+            size = min(piece, self.stride - self.done % self.stride) if looks else piece
             piece = max(piece, next_piece(size, self.piece(size))) if size < piece else next_piece(piece, self.piece(piece))
-            if self.stride and self.done % self.stride == 0:
+            if looks and self.done % self.stride == 0:
                 self.looks.append((self.done, self._row()))
             if self.request.progress:
                 self.request.progress(self.done / self.grid.steps)
@@ -344,6 +346,11 @@ class Run:
         """Return times and states that are looked at, the start and the end among them; None if none were asked for."""
         if not self.stride:
             return None
+        if self.stored:
+            t, rows = self.states()
+            chosen = np.arange(0, len(rows), self.stride // self.grid.every)
+            chosen = np.append(chosen, len(rows) - 1) if chosen[-1] < len(rows) - 1 else chosen
+            return t[chosen], rows[chosen]
         end = [] if self.looks and self.looks[-1][0] == self.done else [(self.done, self._row())]
         seen = [(0, np.concatenate(self.ivp.start)), *self.looks, *end]
         return np.array([done for done, _ in seen], dtype=float) * self.grid.h, np.array([row for _, row in seen])
