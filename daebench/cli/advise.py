@@ -69,13 +69,13 @@ def advise(
 
 def _planned(progress: "Progress") -> "Progress":
     """Return the function that shows the progress, and that prints the plan, which comes first."""
-    told: list[str] = []
+    shown: list[str] = []
 
     def tell(fraction: float, what: str) -> None:
-        if not told:
+        if not shown:
             print(f"daebench: plan: {what}", file=sys.stderr)
-        told.append(what)
-        progress(fraction, what if len(told) > 1 else "")
+        shown.append(what)
+        progress(fraction, what if len(shown) > 1 else "")
 
     return tell
 
@@ -130,8 +130,8 @@ def _print(advice: "Advice") -> None:
     rows = [[what, *_cells(some, choice)] for what, some in zip(("take", "or", "or"), (choice, *advice.runners_up), strict=False)]
     print_table(["", "method", "with", "error", "CPU time", "times as long"], rows)
     print(_from_starts(advice))
-    kept = advice.summary()["kept"]
-    print_table(["keeps", "", "claimed", "measured"], [_kept(name, row) for name, row in kept.items()])
+    conserved = advice.summary()["kept"]
+    print_table(["keeps", "", "claimed", "measured"], [_kept(name, row) for name, row in conserved.items()])
     print_table(["what breaks first", "error over the accuracy"], [[change.what, _factor(advice, change)] for change in advice.changes])
     print(advice.command)
     print(advice.python)

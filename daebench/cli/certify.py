@@ -71,9 +71,9 @@ def certify(
 
 def _of_folder(folder: Path, asked: dict[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the code of a folder of generated C, and what is asked, with what the folder says of itself where nothing else is asked."""
-    own = compiled(folder)
-    files, claims = [*asked["files"], *own.files], own.claims | asked["claims"]
-    return own.code, {"problems": asked["problems"] or [own.problem], "h": asked["h"] or own.h, "claims": claims, "files": files}
+    code = compiled(folder)
+    files, claims = [*asked["files"], *code.files], code.claims | asked["claims"]
+    return code.code, {"problems": asked["problems"] or [code.problem], "h": asked["h"] or code.h, "claims": claims, "files": files}
 
 
 def _claims(given: list[str]) -> dict[str, Any]:

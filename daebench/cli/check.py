@@ -68,7 +68,7 @@ def check(
 
 
 def _said(ivp: Any, name: str, h: float, steps: int, findings: "list[Finding]", *, as_json: bool) -> int:
-    """Print what is found of a method, and what the problem cannot show; return the exit status."""
+    """Print the measured claims of a method, and what the problem cannot show; return the exit status."""
     short = [finding.property for finding in findings if finding.verdict == FALLS_SHORT]
     if as_json:
         about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "method": name, "h": h, "steps": steps}

@@ -93,7 +93,7 @@ def ensemble(
     asked |= {"h": h, "t_end": t_end, "steps": steps, "members": members, "seed": seed, "points": points}
     asked |= {"case": case, "parameters": pairs("param", param or []), "options": pairs("option", option or [])}
     asked |= {"compensated": compensated, "on_singular": on_singular, "anyway": anyway}
-    executors = _executors(workers, scheduler, Tls(tls_ca_file, tls_cert, tls_key), kept=bool(store or out))
+    executors = _executors(workers, scheduler, Tls(tls_ca_file, tls_cert, tls_key), stored=bool(store or out))
     folder = Folder(out, TABLES, pictures=("bands",))
     folder.check()
     with _kept(store, out) as opened, executors.opened() as executor, bar(f"{method} on {problem}") as progress:
@@ -111,9 +111,9 @@ def _tell(result: "Ensemble", written: list[str], *, as_json: bool) -> None:
         print_written(written)
 
 
-def _executors(workers: int | None, scheduler: str | None, tls: Tls, *, kept: bool) -> Executors:
+def _executors(workers: int | None, scheduler: str | None, tls: Tls, *, stored: bool) -> Executors:
     """Return the executor of the pieces of an ensemble: this process, unless others are requested."""
-    if not kept and (workers is not None or scheduler is not None):
+    if not stored and (workers is not None or scheduler is not None):
         raise BadInput("--workers and --scheduler need a stored ensemble; name a file by --store, or a folder by --out.")
     return Executors(timed=False, workers=1 if scheduler is None and workers is None else workers, scheduler=scheduler, tls=tls)
 

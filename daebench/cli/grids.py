@@ -124,7 +124,7 @@ def study_runs(
             print(plan(specifications, run_store, executors))
             raise typer.Exit
         again = outdated(specifications, run_store)
-        if told := shared(specifications, run_store):
-            print(printable(told), file=sys.stderr)
+        if shared_rows := shared(specifications, run_store):
+            print(printable(shared_rows), file=sys.stderr)
         with making(run_store, executors, label) as runs:
             yield runs, again

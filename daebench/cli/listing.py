@@ -13,7 +13,7 @@ from daebench.methods import catalogue
 
 
 class What(StrEnum):
-    """What can be listed."""
+    """Kinds of names that can be listed."""
 
     problems = "problems"
     methods = "methods"

@@ -77,19 +77,19 @@ def _all(out: Path, anew: bool, archive: Path | None, *, as_json: bool) -> None:
         check_zip(archive, "--archive")
         require_own(archive, "--archive")
     make_folder(out)
-    made: list[Made] = []
+    outcomes: list[Made] = []
     summary: dict[str, Any] = {"missing": missing(), "written": [str(out / "index.html")]}
     try:
-        _make(out, made, anew=anew, as_json=as_json)
+        _make(out, outcomes, anew=anew, as_json=as_json)
     except PagesFailed:
         if as_json:
-            print_json({"pages": list(map(_plain, made)), **summary})
+            print_json({"pages": list(map(_plain, outcomes)), **summary})
         raise
     if archive:
         with described([archive], {"Pages": f"those of {out}"}):
             summary["written"].append(str(write_archive(out, archive)))
     if as_json:
-        print_json({"pages": list(map(_plain, made)), **summary})
+        print_json({"pages": list(map(_plain, outcomes)), **summary})
         return
     if absent := summary["missing"]:
         print(
@@ -100,13 +100,13 @@ def _all(out: Path, anew: bool, archive: Path | None, *, as_json: bool) -> None:
         print(f"written: {path}")
 
 
-def _make(out: Path, made: "list[Made]", *, anew: bool, as_json: bool) -> None:
+def _make(out: Path, outcomes: "list[Made]", *, anew: bool, as_json: bool) -> None:
     """Make the pages that are stale; note the outcome of each, and print it unless JSON is asked for."""
     from daebench.pages.gallery import pages
     from daebench.pages.report.gallery import build_all
 
     def tell(page: "Made") -> None:
-        made.append(page)
+        outcomes.append(page)
         if not as_json:
             print(f"{page.name}: {_outcome(page)}", flush=True)
 

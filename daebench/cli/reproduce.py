@@ -38,8 +38,8 @@ def reproduce(
     if json:
         print_json({"file": str(file), "made": archive.manifest["made"], "rtol": rtol, "atol": atol, "rows": list(map(_plain, runs))})
     else:
-        made = f"{file}: made on {archive.manifest['made']} by {_makers(archive.manifest['versions'])}; {archive.manifest['machine']}."
-        print(printable("\n".join([made, *_told(runs)])))
+        origin = f"{file}: made on {archive.manifest['made']} by {_makers(archive.manifest['versions'])}; {archive.manifest['machine']}."
+        print(printable("\n".join([origin, *_told(runs)])))
     raise typer.Exit(1 if any(run.verdict == DIFFERS for run in runs) else 0)
 
 

@@ -42,14 +42,14 @@ def show(
             raise BadInput(f"--as {language} prints code; leave --json out, or give --as json.")
         print(printed(language, ivp.problem, ivp.source.derivation), end="")
         return
-    found, defined = _freedom(ivp), problem_file.define()
+    freedom_at_start, defined = _freedom(ivp), problem_file.define()
     if ivp.facts.KIND == "poisson":
         text, cases = definition.poisson(defined, ivp.facts)
     else:
-        text, cases = definition.constrained(defined, found["degrees"] if found else None)
+        text, cases = definition.constrained(defined, freedom_at_start["degrees"] if freedom_at_start else None)
     about = {"problem": problem_file.name, "kind": ivp.facts.KIND, "about": problem_file.summary, "definition": text}
     about |= {"parameters": {**problem_file.parameters, **problem_file.structure}, "cases": cases}
-    about |= ({"freedom": found} if found else {}) | _use(ivp)
+    about |= ({"freedom": freedom_at_start} if freedom_at_start else {}) | _use(ivp)
     parts = getattr(defined, "parts", None)
     parts = parts if isinstance(parts, Parts) else None  # those of a Poisson system are of its splittings
     if as_json:
@@ -88,13 +88,13 @@ def _freedom(ivp: Any) -> dict[str, Any] | None:
         return None
     from daebench.diagnostics.freedom import freedom
 
-    found = freedom(ivp)
-    if found is None:
+    counted = freedom(ivp)
+    if counted is None:
         return None
-    g = ivp.source.derivation.g if found.others else []
-    redundant = [{"constraint": k + 1, "name": ivp.named(k), "g": str(g[k]), "of": [j + 1 for j in of]} for k, of in found.others.items()]
-    return {"case": ivp.case, "rank": found.rank, "degrees": found.degrees, "permanent": found.permanent, "redundant": redundant} | (
-        {"about": f"{found.named}, {found.where}"} if redundant else {}
+    g = ivp.source.derivation.g if counted.others else []
+    redundant = [{"constraint": k + 1, "name": ivp.named(k), "g": str(g[k]), "of": [j + 1 for j in of]} for k, of in counted.others.items()]
+    return {"case": ivp.case, "rank": counted.rank, "degrees": counted.degrees, "permanent": counted.permanent, "redundant": redundant} | (
+        {"about": f"{counted.named}, {counted.where}"} if redundant else {}
     )
 
 

@@ -78,34 +78,34 @@ def command_of(study: Callable[..., Any], title: str = "") -> Callable[..., None
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
     taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in (DRAWN, PROGRESS)}
     settings = SETTINGS if DRAWN in parameters else {}
-    result: type[Result] = inspect.signature(study).return_annotation
+    kind: type[Result] = inspect.signature(study).return_annotation
     title = title or f"{study.__name__.replace('_', '-')} on {{problem}}"
 
     def command(*, as_json: bool = False, **given: Any) -> None:
-        folder = Folder(given["out"], pictures=(result.stem,)) if result.stem else Folder(None)
+        folder = Folder(given["out"], pictures=(kind.stem,)) if kind.stem else Folder(None)
         folder.check()
         asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
         if settings:
             asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
         with bar(title.format(**given)) as progress:
-            told = {PROGRESS: progress} if PROGRESS in parameters else {}
-            made = _made(partial(study, **told), asked, [name for name, argument in taken.items() if argument.several])
-        written = _written(folder, made)
+            shown = {PROGRESS: progress} if PROGRESS in parameters else {}
+            result = _result(partial(study, **shown), asked, [name for name, argument in taken.items() if argument.several])
+        written = _written(folder, result)
         if as_json:
-            print_json({**made.summary(), **({"written": written} if result.stem else {})})
+            print_json({**result.summary(), **({"written": written} if kind.stem else {})})
         else:
-            _print(made)
+            _print(result)
             print_written(written)
-        raise typer.Exit(made.status)
+        raise typer.Exit(result.status)
 
-    options = [*(argument.parameter for argument in taken.values()), *(_optional(*entry) for entry in settings.items()), *_outputs(result)]
+    options = [*(argument.parameter for argument in taken.values()), *(_optional(*entry) for entry in settings.items()), *_outputs(kind)]
     command.__signature__ = inspect.Signature(options, return_annotation=None)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}
-    command.__doc__, command.__name__ = _about(inspect.getdoc(study) or "", result.fails_if), study.__name__
+    command.__doc__, command.__name__ = _about(inspect.getdoc(study) or "", kind.fails_if), study.__name__
     return command
 
 
-def _made(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequence[str]) -> Any:
+def _result(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequence[str]) -> Any:
     """Return the result of a study; of several, for the values of an argument, that of all of them together."""
     if not several:
         return study(**asked)
@@ -178,7 +178,7 @@ def _numbers(entry: type, option: str, text: str) -> list[Any]:
 
 
 def _between(numbers: Sequence[float]) -> str:
-    """Return what says in a help which numbers are the default: all of them, or the first and the last."""
+    """Return the end of a help that gives the numbers of a default: all of them, or the first and the last."""
     first, *rest = (f"{x:g}" for x in numbers)
     return f", comma-separated [{','.join([first, *rest]) if len(numbers) <= FEW else f'{len(numbers)} from {first} to {rest[-1]}'}]"
 
@@ -196,17 +196,17 @@ def _outputs(result: type[Result]) -> Iterator[inspect.Parameter]:
     yield _optional("as_json", arguments.Json, False)
 
 
-def _written(folder: Folder, made: Any) -> list[str]:
+def _written(folder: Folder, result: Any) -> list[str]:
     """Write the picture with its table, if a folder is named; return the paths."""
     if folder.out is None:
         return []
-    with folder.described(made.ivp, made.origin) as written:
-        made.write(folder.out)
+    with folder.described(result.ivp, result.origin) as written:
+        result.write(folder.out)
     return written
 
 
-def _print(made: Result) -> None:
-    for part in made.printed():
+def _print(result: Result) -> None:
+    for part in result.printed():
         if isinstance(part, Table):
             print_table(part.columns, part.rows, part.title)
         elif isinstance(part, str):
@@ -224,12 +224,12 @@ ROLE = re.compile(r":\w+:`~?([^`]+)`")
 
 def _plain(text: str, names: Mapping[str, str] = MappingProxyType({})) -> str:
     """Return sentences of a docstring without markup, with other names of arguments."""
-    words = re.sub(r"``(\w+)``", lambda found: names.get(found[1], found[1]), ROLE.sub(r"\1", SEE.sub("", text)))
+    words = re.sub(r"``(\w+)``", lambda match: names.get(match[1], match[1]), ROLE.sub(r"\1", SEE.sub("", text)))
     return " ".join(words.replace("``", "").split())
 
 
 def _about(docstring: str, fails_if: str) -> str:
-    """Return what a docstring says before its sections, without examples, and when the command fails."""
+    """Return the text of a docstring before its sections, without examples, and with the condition of exit status 1."""
     before = re.split(r"\n\n\w+\n-{3,}\n", docstring)[0]
     paragraphs = [paragraph for paragraph in before.split("\n\n") if not paragraph.lstrip().startswith(">>>")]
     first, *rest = (re.sub(r"::$", ".", _plain(paragraph)) for paragraph in paragraphs)

@@ -1,0 +1,92 @@
+"""Sizes of the code as numbers that formatting cannot change, and habits of writing that are counted."""
+
+import ast
+import io
+import re
+import tokenize
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("daebench", "problems", "reference", "reports")
+LAYOUT = {
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENDMARKER,
+    tokenize.ENCODING,
+}
+VAGUE = {"each", "found", "own", "kept", "made", "told"}
+"""Words that name nothing, as names of variables."""
+
+
+@cache
+def files(*folders):
+    """Return the files of Python below folders, each once: links into the package are left out."""
+    found = []
+    for folder in folders or FOLDERS:
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            if not any(part.is_symlink() for part in (file, *file.parents) if part != ROOT):
+                found.append(file)
+    return tuple(found)
+
+
+def tokens(text):
+    """Return the number of tokens of a text, without docstrings, comments, imports and layout."""
+    without = set()
+    for node in ast.walk(ast.parse(text)):
+        is_text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        if is_text or isinstance(node, ast.Import | ast.ImportFrom):
+            without |= set(range(node.lineno, node.end_lineno + 1))
+    return sum(t.type not in LAYOUT and t.start[0] not in without for t in tokenize.generate_tokens(io.StringIO(text).readline))
+
+
+def package(file):
+    """Return the name of the package that a file counts for."""
+    first, *rest = file.relative_to(ROOT).parts
+    return f"daebench/{rest[0]}" if first == "daebench" and len(rest) > 1 else first
+
+
+@cache
+def sizes():
+    """Return (tokens, files) of each package."""
+    counted, numbers = Counter(), Counter()
+    for file in files():
+        counted[package(file)] += tokens(file.read_text(encoding="utf-8"))
+        numbers[package(file)] += 1
+    return {name: (counted[name], numbers[name]) for name in numbers}
+
+
+def local_imports(tree):
+    """Return the number of imports within functions."""
+    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    inner = {id(node): node for function in functions for node in ast.walk(function) if isinstance(node, ast.Import | ast.ImportFrom)}
+    return len(inner)
+
+
+def vague_names(tree):
+    """Return the number of times that a name which names nothing is bound: by an assignment, a loop, or as an argument."""
+    bound = (node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
+    arguments = (node.arg for node in ast.walk(tree) if isinstance(node, ast.arg))
+    return sum(name in VAGUE for name in (*bound, *arguments))
+
+
+WHAT = re.compile(r"^(?:\w+ )?what\b", re.IGNORECASE)
+"""A first line such as "Return what ..." or "What ...", which says no noun."""
+
+
+def what_docstrings(tree):
+    """Return the number of docstrings whose first line has "what" as its object or subject."""
+    documented = (node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef))
+    return sum(bool(WHAT.match(ast.get_docstring(node) or "")) for node in documented)
+
+
+@cache
+def habits():
+    """Return how often each habit is met in the code."""
+    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in files()]
+    counted = {"local_imports": local_imports, "vague_names": vague_names, "what_docstrings": what_docstrings}
+    return {name: sum(map(count, trees)) for name, count in counted.items()}
