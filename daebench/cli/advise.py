@@ -12,7 +12,6 @@ from daebench.cli.console import bar, methods_if_given, print_json, print_table,
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
 from daebench.errors import BadInput
-from daebench.pages.generation.run import generate
 from daebench.runs.files import require_new
 from daebench.runs.texts import number, pairs, words
 from daebench.studies.advise.run import advise as made
@@ -113,6 +112,8 @@ def _generated(advice: "Advice", out: Path | None) -> list[str]:
     if fixed[0] is not advice.choice:
         print(f"daebench: {advice.choice.method} chooses its own steps; generated is {fixed[0].method}.", file=sys.stderr)
     more: dict[str, Any] = {"case": asked.case, "parameters": asked.parameters, "anyway": asked.anyway, "on_singular": asked.on_singular}
+    from daebench.pages.generation.run import generate
+
     return [str(file) for file in generate(asked.problem, fixed[0].method, out, h=fixed[0].value, **more).files]
 
 

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from types import MappingProxyType
 
 from daebench.cli.console import bar, print_json, print_table
-from daebench.pages.generation.timing import measure_generated
 from daebench.studies.ensemble_timing import measure_ensembles, measure_heyoka, measure_narrow
 from daebench.studies.gradient_timing import measure_gradients
 from daebench.studies.row_timing import H, measure_rows
@@ -51,6 +50,8 @@ def ensembles(steps: int, repeat: int, *, as_json: bool) -> None:
 
 def generated(steps: int, repeat: int, *, as_json: bool) -> None:
     """Print size and times of generated code."""
+    from daebench.pages.generation.timing import measure_generated
+
     with bar("bench --generated"):
         measured = measure_generated(steps=steps, repeat=repeat)
     if as_json:

@@ -8,7 +8,6 @@ import typer
 from daebench.cli.arguments import Anyway, Free, Json, OnSingular, Overwrite, Param
 from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput
-from daebench.pages.certificate.certify import certify as certified
 from daebench.pages.generation.compiled import compiled
 from daebench.runs.texts import pairs
 from daebench.studies.certificate.record import title
@@ -47,6 +46,8 @@ def certify(
     references. Problems that the code does not solve are noted; if it solves none, no certificate is written. Claims that do not hold are
     in the certificate; they are not an error. THE CODE IS EXECUTED.
     """
+    from daebench.pages.certificate.certify import certify as certified
+
     asked: dict[str, Any] = {"problems": problem or [], "h": h, "claims": _claims(claim or []), "files": include or []}
     if Path(mine).is_dir():
         mine, asked = _of_folder(Path(mine), asked)

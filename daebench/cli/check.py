@@ -10,13 +10,11 @@ from daebench.cli import mechanism
 from daebench.cli.arguments import OUTSIDE, Anyway, Case, Free, Json, OnSingular, Param, Problem
 from daebench.cli.console import Bar, bar, print_json, print_table, printable
 from daebench.cli.integer import whole
-from daebench.diagnostics.problem.check import Held, held
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import declared_ivps, initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.texts import pairs
 from daebench.studies.claims.bench import FALLS_SHORT
-from daebench.studies.claims.check import NO_CLAIMS, check_claims
 from daebench.studies.claims.measured_run import default_step
 from daebench.studies.claims.second import on_second, unseen
 from daebench.studies.measurable import measured
@@ -53,6 +51,8 @@ def check(
     Without --method the problem itself is checked, in all its cases or in one: initial values, mass matrix, second derivatives, first
     integrals, closed form, kinetic flow and chart; degrees of freedom are counted, and redundant constraints named.
     """
+    from daebench.studies.claims.check import NO_CLAIMS, check_claims
+
     if method is None:
         _refuse_idle({"--h": h, "--steps": steps, "--option": option, "--anyway": anyway or None, "--on-singular": on_singular})
         raise typer.Exit(_checked(problem, case, pairs("param", param or []), as_json=as_json))
@@ -91,6 +91,8 @@ def _refuse_idle(given: "Mapping[str, object]") -> None:
 
 def _checked(problem: str, case: str | None, parameters: "Mapping[str, float]", *, as_json: bool) -> int:
     """Print the checks of a problem with these values of parameters, and their failures; return the exit status."""
+    from daebench.diagnostics.problem.check import Held, held
+
     findings: list[Held] = []
     with bar(f"check {problem}") as progress:
         ivps = declared_ivps(problem, case, parameters)

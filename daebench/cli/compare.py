@@ -29,7 +29,6 @@ from daebench.cli.folder import Folder
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.runs.texts import pairs
-from daebench.studies.comparison.table import table_of, trajectories
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,6 +92,8 @@ def compare(
 
 def _compared(ivp: Any, chosen: Sequence[Any], *, h: float | None, tol: float, t_end: float) -> tuple[list[Any], "pd.DataFrame"]:
     """Return the runs of all methods, and their table."""
+    from daebench.studies.comparison.table import table_of, trajectories
+
     with bar(f"compare on {ivp.problem}") as progress:
         names = [method.name for method in chosen]
 

@@ -7,7 +7,6 @@ import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Method, OnSingular, Param, Problem
 from daebench.cli.console import print_json, print_written
-from daebench.pages.generation.run import generate as made
 from daebench.runs.texts import pairs
 
 
@@ -27,6 +26,8 @@ def generate(
     as_json: Json = False,
 ) -> None:
     """Write a fixed-step method on a problem as code that needs nothing but a compiler."""
+    from daebench.pages.generation.run import generate as made
+
     asked: dict[str, Any] = {"h": h, "language": language, "name": name, "case": case, "overwrite": overwrite}
     asked |= {"anyway": anyway, "on_singular": on_singular}
     code = made(problem, method, out, **asked, parameters=pairs("param", param or []), options=pairs("option", option or []))

@@ -11,7 +11,6 @@ from daebench.cli.folder import Folder
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.runs.texts import pairs
-from daebench.studies.orders.study import study
 
 if TYPE_CHECKING:
     from daebench.studies.orders.series import OrderStudy, Series
@@ -38,6 +37,8 @@ def order(
 
     Errors are Euclidean norms, the largest over t = T k/8, k = 1..8.
     """
+    from daebench.studies.orders.study import study
+
     chosen = method_names(methods)
 
     Folder(out, ("orders.csv",), pictures=("order",)).check()

@@ -10,8 +10,6 @@ from daebench.cli.arguments import Json
 from daebench.cli.console import bar, print_written
 from daebench.cli.reference.arguments import Name
 from daebench.errors import BadInput
-from daebench.reference.make.build import build as made
-from daebench.reference.make.build import taken
 
 Out = Annotated[
     Path | None,
@@ -28,6 +26,8 @@ def build(
     as_json: Json = False,
 ) -> None:
     """Make, certify and store a reference; needs the extra certify. After an interruption, the same command continues."""
+    from daebench.reference.make.build import build as made
+
     overwrite = overwrite or _agreed(name, folder)
     with bar(f"reference {name}") as progress:
         stored = made(name, folder=folder, t_end=t_end, spacing=spacing, overwrite=overwrite, progress=progress)
@@ -36,6 +36,8 @@ def build(
 
 def _agreed(name: str, folder: Path | None) -> bool:
     """Return whether an existing reference may be overwritten; the question is asked only at a terminal."""
+    from daebench.reference.make.build import taken
+
     where = taken(name, folder)
     if where is None:
         return False

@@ -11,7 +11,6 @@ from daebench.cli.console import bar, print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
 from daebench.errors import BadInput
 from daebench.reference.check.verification import Check, Verification
-from daebench.reference.check.verify import verify as verified
 from daebench.reference.keep.store import Damaged, kept_in, names
 
 if TYPE_CHECKING:
@@ -27,6 +26,8 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Check checksums, definition and invariants, and recompute by another method of daebench and by IDA; exit 1 if a check fails."""
+    from daebench.reference.check.verify import verify as verified
+
     wanted = names(folder) if name is None else (name,)
     if not wanted:
         raise BadInput(f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.")
