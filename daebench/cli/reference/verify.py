@@ -26,8 +26,6 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Check checksums, definition and invariants, and recompute by another method of daebench and by IDA; exit 1 if a check fails."""
-    from daebench.reference.check.verify import verify as verified
-
     wanted = names(folder) if name is None else (name,)
     if not wanted:
         raise BadInput(f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.")
@@ -54,6 +52,8 @@ def verify(
 
 def _even_damaged(name: str, folder: Any, progress: Any) -> "Verification":
     """Verify one of many references: damaged files are reported, and the other references are still verified."""
+    from daebench.reference.check.verify import verify as verified
+
     try:
         return verified(name, folder, progress, asked=False)
     except Damaged as error:
