@@ -29,6 +29,8 @@ def verify(
     wanted = names(folder) if name is None else (name,)
     if not wanted:
         raise BadInput(f"there are no references in {folder}; build one by: daebench reference build NAME --out {folder}.")
+    from daebench.reference.check.verify import verify as verified
+
     with bar("verify") as progress:
         verifications = [
             verified(name, folder, progress) if name is not None else _even_damaged(reference_name, folder, progress)
