@@ -20,10 +20,10 @@ def archive(
 ) -> None:
     """Write a study into one ZIP file: its runs, problem files, certificates, pictures, and a text that says how they were made."""
     from daebench.methods.foreign import Trust
+    from daebench.records.store import opened
     from daebench.runs.files import check_zip
     from daebench.runs.outputs import described, require_own
     from daebench.studies.grid.archive import write_archive
-    from daebench.studies.grid.store import opened
 
     require_store(store)
     path = store.with_suffix(".zip") if out is None else out

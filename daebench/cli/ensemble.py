@@ -33,8 +33,8 @@ from daebench.errors import BadInput
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
+    from daebench.records.store import Store as GridStore
     from daebench.studies.ensemble.result import Ensemble
-    from daebench.studies.grid.store import Store as GridStore
 
 
 TABLES = ("starts.csv", "ends.csv")
@@ -117,7 +117,7 @@ def _executors(workers: int | None, scheduler: str | None, tls: Tls, *, kept: bo
 @contextmanager
 def _kept(store: Path | None, out: Path | None) -> "Iterator[GridStore | None]":
     """Open the store of an ensemble for the time of a block: the named file, or the file in its folder."""
-    from daebench.studies.grid.store import opened
+    from daebench.records.store import opened
 
     if store is None and out is None:
         yield None

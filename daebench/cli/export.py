@@ -17,10 +17,10 @@ def export(
     json: Json = False,
 ) -> None:
     """Write all runs of a store as one table, one row per run, with its provenance and time; CSV, or Parquet (extra scale)."""
+    from daebench.records.code import code_version
+    from daebench.records.store import opened
     from daebench.runs.outputs import described, require_own
     from daebench.studies.grid import export as tables
-    from daebench.studies.grid.run_specification import code_version
-    from daebench.studies.grid.store import opened
 
     require_store(store)
     tables.check_file(file)

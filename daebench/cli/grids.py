@@ -15,9 +15,9 @@ from daebench.cli.folder import Folder
 from daebench.errors import BadInput, positive
 
 if TYPE_CHECKING:
+    from daebench.records.store import Store
     from daebench.studies.grid.run_specification import GridRun
     from daebench.studies.grid.runs import Runs
-    from daebench.studies.grid.store import Store
     from daebench.studies.stability.extreme import Asked
 
 
@@ -124,7 +124,7 @@ def study_runs(
     specifications: "Sequence[GridRun]", store: Path | None, folder: Folder, executors: Executors, label: str, *, dry_run: bool
 ) -> "Iterator[tuple[Runs, str]]":
     """Yield the function that makes the rows of a study, and the sentence on outdated runs; a dry run prints the plan and exits."""
-    from daebench.studies.grid.store import opened
+    from daebench.records.store import opened
 
     folder.check()
     with opened(store or folder.place / "studies.db") as run_store:

@@ -28,7 +28,9 @@ def reproduce(
 ) -> None:
     """Repeat the runs of an archive, and print which are equal to the bit, within tolerances, or differ; exit 1 if one differs."""
     from daebench.methods.foreign import Trust
-    from daebench.studies.grid.reproduce import DIFFERS, read, reproduced
+    from daebench.records.comparison import DIFFERS
+    from daebench.studies.grid.archive import read
+    from daebench.studies.grid.reproduce import reproduced
 
     for name, value in (("--rtol", rtol), ("--atol", atol)):
         if real(name, value) < 0:
@@ -50,7 +52,7 @@ def _makers(versions: dict[str, str]) -> str:
 
 def _told(runs: "Sequence[Reproduced]") -> list[str]:
     """Return the summary: how many runs are equal, how many are within tolerances and by how much, and which differ."""
-    from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN
+    from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
 
     lines = [f"equal to the bit: {sum(run.verdict == EQUAL for run in runs)} of {len(runs)} runs."]
     if within := [run for run in runs if run.verdict == WITHIN]:

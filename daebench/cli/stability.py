@@ -14,7 +14,7 @@ from daebench.cli.grids import asked_of, making, outdated, plan
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
-    from daebench.studies.grid.store import Store as RunStore
+    from daebench.records.store import Store as RunStore
     from daebench.studies.stability.extreme import Asked, Extreme
 
 
@@ -57,7 +57,7 @@ def stability(
     (outcome-map); mass ratios from 1e-8 to 1e8 or any parameter (parameter-range); a penalty in place of the constraint (penalty); steps
     and tolerances to 0 (round-off); the time for which a method follows a motion that amplifies errors (lost-motion).
     """
-    from daebench.studies.grid.store import opened
+    from daebench.records.store import opened
     from daebench.studies.stability.study import chosen
 
     runs: dict[str, Any] = {"methods": methods, "h": h, "t_end": t_end, "anyway": anyway, "on_singular": on_singular}

@@ -22,6 +22,7 @@ from daebench.methods import run as api
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.problems import planar_pendulum
+from daebench.records.store import LAYOUT, Store, StoredRow, StoreFull, opened
 from daebench.reference.keep.store import load
 from daebench.studies.grid import run_specification as specifications
 from daebench.studies.grid.measure import row_of
@@ -29,7 +30,6 @@ from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import dask_cluster
 from daebench.studies.grid.specification_key import key_of, require_possible
-from daebench.studies.grid.store import LAYOUT, Store, StoredRow, StoreFull, opened
 from daebench.studies.grid.study import Study
 from daebench.studies.initial_conditions import neighbour
 from daebench.systems.files import package as package_files
@@ -525,7 +525,7 @@ def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkey
     program = f"""
     from pathlib import Path
     from daebench.studies.grid.study import Study
-    from daebench.studies.grid.store import opened
+    from daebench.records.store import opened
     from daebench.studies.grid.schedulers import local_processes
     if __name__ == "__main__":
         values = [1 / k for k in range(16, 400)]

@@ -95,4 +95,4 @@ def content_of(name: str) -> str:
 
 def _content(files: Sequence[Path]) -> str:
     """Return the digest of files, which do not count by the folder that they are in."""
-    return digest_of_files((file.name, file) for file in files)
+    return digest_of_files((file.name, file.read_bytes()) for file in files)

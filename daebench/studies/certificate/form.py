@@ -5,6 +5,7 @@ from dataclasses import fields
 from typing import Any
 
 from daebench.methods.outside.method import Stated
+from daebench.records.sealed import is_inside
 from daebench.runs.provenance import ORIGIN
 from daebench.runs.request import ON_SINGULAR
 from daebench.runs.schema import (
@@ -25,7 +26,6 @@ from daebench.runs.schema import (
     maybe,
     wrong,
 )
-from daebench.studies.certificate.code import is_inside
 from daebench.studies.certificate.record import FORMAT, SCHEMA, verdicts
 
 MOST_PROBLEMS, MOST_STEPS, MOST_RUNS = 32, 10**8, 64

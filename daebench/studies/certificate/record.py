@@ -1,13 +1,12 @@
 """A certificate: what it consists of, what became of its claims, and how it is written."""
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from daebench.reference.keep.store import checksum
+from daebench.records.sealed import sealed
 from daebench.runs.files import atomic
 from daebench.runs.json_values import plain
 from daebench.studies.claims.bench import FALLS_SHORT, OK, UNDETERMINED
@@ -97,10 +96,5 @@ def write(folder: Path, content: Mapping[str, Any]) -> Path:
     """Write a certificate into a folder, with its checksum, and return its path."""
     whole = plain({"schema": SCHEMA, "format": FORMAT, **content})
     with atomic(folder / NAME) as scratch:
-        scratch.write_text(json.dumps(whole | {"checksum": checksum(whole)}, indent=1, allow_nan=False) + "\n", encoding="ascii")
+        scratch.write_text(json.dumps(sealed(whole), indent=1, allow_nan=False) + "\n", encoding="ascii")
     return folder / NAME
-
-
-def digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Return the SHA-256 of each of some files."""
-    return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}

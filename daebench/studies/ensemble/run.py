@@ -19,9 +19,9 @@ from daebench.studies.ensemble.stored import kept_run, settings_of
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from daebench.records.store import Store
     from daebench.runs.ivp import InitialValueProblem
     from daebench.studies.ensemble.distributions.starts import Distribution
-    from daebench.studies.grid.store import Store
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
 
@@ -102,7 +102,7 @@ def ensemble(
     progress : callable, optional
         Called with the fraction done.
     store : Store, optional
-        Store for pieces of up to 256 members, see :func:`daebench.studies.grid.store.opened`: stored pieces are not run again, and an
+        Store for pieces of up to 256 members, see :func:`daebench.records.store.opened`: stored pieces are not run again, and an
         interrupted ensemble continues to the same bits.
     executor : Executor, optional
         Executor of stored pieces: processes on this machine, or a Dask cluster, see

@@ -8,7 +8,7 @@ from pathlib import Path
 from daebench.errors import BadInput
 from daebench.methods.foreign import ForeignName
 from daebench.methods.outside.read import FILE, PROGRAM, is_outside
-from daebench.studies.certificate.code import code_of
+from daebench.records.code import code_of
 
 FOLDER = "code"
 """Folder of an archive with the files of methods from outside, a folder for each of them."""

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.records.code import code_version
+from daebench.records.sealed import digest
 from daebench.runs.files import atomic
 from daebench.runs.json_values import strict
 from daebench.runs.schema import SHOWN, Fields, Flag, Items, Named, Text, Whole, shown
 from daebench.runs.trajectory import Array
 from daebench.runs.zipped import UNREADABLE, arrays_in
-from daebench.studies.grid.run_specification import code_version, defined_by, digest
+from daebench.studies.grid.run_specification import defined_by
 from daebench.studies.long.blocks import Blocks
 from daebench.studies.long.lanes import LaneStream
 from daebench.studies.long.run import LongRun, Stream

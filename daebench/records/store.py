@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
+from daebench.records.salvage import COLUMNS, damaged_beside, readable
 from daebench.runs.files import FULL
 from daebench.runs.json_values import strict
 from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong
-from daebench.studies.grid.salvage import COLUMNS, damaged_beside, readable
 
 LAYOUT = 3
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
@@ -387,6 +387,3 @@ FIELDS = Fields({}, {"members": Whole(1), "values": Items(Number(), most=MOST_RU
 
 LINE = Fields({"key": Text(200), "cell": FIELDS, "row": ROW, "maker": Text(200), "took": NOT_NEGATIVE})
 """What a line is, see :func:`as_json`."""
-
-
-Kept = StoredRow  # the name of the release before; it goes with the next one

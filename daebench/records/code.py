@@ -1,23 +1,57 @@
-"""The code that a certificate is of: its files, gathered into a folder of their own, and its hash."""
+"""The code that numbers were made by: that of daebench and the libraries, and files from outside, gathered into a folder of their own."""
 
-import hashlib
 import inspect
 import os
+import platform
 import shlex
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from functools import cache
+from pathlib import Path
 from typing import Any
 
+from daebench.compiler.cache import toolchain
 from daebench.errors import BadInput
 from daebench.methods.outside.read import FILE, PROGRAM, is_outside
-from daebench.studies.grid.run_specification import code_digest
+from daebench.records.sealed import digest
+from daebench.runs.provenance import versions
+from daebench.systems.files import package
 from daebench.systems.files.execute import existing, is_path
 from daebench.systems.files.imports import imported
 
 LARGEST = 2**28
 """Most bytes of the files of a code."""
+
+DECIDING = ("numpy", "scipy", "llvmlite", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
+"""Packages whose versions may change a number."""
+
+SHOWING = ("cli", "draw", "pages", "reports")
+"""Folders of this package that only choose runs and show what they gave; so do files of figures."""
+
+
+@cache
+def made_by() -> str:
+    """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
+    libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
+    return "\n".join((toolchain(), code_digest(), platform.machine(), *libraries))
+
+
+@cache
+def code_digest() -> str:
+    """Return the hash of the files of this package that decide numbers, by their paths in it, which do not depend on its place."""
+    deciding = ((name, file) for name, file in sorted(package.files(".py").items()) if not _shows(Path(name)))
+    return package.digest_of_files((name, file.read_bytes()) for name, file in deciding)
+
+
+def _shows(file: Path) -> bool:
+    return not {*SHOWING}.isdisjoint(file.parts) or file.stem.endswith(("figure", "figures"))
+
+
+@cache
+def code_version() -> str:
+    """Return the hash of :func:`made_by`."""
+    return digest(made_by())
 
 
 @dataclass(frozen=True)
@@ -41,7 +75,7 @@ class Code:
     @property
     def digest(self) -> str:
         """SHA-256 of the names and contents of the files; of a method of daebench that of the package."""
-        return digest_of(self.files) if self.files else code_digest()
+        return package.digest_of_files(sorted(self.files.items())) if self.files else code_digest()
 
     @property
     def of_daebench(self) -> bool:
@@ -70,31 +104,17 @@ class Code:
 
     def put(self, folder: Path) -> None:
         """Write the files into a folder."""
-        put(self.files, folder)
-        for name in self.executable:
-            (folder / name).chmod(0o755)
+        put(self.files, folder, self.executable)
 
 
-def put(files: Mapping[str, bytes], folder: Path) -> None:
-    """Write files into a folder, by their paths there."""
+def put(files: Mapping[str, bytes], folder: Path, executable: Collection[str] = ()) -> None:
+    """Write files into a folder, by their paths there, some of which can be started as programs."""
     for name, content in files.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(content)
-
-
-def digest_of(files: Mapping[str, bytes]) -> str:
-    """Return the SHA-256 of the names and contents of files, in the order of their names."""
-    whole = hashlib.sha256()
-    for name, content in sorted(files.items()):
-        whole.update(f"{name} {len(content)}\n".encode() + content)
-    return whole.hexdigest()
-
-
-def is_inside(name: str) -> bool:
-    """Return whether a path leads into a folder, and nowhere else, on every system."""
-    parts = PurePosixPath(name).parts
-    return bool(parts) and ".." not in parts and not name.startswith("/") and not set(name) & {"\\", ":", "\0"}
+        if name in executable:
+            place.chmod(0o755)
 
 
 def code_of(method: str | Callable[..., Any], files: Iterable[str | Path] = ()) -> Code:
