@@ -24,6 +24,7 @@ from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.records.store import LAYOUT, Store, StoredRow, StoreFull, opened
 from daebench.reference.keep.store import load
+from daebench.starts.members import neighbour
 from daebench.studies.grid import run_specification as specifications
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.metrics import METRICS
@@ -31,7 +32,6 @@ from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import dask_cluster
 from daebench.studies.grid.specification_key import key_of, require_possible
 from daebench.studies.grid.study import Study
-from daebench.studies.initial_conditions import neighbour
 from daebench.systems.files import package as package_files
 
 PENDULUM = {"problem": "planar_pendulum", "cases": ["rotating"], "t_end": 4.0}

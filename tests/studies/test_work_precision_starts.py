@@ -15,7 +15,7 @@ from daebench.methods.ensemble import heyoka_batches
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.records.store import opened
 from daebench.reference.solution import reference_solution
-from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.starts.draw import draw_starts
 from daebench.studies.ensemble.references import bounds_of, member_references
 from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of

@@ -12,8 +12,8 @@ from daebench.errors import BadInput, real, unknown, whole
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.members import Members, members
 from daebench.runs.scales import constrained_scales_of
+from daebench.starts.box import Bounds, bounds_of, coordinates
 from daebench.studies.chaos.cells import INDEPENDENT, Cells
-from daebench.studies.ensemble.distributions.box import Bounds, bounds_of, coordinates
 
 OUTSIDE = "outside of the domain"
 """Why a cell has no start."""

@@ -14,7 +14,7 @@ from daebench.methods.outside.read import content_of, is_outside
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
-from daebench.studies.initial_conditions import neighbour
+from daebench.starts.members import neighbour
 
 COLUMNS = frozenset(
     {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end", "start"}
@@ -121,7 +121,7 @@ class GridRun(RunSpecification):
     start : int
         Number of its start: 0 is that of the case, others are neighbours of it, seeded by their number.
     spread : float
-        How far neighbours are, see :func:`daebench.studies.initial_conditions.neighbour`; 0 where all runs start as the case says.
+        How far neighbours are, see :func:`daebench.starts.members.neighbour`; 0 where all runs start as the case says.
     """
 
     value: float

@@ -60,7 +60,7 @@ class Study:
         Action where G loses rank; "" for the declaration of the case.
     starts : sequence of int
         Numbers of starts: 0 is the start of the case, others are random starts near it, see
-        :func:`daebench.studies.initial_conditions.neighbour`, which they seed.
+        :func:`daebench.starts.members.neighbour`, which they seed.
     spread : float
         Distance of these starts, relative to the largest position or momentum.
 

@@ -47,7 +47,7 @@ Tell = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Runs of the same motion from starts that round differently, see :func:`daebench.studies.initial_conditions.neighbour`.
+    """Runs of the same motion from starts that round differently, see :func:`daebench.starts.members.neighbour`.
 
     Members are run in lanes, up to 128 together, which have a checkpoint in common; each has the bits of a run by itself. A member that
     cannot go on in its lane, and every member where lanes do not apply, is run by itself and has a checkpoint of its own.
