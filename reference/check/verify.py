@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput
 from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.reference.check import invariants
-from daebench.reference.check.ida_run import by_ida
+from daebench.reference.check.independent_runs import by_ida, method_of, row_by_row, throughout
 from daebench.reference.check.invariants import SLACK
-from daebench.reference.check.own_run import method_of, row_by_row, throughout
-from daebench.reference.check.runs import ida_names
+from daebench.reference.check.recomputation import ida_names
 from daebench.reference.check.verification import Check, Digits, Verification, agreed
 from daebench.reference.keep import store
 from daebench.reference.keep.definition import Definition, define, hash_of

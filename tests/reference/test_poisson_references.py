@@ -26,7 +26,7 @@ from daebench.reference.make.build import build
 from daebench.reference.make.certify import NotCertified, certify
 from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.mathematics import mathematics
-from daebench.reference.make.poisson_coordinates import Canonical, Lifted, Skewed
+from daebench.reference.make.poisson import Canonical, Lifted, Skewed
 from daebench.reference.make.taylor import integrated
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.poisson import PoissonCase, PoissonSystem

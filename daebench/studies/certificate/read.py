@@ -9,8 +9,7 @@ from daebench.records.code import LARGEST, Code
 from daebench.records.sealed import checksum, of_another_version, sha256, words
 from daebench.runs.json_values import strict
 from daebench.runs.schema import WrongField, shown
-from daebench.studies.certificate.form import require_form
-from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificate
+from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificate, require_form
 from daebench.systems.files.execute import is_path
 
 LONGEST = 2**24
