@@ -50,8 +50,8 @@ def long(
     bits. Exit 1 if a member stops early.
     """
     from daebench.methods.initial_value_problem import initial_value_problem
-    from daebench.studies.grid.interrupts import terminated_as_interrupted
     from daebench.studies.long.ensemble import Ensemble
+    from daebench.studies.long.interrupts import terminated_as_interrupted
     from daebench.studies.long.run import STRIDE, LongRun
 
     given = tuple(pairs("param", param or []).items())

@@ -29,10 +29,10 @@ from daebench.records.store import opened
 from daebench.studies.certificate.make import make
 from daebench.studies.certificate.record import NAME, write
 from daebench.studies.grid.archive import write_archive
-from daebench.studies.grid.checkpoint import LAYOUT
 from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.study import Study
+from daebench.studies.long.checkpoint import LAYOUT
 
 SEED = 45
 SHORT, WHOLE = 60, 2500

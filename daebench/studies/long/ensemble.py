@@ -14,7 +14,9 @@ import numpy as np
 from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput, DaebenchError
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.checkpoint import (
+from daebench.studies.grid.schedulers import local_processes
+from daebench.studies.long.blocks import BLOCK
+from daebench.studies.long.checkpoint import (
     Checkpoint,
     group_identity,
     identity,
@@ -26,10 +28,8 @@ from daebench.studies.grid.checkpoint import (
     save,
     save_group,
 )
-from daebench.studies.grid.interrupts import held_back
-from daebench.studies.grid.schedulers import local_processes
-from daebench.studies.long.blocks import BLOCK
 from daebench.studies.long.initial_conditions import starts_of
+from daebench.studies.long.interrupts import held_back
 from daebench.studies.long.lanes import AT_ONCE, GROUP, LaneStream, in_lanes
 from daebench.studies.long.run import LongRun, Stream
 
