@@ -39,9 +39,13 @@ def made_by() -> str:
 
 @cache
 def code_digest() -> str:
-    """Return the hash of the files of this package that decide numbers, by their paths in it, which do not depend on its place."""
-    deciding = ((name, file) for name, file in sorted(package.files(".py").items()) if not _shows(Path(name)))
-    return package.digest_of_files((name, file.read_bytes()) for name, file in deciding)
+    """Return the hash of the files of this package that decide numbers."""
+    return package.digest_of_files((name, file.read_bytes()) for name, file in sorted(deciding_files().items()))
+
+
+def deciding_files() -> dict[str, Path]:
+    """Return the files that decide numbers, by their paths in the package, which are the same in a checkout and where it is installed."""
+    return {name: file for name, file in package.files(".py").items() if not _shows(Path(name))}
 
 
 def _shows(file: Path) -> bool:
