@@ -1,6 +1,5 @@
 """Computed rows in one SQLite file, stored under the hash of everything that determines them, each with a digest of its content."""
 
-import hashlib
 import json
 import math
 import sqlite3
@@ -14,6 +13,7 @@ from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
 from daebench.records.salvage import COLUMNS, damaged_beside, readable
+from daebench.records.sealed import sha256
 from daebench.runs.files import FULL
 from daebench.runs.json_values import strict
 from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong
@@ -310,7 +310,7 @@ def opened(path: Path) -> Iterator[Store]:
 
 def _digest(*columns: object) -> str:
     """Return the SHA-256 of what a row says."""
-    return hashlib.sha256("\0".join(map(repr, columns)).encode()).hexdigest()
+    return sha256("\0".join(map(repr, columns)).encode())
 
 
 def _is_whole(row: tuple[Any, ...]) -> bool:

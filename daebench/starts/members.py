@@ -100,6 +100,19 @@ def require_inside(some: Members, what: str) -> Members:
     return some
 
 
+def consistent(some: Members, what: str) -> tuple[Members, str, dict[str, float]]:
+    """Return members moved onto the manifold, with how far as the end of a sentence, and the numbers in it by name.
+
+    States of a Poisson system stay, and are to be inside of its domain; the sentence is on their Casimir functions.
+    """
+    if isinstance(some.ivp, PoissonIvp):
+        return some, *casimirs(require_inside(some, what))
+    projected = project_members(some)
+    moved = {"moved_q": float(np.max(projected.moved_q)), "moved_p": float(np.max(projected.moved_p))}
+    ends = f", moved onto the manifold by at most {moved['moved_q']:.2g} in q and {moved['moved_p']:.2g} in p"
+    return require_projected(projected, what), ends, moved
+
+
 def of_case(ivp: InitialValueProblem) -> str:
     """Return the problem and its case as words."""
     return f"{ivp.problem}, case {ivp.case}" if ivp.case else ivp.problem
@@ -197,15 +210,8 @@ class Neighbourhood:
         xi = np.random.default_rng(seed).uniform(-1, 1, (len(some), ivp.size))
         some = replace(some, start=beside(ivp, size, xi))
         what = f"a neighbourhood of size {size:g}"
-        words = f"{what} of {of_case(ivp)}, uniform in every coordinate"
-        if isinstance(ivp, PoissonIvp):
-            ends, measured = casimirs(require_inside(some, what))
-        else:
-            projected = project_members(some)
-            some = require_projected(projected, what)
-            measured = {"moved_q": float(np.max(projected.moved_q)), "moved_p": float(np.max(projected.moved_p))}
-            ends = f", moved onto the manifold by at most {measured['moved_q']:.2g} in q and {measured['moved_p']:.2g} in p"
-        return Starts(some, f"{words}{ends}{differing(some)}; seed {seed}.", measured)
+        some, ends, measured = consistent(some, what)
+        return Starts(some, f"{what} of {of_case(ivp)}, uniform in every coordinate{ends}{differing(some)}; seed {seed}.", measured)
 
 
 @dataclass(frozen=True)
@@ -263,23 +269,17 @@ class Grid:
         if twice := set(of_parameters) & set(parameters or {}):
             raise BadInput(f"{', '.join(sorted(twice))} is in the grid, and given otherwise too; give it once.")
         some = copies(ivp, size, self._step_sizes(mesh, h), {**(parameters or {}), **of_parameters}, seed)
-        for name in mesh.keys() & places.keys():
-            k, i = places[name]
-            some.start[k][:, i] = mesh[name]
+        of_start = {name: (places[name], values) for name, values in mesh.items() if name in places}
+        for (k, i), values in of_start.values():
+            some.start[k][:, i] = values
         words = " x ".join(f"{len(axis)} of {name} from {np.min(axis):g} to {np.max(axis):g}" for name, axis in axes.items())
         about = f"a grid of {size} members about {of_case(ivp)}, {words}"
+        some, ends, measured = consistent(some, "a grid")
         if isinstance(ivp, PoissonIvp):
-            ends, measured = casimirs(require_inside(some, "a grid"))
             return Starts(some, f"{about}{ends}.", measured)
-        projected = project_members(some)
-        measured = {"moved_q": float(np.max(projected.moved_q)), "moved_p": float(np.max(projected.moved_p))}
-        some = require_projected(projected, "a grid")
-        for name in (name for name in mesh if name in places):
-            k, i = places[name]
-            measured[f"moved {name}"] = float(np.max(np.abs(some.start[k][:, i] - mesh[name])))
-        moved = ", ".join(f"{name[6:]} by at most {value:.2g}" for name, value in measured.items() if name.startswith("moved "))
-        ends = f", moved onto the manifold by at most {measured['moved_q']:.2g} in q and {measured['moved_p']:.2g} in p"
-        return Starts(some, f"{about}{ends}{f', {moved}' if moved else ''}.", measured)
+        moved = {name: float(np.max(np.abs(some.start[k][:, i] - values))) for name, ((k, i), values) in of_start.items()}
+        ends += "".join(f", {name} by at most {value:.2g}" for name, value in moved.items())
+        return Starts(some, f"{about}{ends}.", {**measured, **{f"moved {name}": value for name, value in moved.items()}})
 
     def _axes(self, ivp: InitialValueProblem) -> dict[str, Array]:
         """Return the values of each name as arrays."""

@@ -29,7 +29,14 @@ def allowance(within: Any, elsewhere: Any) -> Rounding:
         |a - b| <= 1e-6 max(|a|, |b|) + within
 
     Other values may be those of the measurement ``elsewhere``, from a start that is rounded differently; sentences may differ in the
-    numbers in them.
+    numbers and paths in them.
+
+    Parameters
+    ----------
+    within : object
+        How far each number may be off by rounding, of the shape of the certificate where it is known.
+    elsewhere : object
+        The values from a start that is rounded differently.
     """
 
     def rounding(place: Place, old: Any, new: Any) -> bool:
