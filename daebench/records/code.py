@@ -89,26 +89,54 @@ class Code:
     @property
     def is_beside(self) -> bool:
         """Whether the address leads to one of the files, or is a method of daebench."""
+        first, *rest = words_of(self.method) or [""]
         if not is_outside(self.method):
             return self.of_daebench
-        match = FILE.fullmatch(self.method)
-        if match is not None and not self.method.startswith(PROGRAM):
-            return match["path"].removeprefix("./") in self.files
-        first, *rest = shlex.split(self.method.removeprefix(PROGRAM))
-        by_name = not set(first) & {"/", "\\"}
-        return any(word.removeprefix("./") in self.files for word in rest) if by_name else first.removeprefix("./") in self.executable
+        if not self.method.startswith(PROGRAM):
+            return self._has(first)
+        return self._starts(first) if set(first) & {"/", "\\"} else any(map(self._has, rest))
 
     @property
     def is_alone(self) -> bool:
         """Whether nothing but the files is executed: no program that is found by its name, and no other words given to one."""
-        if not self.method.startswith(PROGRAM):
-            return True
-        first, *rest = shlex.split(self.method.removeprefix(PROGRAM))
-        return first.removeprefix("./") in self.executable and all(word.removeprefix("./") in self.files for word in rest)
+        first, *rest = words_of(self.method) or [""]
+        return not self.method.startswith(PROGRAM) or (self._starts(first) and all(map(self._has, rest)))
+
+    def _has(self, word: str) -> bool:
+        """Return whether a word is the path of one of the files."""
+        return word.startswith("./") and word[2:] in self.files
+
+    def _starts(self, word: str) -> bool:
+        return self._has(word) and word[2:] in self.executable
+
+    def below(self, folder: str) -> "Code":
+        """Return the same code in a folder of another."""
+        files = {f"{folder}/{name}": content for name, content in self.files.items()}
+        method = renamed(self.method, lambda word: f"./{folder}/{word[2:]}" if self._has(word) else word)
+        return Code(method, files, frozenset(f"{folder}/{name}" for name in self.executable))
 
     def put(self, folder: Path) -> None:
         """Write the files into a folder."""
         put(self.files, folder, self.executable)
+
+
+def words_of(method: str) -> list[str]:
+    """Return the file of a function, or a program and its arguments; nothing for what no shell would take, and for other names."""
+    if method.startswith(PROGRAM):
+        try:
+            return shlex.split(method.removeprefix(PROGRAM))
+        except ValueError:
+            return []
+    match = FILE.fullmatch(method)
+    return [match["path"]] if match else []
+
+
+def renamed(method: str, change: Callable[[str], str]) -> str:
+    """Return the name of a method with its file, or the words of its program, changed."""
+    words = list(map(change, words_of(method)))
+    if method.startswith(PROGRAM):
+        return PROGRAM + shlex.join(words)
+    return f"{words[0]}:{method.rpartition(':')[2]}" if words else method
 
 
 def put(files: Mapping[str, bytes], folder: Path, executable: Collection[str] = ()) -> None:

@@ -89,15 +89,8 @@ def _require_beside(certificate: Certificate, code: Code) -> None:
         name = problem["problem"]
         if is_path(name) and name.removeprefix("./") not in problem["files"]:
             raise Unverified(f"the problem {name[:80]} is not among the files beside the certificate; nothing is run.")
-    if not _is_beside(code):
+    if not code.is_beside:
         raise Unverified(f"the code {code.method[:80]} is not among the files beside the certificate; nothing is run.")
-
-
-def _is_beside(code: Code) -> bool:
-    try:
-        return code.is_beside
-    except ValueError:  # a program and arguments that no shell would take
-        return False
 
 
 def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:

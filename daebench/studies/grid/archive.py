@@ -372,6 +372,6 @@ def foreign_names(archive: Archive) -> list[ForeignName]:
         there = problem in archive.own and problem in digests and problem.startswith("definitions/")
         names += [
             ForeignName(problem, False, {name: digest for name, digest in digests.items() if there and name.startswith(folder)}),
-            foreign_method(method, digests, archive.executable),
+            foreign_method(method, archive.files, digests, archive.executable),
         ]
     return names
