@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from daebench.reference.check.own_run import method_of
+from daebench.reference.check.independent_runs import method_of
 from published import FOUR_BAR_B0
 from scipy.integrate import solve_ivp
 

@@ -81,7 +81,7 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
 def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
     """Return the rows of runs by their keys; raise BadInput if this process would make them with something else than the keys say.
 
-    ``made_by`` is the :func:`daebench.studies.grid.run_specification.code_version` of the process that made the keys.
+    ``made_by`` is the :func:`daebench.records.code.code_version` of the process that made the keys.
     """
     if code_version() != made_by:
         worker = f"a worker on {platform.node() or 'another machine'}"
