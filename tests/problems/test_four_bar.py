@@ -7,7 +7,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from daebench.reference.check.independent_runs import method_of
 from published import FOUR_BAR_B0
 from scipy.integrate import solve_ivp
 
@@ -17,6 +16,7 @@ from daebench.methods.names import parse
 from daebench.methods.solvers.quadruple import library
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.problems.four_bar import closed_form
+from daebench.reference.check.independent_runs import method_of
 from daebench.reference.check.invariants import Stored, checks
 from daebench.reference.check.verify import _outside
 from daebench.reference.keep import certificate, store
