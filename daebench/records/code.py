@@ -14,7 +14,7 @@ from typing import Any
 from daebench.compiler.cache import toolchain
 from daebench.errors import BadInput
 from daebench.methods.outside.read import FILE, PROGRAM, is_outside
-from daebench.records.sealed import digest
+from daebench.records.seals import digest
 from daebench.runs.provenance import versions
 from daebench.systems.files import package
 from daebench.systems.files.execute import existing, is_path

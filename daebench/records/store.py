@@ -13,7 +13,7 @@ from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
 from daebench.records.salvage import COLUMNS, damaged_beside, readable
-from daebench.records.sealed import sha256
+from daebench.records.seals import sha256
 from daebench.runs.files import FULL
 from daebench.runs.json_values import strict
 from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong

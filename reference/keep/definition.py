@@ -11,7 +11,7 @@ import sympy as sp
 
 from daebench.methods.catalogue import find_problem
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.records.sealed import digest
+from daebench.records.seals import digest
 from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.ivp import Ivp
 from daebench.systems.constrained import ConstrainedHamiltonian

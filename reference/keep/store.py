@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, unknown
-from daebench.records.sealed import checksum, sealed, sha256, words
+from daebench.records.seals import checksum, sealed, sha256, words
 from daebench.reference.keep.folders import NAME, folders, require_name
 from daebench.reference.keep.form import require_form
 from daebench.reference.keep.record import Reference

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, compare, is_number, same_sentence
-from daebench.records.sealed import checksum, digests, is_inside, of_another_version, sealed
+from daebench.records.seals import checksum, digests, is_inside, of_another_version, sealed
 
 
 def close(place, old, new):

@@ -15,7 +15,7 @@ import daebench as package
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.records.code import Code, code_of, put
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, compare
-from daebench.records.sealed import checksum
+from daebench.records.seals import checksum
 from daebench.studies.certificate import process
 from daebench.studies.certificate.make import make
 from daebench.studies.certificate.read import Unverified

@@ -24,7 +24,7 @@ from daebench.methods.names import CONSTRAINED, POISSON
 from daebench.methods.outside.read import content_of, method_from
 from daebench.records import store as store_file
 from daebench.records.code import code_of, put
-from daebench.records.sealed import checksum, digests
+from daebench.records.seals import checksum, digests
 from daebench.records.store import opened
 from daebench.studies.certificate.make import make
 from daebench.studies.certificate.record import NAME, write

@@ -9,7 +9,7 @@ import pytest
 from cache_damage import FAMILY
 
 from daebench.errors import BadInput
-from daebench.records.sealed import checksum
+from daebench.records.seals import checksum
 from daebench.reference.keep import store
 from daebench.reference.keep.store import CERTIFICATE, Damaged, find, load, names, save
 

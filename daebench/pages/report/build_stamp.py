@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from daebench.pages.report.versions import versions
-from daebench.records.sealed import sha256
+from daebench.records.seals import sha256
 from daebench.runs.files import atomic
 from daebench.runs.json_values import strict
 from daebench.runs.outputs import require_own_folder

@@ -12,7 +12,7 @@ from daebench.methods.names import CONSTRAINED, POISSON, parse
 from daebench.methods.outside.method import Stated
 from daebench.methods.outside.read import PROGRAM
 from daebench.records.code import Code, code_digest, code_of
-from daebench.records.sealed import digests
+from daebench.records.seals import digests
 from daebench.runs import provenance
 from daebench.runs.machine import machine
 from daebench.studies.certificate import process

@@ -6,7 +6,7 @@ from typing import Any
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.records.code import LARGEST, Code
-from daebench.records.sealed import checksum, of_another_version, sha256, words
+from daebench.records.seals import checksum, of_another_version, sha256, words
 from daebench.runs.json_values import strict
 from daebench.runs.schema import WrongField, shown
 from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificate, require_form

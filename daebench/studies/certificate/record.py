@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from daebench.methods.outside.method import Stated
-from daebench.records.sealed import is_inside, sealed
+from daebench.records.seals import is_inside, sealed
 from daebench.runs.files import atomic
 from daebench.runs.json_values import plain
 from daebench.runs.provenance import ORIGIN

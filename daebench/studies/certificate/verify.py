@@ -10,7 +10,7 @@ from daebench.errors import bounded
 from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.records.code import Code, code_digest, put
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, Compared, compare
-from daebench.records.sealed import digests
+from daebench.records.seals import digests
 from daebench.studies.certificate import process
 from daebench.studies.certificate.read import code_in, files_in, read
 from daebench.studies.certificate.record import NAME, Certificate, title

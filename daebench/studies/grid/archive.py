@@ -26,7 +26,7 @@ from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
 from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.records.code import code_version
-from daebench.records.sealed import digests, is_inside, of_another_version, sha256, words
+from daebench.records.seals import digests, is_inside, of_another_version, sha256, words
 from daebench.records.store import Store, StoredRow, as_json, of_json
 from daebench.reference.keep.record import Reference
 from daebench.reference.keep.store import written

@@ -4,7 +4,7 @@ import json
 
 from daebench.errors import BadInput
 from daebench.records.code import made_by
-from daebench.records.sealed import digest
+from daebench.records.seals import digest
 from daebench.runs.machine import machine
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.reference import certified_of

@@ -12,7 +12,7 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.records.code import code_version
-from daebench.records.sealed import digest, words
+from daebench.records.seals import digest, words
 from daebench.runs.files import atomic
 from daebench.runs.json_values import strict
 from daebench.runs.schema import SHOWN, Fields, Flag, Items, Named, Text, Whole, shown
