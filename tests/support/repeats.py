@@ -82,11 +82,11 @@ REPEATS = (
     "tests/studies/test_certificate.py::test_the_claims_that_a_mistake_breaks_are_the_ones_that_do_not_hold[sign]",
     "tests/studies/test_chaos.py::test_false_rates_on_known_answers",
     "tests/studies/test_diagnose.py::test_effects_are_what_is_measured[old_force on butane]",
-    "tests/studies/test_distributions.py::"
+    "tests/starts/test_distributions.py::"
     "test_an_ensemble_of_one_energy_has_the_same_distribution_after_a_run_and_one_of_another_measure_has_not",
-    "tests/studies/test_distributions.py::test_a_member_is_the_same_however_many_there_are[energy]",
-    "tests/studies/test_distributions.py::test_a_walk_on_an_oval_with_a_waist_is_uniform_along_it",
-    "tests/studies/test_distributions.py::test_angles_of_one_energy_are_those_of_a_pendulum_seen_at_random_times[nearly-over]",
+    "tests/starts/test_distributions.py::test_a_member_is_the_same_however_many_there_are[energy]",
+    "tests/starts/test_distributions.py::test_a_walk_on_an_oval_with_a_waist_is_uniform_along_it",
+    "tests/starts/test_distributions.py::test_angles_of_one_energy_are_those_of_a_pendulum_seen_at_random_times[nearly-over]",
     "tests/studies/test_energy_of_runs.py::test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long[generalized_alpha-rotating]",
     "tests/studies/test_energy_of_runs.py::test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long[radau2_ggl-rotating]",
     "tests/studies/test_energy_of_runs.py::test_no_bound_of_another_method_is_violated_by_a_run_four_times_as_long[scipy:Radau-fast swing]",
@@ -134,8 +134,8 @@ LONG = (
     "tests/methods/test_sensitivities.py::test_rattle_agrees_with_complex_step_to_the_bits_of_its_values",
     "tests/reports/test_engines_report.py::test_the_vertical_seen_from_the_top_is_that_of_its_certified_motion",
     "tests/studies/test_advise.py::test_a_start_moves_onto_the_manifold_that_other_parameters_make",
-    "tests/studies/test_distributions.py::test_angles_of_a_double_pendulum_of_one_energy_are_those_of_quadrature",
-    "tests/studies/test_distributions.py::test_states_in_a_box_are_those_that_are_uniform_in_angles_and_their_momenta",
+    "tests/starts/test_distributions.py::test_angles_of_a_double_pendulum_of_one_energy_are_those_of_quadrature",
+    "tests/starts/test_distributions.py::test_states_in_a_box_are_those_that_are_uniform_in_angles_and_their_momenta",
     "tests/studies/test_ensemble.py::test_starts_of_one_energy_have_it_and_parameters_vary_within_their_bounds",
 )
 """Tests that no other one repeats, and that take long: the gate runs them among the slow ones."""
