@@ -190,7 +190,7 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
     try:
         with named(place, new):
             new.mkdir(parents=True)
-            content = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
+            content = digits(text)
             (new / f"{name}.csv").write_bytes(content)
             data = {"file": f"{name}.csv", "sha256": sha256(content), "columns": list(text), "rows": len(text["t"])}
             whole = {"format": FORMAT, "name": name, **certificate, "data": data}
@@ -203,6 +203,11 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
         shutil.rmtree(new, ignore_errors=True)
     shutil.rmtree(old, ignore_errors=True)
     return place
+
+
+def digits(text: Mapping[str, Sequence[str]]) -> bytes:
+    """Return columns of decimal strings as the content of a CSV file."""
+    return "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
 
 
 def written(certificate: Mapping[str, Any]) -> str:

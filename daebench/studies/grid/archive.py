@@ -29,7 +29,7 @@ from daebench.records.code import code_version
 from daebench.records.seals import digests, is_inside, of_another_version, sha256, words
 from daebench.records.store import Store, StoredRow, as_json, of_json
 from daebench.reference.keep.record import Reference
-from daebench.reference.keep.store import written
+from daebench.reference.keep.store import CERTIFICATE, digits, written
 from daebench.runs import provenance
 from daebench.runs.files import atomic
 from daebench.runs.json_values import MOST, strict
@@ -262,10 +262,9 @@ def _references(specifications: Iterable[Mapping[str, Any]]) -> list[Reference]:
 
 def _certified(reference: Reference) -> dict[str, bytes]:
     """Return the two files of a reference, as they are kept."""
-    text, name = reference.text, reference.name
-    rows = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)])
-    certificate = written(reference.certificate)
-    return {f"references/{name}/certificate.json": certificate.encode("ascii"), f"references/{name}/{name}.csv": rows.encode("ascii")}
+    place = f"references/{reference.name}"
+    certificate = written(reference.certificate).encode("ascii")
+    return {f"{place}/{CERTIFICATE}": certificate, f"{place}/{reference.name}.csv": digits(reference.text)}
 
 
 def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes], without: Mapping[str, str]) -> str:
