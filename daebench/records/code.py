@@ -13,7 +13,7 @@ from typing import Any
 
 from daebench.compiler.cache import toolchain
 from daebench.errors import BadInput
-from daebench.methods.outside.read import FILE, PROGRAM, is_outside
+from daebench.methods.outside.read import FILE, PROGRAM, command, is_outside
 from daebench.records.seals import digest
 from daebench.runs.provenance import versions
 from daebench.systems.files import package
@@ -200,16 +200,7 @@ def _file(address: str, others: Sequence[Path]) -> Code:
 
 def _program(address: str, others: Sequence[Path]) -> Code:
     """Return a program with its arguments: what is found on the PATH is called by its name, and is not a part of the code."""
-    try:
-        words = shlex.split(address.removeprefix(PROGRAM))
-    except ValueError as error:
-        raise BadInput(f"{address}: {error}; give a program and its arguments as in a shell.") from None
-    if not words:
-        raise BadInput(f"{address} names no program; give its path, for example exec:./program.")
-    first, rest = words[0], words[1:]
-    program = shutil.which(first)
-    if program is None:
-        raise BadInput(f"{address}: there is no such executable program; give its path, for example exec:./program.")
+    program, (first, *rest) = command(address)
     arguments = [Path(word) if Path(word).is_file() else None for word in rest]
     scripts = [path for path in arguments if path is not None]
     interpreter = _is_on_path(first)
