@@ -57,10 +57,10 @@ def test_the_picture_of_the_packages_has_the_arrows_that_the_code_has():
     assert drawn == imports.reduced(imports.rooms(imports.imports()))
 
 
-def test_the_package_has_at_most_sixteen_entries_in_at_most_fourteen_layers():
+def test_the_package_has_at_most_eighteen_entries_in_at_most_fourteen_layers():
     entries = [path for path in (ROOT / "daebench").iterdir() if not path.name.startswith("__") and (path.suffix == ".py" or path.is_dir())]
     (contract,) = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    assert len(entries) <= 16
+    assert len(entries) <= 18
     assert len(contract["layers"]) <= 14
 
 

@@ -9,10 +9,10 @@ from daebench.cli.arguments import Json, Overwrite, Trusted, TrustedCode
 from daebench.cli.console import print_json, printable
 from daebench.cli.grids import require_store
 from daebench.methods.foreign import Trust
+from daebench.records.store import opened
 from daebench.runs.files import check_zip
 from daebench.runs.outputs import described, require_own
 from daebench.studies.grid.archive import write_archive
-from daebench.studies.grid.store import opened
 
 
 def archive(

@@ -31,16 +31,16 @@ from daebench.cli.integer import whole
 from daebench.cli.starts import Box, Distribution, Energy, Size, Starts, settings_of
 from daebench.cli.summary import print_summary
 from daebench.errors import BadInput
+from daebench.records.store import opened
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
 from daebench.runs.texts import bounds, pairs
 from daebench.studies.ensemble.run import ensemble as made
-from daebench.studies.grid.store import opened
 from daebench.studies.grid.tls import Tls
 
 if TYPE_CHECKING:
+    from daebench.records.store import Store as GridStore
     from daebench.studies.ensemble.result import Ensemble
-    from daebench.studies.grid.store import Store as GridStore
 
 
 TABLES = ("starts.csv", "ends.csv")

@@ -8,10 +8,10 @@ import typer
 from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import print_json
 from daebench.cli.grids import require_store
+from daebench.records.code import code_version
+from daebench.records.store import opened
 from daebench.runs.outputs import described, require_own
 from daebench.studies.grid import export as tables
-from daebench.studies.grid.run_specification import code_version
-from daebench.studies.grid.store import opened
 
 
 def export(

@@ -13,17 +13,17 @@ from daebench.cli.console import bar, methods_if_given, printable
 from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.errors import BadInput, positive
+from daebench.records.store import opened
 from daebench.runs.texts import numbers
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.runs import are_two_files, runs_of
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import opened
 from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:
+    from daebench.records.store import Store
     from daebench.studies.grid.run_specification import GridRun
     from daebench.studies.grid.runs import Runs
-    from daebench.studies.grid.store import Store
     from daebench.studies.stability.extreme import Asked
 
 

@@ -11,7 +11,9 @@ from daebench.cli.arguments import Json, Trusted, TrustedCode
 from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput, real
 from daebench.methods.foreign import Trust
-from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN, read, reproduced
+from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
+from daebench.studies.grid.archive import read
+from daebench.studies.grid.reproduce import reproduced
 
 if TYPE_CHECKING:
     from daebench.studies.grid.reproduce import Reproduced

@@ -14,13 +14,13 @@ from daebench.cli.grids import asked_of, making, outdated, plan
 from daebench.errors import BadInput, unknown
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.outside.read import is_outside
+from daebench.records.store import opened
 from daebench.runs.texts import numbers, words
-from daebench.studies.grid.store import opened
 from daebench.studies.grid.tls import Tls
 from daebench.studies.stability.study import chosen
 
 if TYPE_CHECKING:
-    from daebench.studies.grid.store import Store as RunStore
+    from daebench.records.store import Store as RunStore
     from daebench.studies.stability.extreme import Asked, Extreme
 
 

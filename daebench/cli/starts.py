@@ -35,7 +35,7 @@ def settings_of(
     starts: str, *, size: float | None = None, box: list[str] | None = None, energy: float | None = None, grid: list[str] | None = None
 ) -> dict[str, Any]:
     """Return the settings of a distribution, by name; refuse settings that it does not have."""
-    from daebench.studies.ensemble.distributions.draw import DISTRIBUTIONS
+    from daebench.starts.draw import DISTRIBUTIONS
 
     given = {"size": size, "box": bounds("--box", box), "E": energy, "values": values("--grid", grid)}
     settings = {name: value for name, value in given.items() if value is not None}

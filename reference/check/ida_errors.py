@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.reference.check.runs import ida_names, solved
+from daebench.reference.check.recomputation import ida_names, solved
 from daebench.reference.keep.record import EPS
 from daebench.reference.make.amplification import LOST
 from daebench.reference.make.certify import NotCertified

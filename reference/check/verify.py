@@ -1,7 +1,5 @@
 """Verification of a stored reference by everything that can be known of it without the library that made it."""
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from itertools import chain
@@ -14,13 +12,12 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput
 from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.reference.check import invariants
-from daebench.reference.check.ida_run import by_ida
+from daebench.reference.check.independent_runs import by_ida, method_of, row_by_row, throughout
 from daebench.reference.check.invariants import SLACK
-from daebench.reference.check.own_run import method_of, row_by_row, throughout
-from daebench.reference.check.runs import ida_names
+from daebench.reference.check.recomputation import ida_names
 from daebench.reference.check.verification import Check, Digits, Verification, agreed
 from daebench.reference.keep import store
-from daebench.reference.keep.definition import Definition, define
+from daebench.reference.keep.definition import Definition, define, hash_of
 from daebench.reference.keep.record import EPS, Reference
 from daebench.reference.make.amplification import LOST
 from daebench.reference.make.mathematics import mathematics
@@ -106,7 +103,7 @@ def _definition(reference: Reference, definition: Definition) -> Iterator[Check]
     """Compare the certificate's definition with today's problem."""
     text = dict(reference.certificate["definition"])
     claimed, today = text.pop("sha256"), definition.text
-    digest = hashlib.sha256(json.dumps(text, sort_keys=True).encode()).hexdigest()
+    digest = hash_of(text)
     other = [f"{key}: {text.get(key)}" for key in sorted(text.keys() | today.keys()) if text.get(key) != today.get(key)]
     yield Check("text of the definition", f"today's of {definition.name}", "; ".join(other) or "today's", not other)
     yield Check("hash of the definition", definition.hash[:12], claimed[:12], definition.hash == claimed == digest)

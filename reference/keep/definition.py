@@ -1,6 +1,5 @@
 """The definition of a reference: one case of one problem in exact numbers, with its text and hash."""
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import sympy as sp
 
 from daebench.methods.catalogue import find_problem
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.records.seals import digest
 from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.ivp import Ivp
 from daebench.systems.constrained import ConstrainedHamiltonian
@@ -106,7 +106,12 @@ class Definition:
     @property
     def hash(self) -> str:
         """SHA-256 of the definition's text."""
-        return hashlib.sha256(json.dumps(self.text, sort_keys=True).encode()).hexdigest()
+        return hash_of(self.text)
+
+
+def hash_of(text: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of the text of a definition."""
+    return digest(json.dumps(text, sort_keys=True))
 
 
 def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:

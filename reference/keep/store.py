@@ -1,7 +1,6 @@
 """Store of references: one folder each, with a CSV of digits and a JSON certificate, which are checked whenever they are read."""
 
 import csv
-import hashlib
 import json
 import os
 import re
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.records.seals import checksum, sealed, sha256, words
 from daebench.reference.keep.folders import NAME, folders, require_name
 from daebench.reference.keep.form import require_form
 from daebench.reference.keep.record import Reference
@@ -116,7 +116,7 @@ def _loaded(name: str, folder: Path) -> Reference:
     _require(place / CERTIFICATE, "data file", f"{name}.csv", certificate["data"]["file"])
     data = place / f"{name}.csv"
     content = _read(data)
-    _require(data, "SHA-256", certificate["data"]["sha256"], hashlib.sha256(content).hexdigest())
+    _require(data, "SHA-256", certificate["data"]["sha256"], sha256(content))
     try:
         header, *rows = csv.reader(content.decode("ascii").splitlines())
         text = dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True))
@@ -190,11 +190,11 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
     try:
         with named(place, new):
             new.mkdir(parents=True)
-            content = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
+            content = digits(text)
             (new / f"{name}.csv").write_bytes(content)
-            data = {"file": f"{name}.csv", "sha256": hashlib.sha256(content).hexdigest(), "columns": list(text), "rows": len(text["t"])}
+            data = {"file": f"{name}.csv", "sha256": sha256(content), "columns": list(text), "rows": len(text["t"])}
             whole = {"format": FORMAT, "name": name, **certificate, "data": data}
-            (new / CERTIFICATE).write_text(written(whole | {"checksum": checksum(whole)}), encoding="ascii")
+            (new / CERTIFICATE).write_text(written(sealed(whole)), encoding="ascii")
             if place.exists():
                 shutil.rmtree(old, ignore_errors=True)
                 place.rename(old)
@@ -205,10 +205,9 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
     return place
 
 
-def checksum(certificate: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of a certificate without its own checksum, with sorted keys and no spaces."""
-    content = {key: value for key, value in certificate.items() if key != "checksum"}
-    return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()).hexdigest()
+def digits(text: Mapping[str, Sequence[str]]) -> bytes:
+    """Return columns of decimal strings as the content of a CSV file."""
+    return "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)]).encode("ascii")
 
 
 def written(certificate: Mapping[str, Any]) -> str:
@@ -237,15 +236,11 @@ def _certificate(path: Path) -> dict[str, Any]:
         expected, layout = certificate["checksum"], certificate["format"]
         _ = certificate["data"]["file"], certificate["data"]["sha256"], certificate["name"]
     except (ValueError, KeyError, TypeError) as error:
-        raise Damaged(f"{path} is truncated or altered: {_words(error)}; {RESTORE}.") from error
+        raise Damaged(f"{path} is truncated or altered: {words(error)}; {RESTORE}.") from error
     _require(path, "checksum", expected, checksum(certificate))
     if layout != FORMAT:
         raise Damaged(f"{path} has layout {shown(layout)}, but this version of daebench reads layout {FORMAT}; build the reference again.")
     return dict(certificate)
-
-
-def _words(error: Exception) -> str:
-    return " ".join(str(error).split())[:200]
 
 
 def _require(path: Path, what: str, expected: Any, actual: Any) -> None:

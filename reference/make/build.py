@@ -15,7 +15,7 @@ import mpmath as mp
 from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
 from daebench.methods.solvers.quadruple import library
-from daebench.reference.check.runs import ida_names
+from daebench.reference.check.recomputation import ida_names
 from daebench.reference.keep.certificate import certified_text
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.keep.folders import DATA, own_folder, require_name

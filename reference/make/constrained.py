@@ -13,9 +13,7 @@ from daebench.diagnostics.combined import combined
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.methods.solvers.taylor_equations import own_coordinates
 from daebench.reference.keep.definition import Definition
-from daebench.reference.make.along import Along
-from daebench.reference.make.coordinates import Own
-from daebench.reference.make.local import Local
+from daebench.reference.make.coordinates import Along, Local, Own
 from daebench.reference.make.multiprecision import Functions
 from daebench.reference.make.stages import Rows, Vector
 from daebench.runs.ivp import Array, ConstrainedIvp

@@ -1,9 +1,19 @@
-"""Coordinates for Taylor series, with the map into them and its inverse."""
+"""Coordinates of a motion for Taylor series: the problem's own, its chart, or velocities along the manifold."""
 
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from typing import Any, Protocol
 
+import mpmath as mp
+import numpy as np
+import sympy as sp
+
+from daebench.errors import BadInput
+from daebench.methods.solvers.quadruple import Translation, dotted, library, orthogonally, solved
 from daebench.methods.solvers.taylor_equations import Equations
+from daebench.reference.keep.definition import Definition
 from daebench.reference.make.stages import Rows, Vector
+from daebench.systems.extended import force, hamiltonian
 
 
 class Coordinates(Protocol):
@@ -45,3 +55,209 @@ class Own:
     def left(self, rows: Rows) -> Rows:
         """Return the rows themselves."""
         return rows
+
+
+class Local:
+    """Equations in the chart y = (eta, xi) of a definition whose positions depend only on xi, with the map into it and its inverse.
+
+    ::
+
+        X^T J X y' = grad K      X = chi'(y)      K = H(chi(y))      X^T J X = [[0, A], [-A^T, C]]
+        A xi' = K_eta            A^T eta' = C xi' - K_xi + q_xi^T F
+
+    If eta are the rates of xi, A is the mass matrix of the motion in xi, symmetric and definite, and is eliminated without pivoting.
+    Otherwise a pivot may vanish along the motion, and the columns of A are orthogonalised.
+
+    Neither constraints nor multipliers are used, so a comparison with (1.18) reveals an error in them. F are forces without a potential,
+    if there are any.
+
+    Parameters
+    ----------
+    definition : Definition
+        A problem that declares a chart.
+
+    Raises
+    ------
+    BadInput
+        If the chart's positions depend on eta.
+    """
+
+    name = "the problem's chart"
+
+    def __init__(self, definition: Definition) -> None:
+        self.definition, self.own = definition, definition.derivation
+        chart = definition.derivation.problem.chart
+        assert chart is not None
+        self.chart = chart
+        if set(chart.eta) & sp.Matrix(list(chart.q)).free_symbols:
+            raise BadInput(
+                f"the chart of {definition.ivp.problem} has positions that depend on eta; certification needs them to depend on xi only."
+            )
+
+    @cached_property
+    def equations(self) -> Equations:
+        """Variables eta, xi and their rates."""
+        eta, xi = list(self.chart.eta), list(self.chart.xi)
+        y = [library().make_vars(str(x)) for x in (*eta, *xi)]
+        say = Translation(dict(zip([*eta, *xi], y, strict=True)))
+        P, Q = (sp.Matrix(self.definition.settled(part)) for part in (self.chart.p, self.chart.q))
+        P_eta, P_xi, Q_xi = P.jacobian(eta), P.jacobian(xi), Q.jacobian(xi)
+        A = P_eta.T * Q_xi
+        C = P_xi.T * Q_xi - Q_xi.T * P_xi
+        K = self._energy(P, Q)
+
+        K_eta, K_xi = ([say(K.diff(x)) for x in part] for part in (eta, xi))
+        solve = solved if self._symmetric(A) else orthogonally
+        rates = solve(_spelled(say, A), K_eta)
+        pushed = self._pushed(say, P, Q, [dotted(row, rates) for row in _spelled(say, Q_xi)])
+        drive = [k if f is None else k - f for k, f in zip(K_xi, pushed, strict=True)]
+        turned = solve(_spelled(say, A.T), [dotted(row, rates) - k for row, k in zip(_spelled(say, C), drive, strict=True)])
+        return list(zip(y, [*turned, *rates], strict=True))
+
+    def _pushed(self, say: Translation, P: sp.Matrix, Q: sp.Matrix, velocity: Sequence[Any]) -> list[Any]:
+        """Return q_xi^T F at these positions, momenta and velocities, one expression for each of xi; None if there are no forces."""
+        xi, own = list(self.chart.xi), self.own.problem
+        if not self.definition.ivp.facts.FORCED:
+            return [None] * len(xi)
+        v = [sp.Dummy(f"v{k}", real=True) for k in range(len(velocity))]
+        say.known |= dict(zip(v, velocity, strict=True))
+        at = dict(zip([*own.q, *own.p], [*Q, *P], strict=True))
+        F = force(self.own.declared, list(own.p), v).subs(self.definition.parameters).subs(at, simultaneous=True)
+        return [say(entry) for entry in Q.jacobian(xi).T * F]
+
+    def _symmetric(self, A: sp.Matrix) -> bool:
+        """Return whether A is symmetric, tested at a point without accidental symmetry."""
+        place = {x: sp.Rational(k, 17) for k, x in enumerate([*self.chart.eta, *self.chart.xi], 2)}
+        numbers = sp.N(A.subs(place), 30)
+        return bool(sp.N((numbers - numbers.T).norm()) < 1e-20 * sp.N(numbers.norm()))
+
+    def _energy(self, P: sp.Matrix, Q: sp.Matrix) -> sp.Expr:
+        """Return K(y)."""
+        at = dict(zip([*self.own.problem.q, *self.own.problem.p], [*Q, *P], strict=True))
+        H = self.own.H if self.own.explicit else self._with_mass()
+        return H.subs(self.definition.parameters).subs(at, simultaneous=True)
+
+    def _with_mass(self) -> sp.Expr:
+        """Return H(p, q) of a problem given by M and U, or K = H(p, q, t) + p_t."""
+        if not self.definition.ivp.facts.EXTENDED:
+            return hamiltonian(self.own.problem)
+        return hamiltonian(self.own.declared) + self.own.problem.p[-1]
+
+    def entered(self, x: list[Any]) -> list[Any]:
+        """Return y of a state (q, p) on the manifold."""
+        problem = self.own.problem
+        return list(self._compiled([*problem.q, *problem.p], [*self.chart.inverse_eta, *self.chart.inverse_xi])(*x))
+
+    def left(self, rows: Rows) -> Rows:
+        """Return (q, p) of rows of y."""
+        back = self._compiled([*self.chart.eta, *self.chart.xi], [*self.chart.q, *self.chart.p])
+        return [list(back(*row)) for row in rows]
+
+    def _compiled(self, arguments: list[sp.Symbol], expressions: list[sp.Expr]) -> Callable[..., Any]:
+        return sp.lambdify(arguments, sp.Matrix(self.definition.settled(expressions)), modules="mpmath", cse=True)  # type: ignore[no-any-return]
+
+
+class Along:
+    """Maggi's equations of a problem with a constant mass matrix, in positions q and n = d - rank G velocities u along the manifold.
+
+    ::
+
+        v = N u      N = X - M^-1 G^T Z      Z = W^-1 G X      W = G M^-1 G^T      so that G N = 0
+        q' = v       N^T M N u' = N^T (-U_q + G'^T Z u)      G' = dG(q(t))/dt
+
+    X, shape(d, n), is constant for some time and spans the null space of G at the beginning of that time; the motion may turn by any angle.
+    The velocity satisfies G v = 0 at all q, and neither lam nor g'' = 0 is used, so comparison with (1.18) reveals an error in the formula
+    of the multipliers. Derivatives of g and U are taken here from the definition. Garcia de Jalon and Bayo, *Kinematic and Dynamic
+    Simulation of Multibody Systems*, Springer 1994, chapter 5, describe the method, with another N.
+
+    Parameters
+    ----------
+    definition : Definition
+        A problem with independent constraints and a constant mass matrix, see :meth:`suits`.
+    """
+
+    name = "velocities along the manifold"
+
+    def __init__(self, definition: Definition) -> None:
+        problem = definition.problem
+        self.q, self.g = list(problem.q), sp.Matrix(definition.settled(problem.g))
+        self.U, self.M = definition.settled([problem.U])[0], sp.Matrix(problem.M).subs(definition.parameters)
+        self.d, self.n = len(self.q), len(self.q) - len(self.g)
+        self.G = self.g.jacobian(self.q)
+        self._G = sp.lambdify(self.q, self.G, modules="mpmath")
+
+    @staticmethod
+    def suits(definition: Definition) -> bool:
+        """Return whether a problem is given by M and U, with constant M, without time and without forces that have no potential."""
+        problem = definition.problem
+        if definition.ivp.facts.EXTENDED or problem.M is None:
+            return False
+        return not sp.Matrix(problem.M).subs(definition.parameters).free_symbols
+
+    @cached_property
+    def equations(self) -> Equations:
+        """Variables q and u and their rates, with X and X^T M X as parameters of heyoka."""
+        hy, d, n = library(), self.d, self.n
+        q, u = ([hy.make_vars(f"{part}{k + 1}") for k in range(size)] for part, size in (("q", d), ("u", n)))
+        X = [[hy.par[i * n + k] for k in range(n)] for i in range(d)]
+        XMX = [[hy.par[d * n + j * n + k] for k in range(n)] for j in range(n)]
+        v_symbols = sp.symbols(f"v1:{d + 1}", cls=sp.Dummy, real=True)
+        say = Translation(dict(zip(self.q, q, strict=True)))
+        G, G_by_mass = (_spelled(say, matrix) for matrix in (self.G, self.G * self.M.inv()))
+        W = [[dotted(row, by_mass) for by_mass in G_by_mass] for row in G]
+        GX = [[dotted(row, column) for row in G] for column in zip(*X, strict=True)]
+        Z = [solved(W, column) for column in GX]
+        y = [dotted(row, u) for row in zip(*Z, strict=True)]
+        v = [dotted(row, u) - dotted(column, y) for row, column in zip(X, zip(*G_by_mass, strict=True), strict=True)]
+        say.known |= dict(zip(v_symbols, v, strict=True))
+        turning = _spelled(say, sum((self.G.diff(x) * w for x, w in zip(self.q, v_symbols, strict=True)), sp.zeros(*self.G.shape)))
+        push = [dotted(column, y) - say(self.U.diff(x)) for column, x in zip(zip(*turning, strict=True), self.q, strict=True)]
+        by_mass = [dotted(row, push) for row in G_by_mass]
+        drive = [dotted(column, push) - dotted(z, by_mass) for column, z in zip(zip(*X, strict=True), Z, strict=True)]
+        A = [[XMX[j][k] - dotted(GX[j], Z[k]) for k in range(n)] for j in range(n)]
+        return list(zip([*q, *u], [*v, *solved(A, drive)], strict=True))
+
+    def entered(self, x: Vector) -> Vector:
+        """Return q and v of a state; the coordinates u are chosen anew at each output, see :meth:`begun`."""
+        return [*x[: self.d], *mp.lu_solve(_numbers(self.M), mp.matrix(x[self.d :]))]
+
+    def left(self, rows: Rows) -> Rows:
+        """Return (q, p) of rows of q and v."""
+        M = _numbers(self.M)
+        return [[*row[: self.d], *(M * mp.matrix(row[self.d :]))] for row in rows]
+
+    def begun(self, x: Vector) -> tuple[Vector, Vector]:
+        """Return q and u at an output, and the parameters of the equations up to the next one."""
+        q, v, M = x[: self.d], mp.matrix(x[self.d :]), _numbers(self.M)
+        G = np.array(self._G(*q).tolist(), dtype=float)
+        root = np.linalg.cholesky(np.array(M.tolist(), dtype=float))
+        free = np.linalg.svd(np.linalg.solve(root, G.T).T)[2][len(G) :]
+        X = mp.matrix(np.linalg.solve(root.T, free.T).tolist())
+        N = self._along(q, X)
+        return [*q, *mp.lu_solve(N.T * M * N, N.T * M * v)], [*_entries(X), *_entries(X.T * M * X)]
+
+    def ended(self, x: Vector, parameters: Vector) -> Vector:
+        """Return q and v from q and u, with the parameters from :meth:`begun`."""
+        d, n = self.d, self.n
+        X = mp.matrix([parameters[i * n : (i + 1) * n] for i in range(d)])
+        return [*x[:d], *(self._along(x[:d], X) * mp.matrix(x[d:]))]
+
+    def _along(self, q: Vector, X: Any) -> Any:
+        """Return N, shape(d, n)."""
+        G = self._G(*q)
+        by_mass = mp.inverse(_numbers(self.M)) * G.T
+        return X - by_mass * (mp.inverse(G * by_mass) * (G * X))
+
+
+def _numbers(matrix: sp.Matrix) -> Any:
+    """Return a matrix of exact numbers at mpmath's working precision."""
+    return mp.matrix([[sp.N(x, mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for x in row] for row in matrix.tolist()])
+
+
+def _spelled(say: Translation, matrix: sp.Matrix) -> list[list[Any]]:
+    return [[say(x) for x in row] for row in matrix.tolist()]
+
+
+def _entries(matrix: Iterable[Any]) -> list[Any]:
+    """Return the entries of a matrix, row by row."""
+    return list(matrix)

@@ -10,8 +10,7 @@ import mpmath as mp
 import numpy as np
 
 from daebench.reference.keep.definition import Definition
-from daebench.reference.make.along import Along
-from daebench.reference.make.coordinates import Coordinates
+from daebench.reference.make.coordinates import Along, Coordinates
 from daebench.reference.make.mathematics import Mathematics, mathematics
 from daebench.reference.make.stages import Rows
 from daebench.reference.make.taylor import integrated

@@ -18,7 +18,7 @@ from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
 from daebench.runs.members import members as members_of
 from daebench.runs.request import Request
-from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.starts.draw import draw_starts
 from daebench.studies.ensemble.energies import ended_members, member_energies
 from daebench.studies.held_verdict import held_verdicts
 

@@ -9,9 +9,9 @@ import pandas as pd
 from daebench.pages.report import Progress
 from daebench.pages.report.timed_runs import Processes, make_runs
 from daebench.pages.report.two_processes import two_processes
+from daebench.records.store import opened
 from daebench.reports.extremes.ivps import PRECISION, SECTIONS, Section
 from daebench.studies.grid.runs import runs_of
-from daebench.studies.grid.store import opened
 from daebench.studies.precision.study import specifications_of, table_of
 from daebench.studies.stability.study import EXTREMES
 

@@ -16,7 +16,7 @@ from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request, WorkLimit
 from daebench.runs.trajectory import Trajectory
-from daebench.studies.initial_conditions import neighbour
+from daebench.starts.members import neighbour
 
 FAST = "spherical_pendulum-fig1.2"
 IVPS = {
@@ -35,7 +35,7 @@ STARTS = 32
 """Starts of each system: the start of the case, and neighbours of it."""
 
 NEAR = 0.01
-"""Distance of neighbours, relative to the largest position or momentum; see :func:`daebench.studies.initial_conditions.neighbour`."""
+"""Distance of neighbours, relative to the largest position or momentum; see :func:`daebench.starts.members.neighbour`."""
 
 WORK_LIMIT = WorkLimit(calls=450_000, slow_calls=20_000, slow_part=150)
 """Limits at which a run is given up."""

@@ -13,11 +13,11 @@ from daebench.methods.names import methods_of
 from daebench.pages.report import Progress
 from daebench.pages.report.timed_runs import Processes, make_runs
 from daebench.pages.report.two_processes import two_processes
+from daebench.records.store import opened
 from daebench.reports.work_precision.ivps import WORKS, Work
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.claimed import claims_of
 from daebench.studies.grid.metrics import defect_of
-from daebench.studies.grid.store import opened
 from daebench.studies.grid.study import Study
 from daebench.studies.work_precision.recommend import with_conserved
 from daebench.studies.work_precision.study import with_costs

@@ -8,7 +8,7 @@ from daebench import ensemble
 from daebench.cli.ensemble import ensemble as ensemble_command
 from daebench.cli.long import long as long_command
 from daebench.cli.work_precision import work_precision as work_precision_command
-from daebench.studies.ensemble.distributions.neighbourhood import Neighbourhood
+from daebench.starts.members import Neighbourhood
 from daebench.studies.ensemble.run import MEMBERS
 from daebench.studies.long.run import STRIDE
 from daebench.studies.work_precision.starts import SOLVER_MEMBERS

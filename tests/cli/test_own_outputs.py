@@ -13,11 +13,11 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.pages.certificate import certify
 from daebench.pages.report import gallery
 from daebench.pages.report.reports import Report
+from daebench.records.store import opened
 from daebench.runs import files
 from daebench.runs.files import atomic, atomic_folder
 from daebench.runs.outputs import described, writing
 from daebench.studies.ensemble.run import ensemble
-from daebench.studies.grid.store import opened
 
 PENDULUM = ("planar_pendulum", "--case", "horizontal")
 RATTLE = (*PENDULUM, "--method", "rattle", "--h", "0.1")

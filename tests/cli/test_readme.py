@@ -17,8 +17,8 @@ from said import README
 import daebench as library
 from daebench.compiler import cache
 from daebench.methods.catalogue import problems
+from daebench.records.store import opened
 from daebench.studies.grid.archive import write_archive
-from daebench.studies.grid.store import opened
 from daebench.studies.grid.study import Study
 
 ROOT = README.parent

@@ -11,7 +11,7 @@ import typer
 import daebench as package
 from daebench.cli.app import app
 from daebench.errors import BadInput
-from daebench.reference.keep.store import checksum
+from daebench.records.seals import checksum
 from daebench.studies.certificate import process
 
 BEAD = '''"""A bead on a circle."""

@@ -15,7 +15,7 @@ from daebench.methods.solvers import heyoka_ode, optional
 from daebench.methods.solvers.heyoka_ode import equations_of
 from daebench.reference.keep.store import load
 from daebench.runs.members import Members
-from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.starts.draw import draw_starts
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka, of the extra peers, is not installed")

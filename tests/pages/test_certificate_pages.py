@@ -11,7 +11,7 @@ import pytest
 from daebench.errors import BadInput
 from daebench.pages.certificate.certify import certify
 from daebench.pages.certificate.court import court, judged
-from daebench.reference.keep.store import checksum
+from daebench.records.seals import checksum
 from daebench.studies.certificate import process
 from daebench.studies.certificate.record import NAME
 

@@ -16,8 +16,8 @@ from daebench.methods.names import parse
 from daebench.methods.solvers.quadruple import library
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.problems.four_bar import closed_form
+from daebench.reference.check.independent_runs import method_of
 from daebench.reference.check.invariants import Stored, checks
-from daebench.reference.check.own_run import method_of
 from daebench.reference.check.verify import _outside
 from daebench.reference.keep import certificate, store
 from daebench.reference.keep.certificate import certified_text
@@ -25,8 +25,8 @@ from daebench.reference.keep.definition import Definition, define
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.make import constrained, taylor
 from daebench.reference.make.certify import NotCertified, certify
+from daebench.reference.make.coordinates import Local
 from daebench.reference.make.independent_computations import Computations
-from daebench.reference.make.local import Local
 from daebench.reference.make.multiprecision import Functions
 from daebench.reference.make.stages import Stages
 from daebench.runs.local_flow import enter, leave

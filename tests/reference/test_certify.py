@@ -14,13 +14,12 @@ from daebench.errors import BadInput, RunFailed
 from daebench.methods.solvers import taylor_equations
 from daebench.methods.solvers.quadruple import Translation, library, orthogonally
 from daebench.reference.keep.definition import Definition, define
-from daebench.reference.make import constrained, local, taylor
-from daebench.reference.make.along import Along
+from daebench.reference.make import constrained, coordinates, taylor
 from daebench.reference.make.amplification import amplification, double_horizon
 from daebench.reference.make.amplification import growth as growth_of
 from daebench.reference.make.certify import NotCertified, certify, largest_so_far, smallest_singular_values
+from daebench.reference.make.coordinates import Along, Local
 from daebench.reference.make.independent_computations import Computations
-from daebench.reference.make.local import Local
 from daebench.reference.make.multiprecision import Functions
 from daebench.runs.make_ivp import make_ivp
 
@@ -187,7 +186,7 @@ def test_orthogonalised_columns_solve_where_every_pivot_vanishes():
 def test_columns_are_orthogonalised_where_rates_are_not_those_of_the_angles(problem, case, symmetric, monkeypatch):
     used = []
     for name in ("solved", "orthogonally"):
-        monkeypatch.setattr(local, name, lambda A, b, name=name: used.append(name) or b)
+        monkeypatch.setattr(coordinates, name, lambda A, b, name=name: used.append(name) or b)
     assert len(Local(define(problem, case)).equations) == (4 if symmetric else 6)
     assert set(used) == {"solved" if symmetric else "orthogonally"}
 

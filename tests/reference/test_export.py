@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from daebench.studies.grid.run_specification import GridRun, code_version
-from daebench.studies.grid.store import Store, StoredRow, opened
+from daebench.records.code import code_version
+from daebench.records.store import Store, StoredRow, opened
+from daebench.studies.grid.run_specification import GridRun
 
 RUN = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy", "q"))
 

@@ -11,6 +11,7 @@ import platformdirs
 import pytest
 
 from daebench.errors import BadInput
+from daebench.records import seals
 from daebench.reference.keep import folders, store
 from daebench.reference.make.build import build
 from daebench.testing import reference_trajectory
@@ -89,7 +90,7 @@ def test_a_certificate_names_no_other_file(copied):
     for file in ("../../secret.csv", "/etc/passwd", f"../{SHIPPED}/{SHIPPED}.csv", "other.csv"):
         content = json.loads(path.read_text())
         content["data"]["file"] = file
-        content["checksum"] = store.checksum(content)
+        content["checksum"] = seals.checksum(content)
         path.write_text(json.dumps(content))
         with pytest.raises(store.Damaged, match="its data file should be"):
             store.load(SHIPPED, copied)

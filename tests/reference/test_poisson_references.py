@@ -21,12 +21,12 @@ from daebench.reference.check.ida_errors import ida_errors
 from daebench.reference.check.verify import verify
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.keep.dense_evaluation import states_at
-from daebench.reference.make import poisson
 from daebench.reference.make.build import build
 from daebench.reference.make.certify import NotCertified, certify
+from daebench.reference.make.coordinates import Own
 from daebench.reference.make.independent_computations import Computations
 from daebench.reference.make.mathematics import mathematics
-from daebench.reference.make.poisson_coordinates import Canonical, Lifted, Skewed
+from daebench.reference.make.poisson import Canonical, Lifted, Poisson, Skewed
 from daebench.reference.make.taylor import integrated
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.poisson import PoissonCase, PoissonSystem
@@ -200,8 +200,8 @@ def spoiled(equations, share):
 
 @pytest.mark.parametrize("place", [("lotka_volterra", "4,2"), ("free_rigid_body", "hlw")], ids=lambda place: place[0])
 def test_an_equation_that_is_wrong_by_a_little_is_refused(place, monkeypatch, forty_digits):
-    right = poisson.hamiltonian
-    monkeypatch.setattr(poisson, "hamiltonian", lambda *a: spoiled(right(*a), "1e-26"))
+    right = Poisson.first.func
+    monkeypatch.setattr(Poisson, "first", property(lambda self: Own(spoiled(right(self).equations, "1e-26"))))
     with pytest.raises(NotCertified, match=r"was not certified: at t = .* differs in y by"):
         certify(computations(*place))
 

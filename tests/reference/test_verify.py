@@ -13,9 +13,9 @@ import uncompiled
 
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
-from daebench.reference.check import ida_run, own_run
+from daebench.reference.check import independent_runs
+from daebench.reference.check.recomputation import RATTLE as METHOD
 from daebench.reference.check.recomputation import followed
-from daebench.reference.check.runs import RATTLE as METHOD
 from daebench.reference.check.verify import verify
 from daebench.reference.keep import store
 from daebench.reference.keep.definition import define
@@ -48,9 +48,9 @@ def recomputed_once():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("daebench.methods.formulations.constrained._module", uncompiled.kept_module)
         patch.setattr("daebench.methods.names.FixedStep", lambda *a, **k: FixedStep(*a, **k | {"compiled": False}))
-        patch.setattr(own_run, "FINEST", 64)
-        patch.setattr(own_run, "stepped", once(own_run.stepped))
-        patch.setattr(ida_run, "_by_tolerance", once(ida_run._by_tolerance))
+        patch.setattr(independent_runs, "FINEST", 64)
+        patch.setattr(independent_runs, "stepped", once(independent_runs.stepped))
+        patch.setattr(independent_runs, "_by_tolerance", once(independent_runs._by_tolerance))
         yield
 
 
@@ -172,7 +172,7 @@ def test_after_errors_have_grown_an_alteration_is_seen_from_row_to_row(copied):
 
 def test_each_row_is_carried_on_from_its_own_digits(references, copied):
     altered(copied, delayed("1e-6"))
-    intact, late = (own_run.row_by_row(store.load(NAME, folder))[0].states for folder in (references, copied))
+    intact, late = (independent_runs.row_by_row(store.load(NAME, folder))[0].states for folder in (references, copied))
     for part in PARTS:
         moved = np.flatnonzero(np.abs(late[part] - intact[part]).max(axis=1))
         assert moved.tolist() == [MIDDLE + 1]
@@ -280,9 +280,9 @@ def test_an_unknown_name_is_refused_with_the_nearest(references):
 
 
 def test_a_run_that_stops_early_is_a_check_that_fails(references, monkeypatch):
-    monkeypatch.setattr(own_run, "stepped", lambda *_: None)
-    stopped = ida_run._by_tolerance
-    monkeypatch.setattr(ida_run, "_by_tolerance", lambda *a: replace(stopped(*a), failure="IDA stopped at t = 1."))
+    monkeypatch.setattr(independent_runs, "stepped", lambda *_: None)
+    stopped = independent_runs._by_tolerance
+    monkeypatch.setattr(independent_runs, "_by_tolerance", lambda *a: replace(stopped(*a), failure="IDA stopped at t = 1."))
     found = verify(NAME, references)
     wrong = {check.what: check.found for check in found.checks if not check.ok}
     assert wrong[METHOD].startswith("stops early at every step down to")
@@ -293,22 +293,22 @@ def test_a_run_that_stops_early_is_a_check_that_fails(references, monkeypatch):
 
 @pytest.mark.parametrize(("rows", "failed"), [(20, ""), (5, "ida:index2, tol = 1e-12")], ids=["far", "at-once"])
 def test_a_tenth_of_the_tolerance_may_be_too_small_for_ida(references, monkeypatch, rows, failed):
-    make = ida_run._by_tolerance
+    make = independent_runs._by_tolerance
 
     def collapsing(ivp, ida, tol, *more):
         run = make(ivp, ida, tol, *more)
         few = {part: x[:rows] for part, x in run.states.items()}
-        return run if tol == ida_run.TOL else replace(run, t=run.t[:rows], **few, failure="the step size has collapsed.")
+        return run if tol == independent_runs.TOL else replace(run, t=run.t[:rows], **few, failure="the step size has collapsed.")
 
-    monkeypatch.setattr(ida_run, "_by_tolerance", collapsing)
+    monkeypatch.setattr(independent_runs, "_by_tolerance", collapsing)
     assert failing(references) == failed
 
 
 def test_a_method_with_a_large_error_of_its_own_does_not_pass_for_a_check(references, monkeypatch):
-    make = own_run.stepped
+    make = independent_runs.stepped
     error = dict.fromkeys(PARTS, 1e-2)
-    monkeypatch.setattr(own_run, "stepped", lambda *a: {x: rows + error[x] / a[-1] for x, rows in make(*a).items()})
-    monkeypatch.setattr(own_run, "FINEST", 32)
+    monkeypatch.setattr(independent_runs, "stepped", lambda *a: {x: rows + error[x] / a[-1] for x, rows in make(*a).items()})
+    monkeypatch.setattr(independent_runs, "FINEST", 32)
     assert f"own error of {METHOD}" in failing(references)
 
 
@@ -325,12 +325,12 @@ def test_what_an_inexact_parameter_does_is_taken_from_the_motion(references):
     ivp = reference.ivp()
 
     def run(gravity):
-        return own_run.stepped(reference, replace(ivp, parameters={**ivp.parameters, "gravity": gravity}), 33, count)
+        return independent_runs.stepped(reference, replace(ivp, parameters={**ivp.parameters, "gravity": gravity}), 33, count)
 
     exact, far = run(1.0), run(1.0 + 1e-6)
-    assert all(not np.any(moved) for moved in own_run._inexact(reference, ivp, count, exact).values())
+    assert all(not np.any(moved) for moved in independent_runs._inexact(reference, ivp, count, exact).values())
     beside = replace(ivp, parameters={**ivp.parameters, "gravity": 1.0 + 2.0**-52})
-    found = own_run._inexact(reference, beside, count, exact)
+    found = independent_runs._inexact(reference, beside, count, exact)
     for part in PARTS:
         assert found[part][-1, 0] == pytest.approx(np.abs(far[part] - exact[part]).max() * 2.0**-52 / 1e-6, rel=1e-4, abs=0)
 

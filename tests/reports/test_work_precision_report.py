@@ -15,6 +15,7 @@ from daebench.errors import Interrupted
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.pages.report import MINUS, NONE, THIN, TIMES, build
 from daebench.pages.report.claims import ClaimRefuted
+from daebench.records.store import opened
 from daebench.reports import work_precision
 from daebench.reports.work_precision.claims import check, tally
 from daebench.reports.work_precision.figures import ratios
@@ -23,7 +24,6 @@ from daebench.reports.work_precision.numbers import Numbers, measure
 from daebench.reports.work_precision.tables import setting, tables, times
 from daebench.studies.grid.claimed import THINGS
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.store import opened
 from daebench.studies.work_precision.recommend import with_conserved
 from daebench.studies.work_precision.study import LEVELS, standard, with_costs
 

@@ -16,6 +16,7 @@ import daebench
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.ensemble.run import run_members
 from daebench.runs.request import Request
+from daebench.starts.draw import draw_starts
 from daebench.studies.advise.candidates import candidates
 from daebench.studies.advise.choice import NOT_KEPT, Work, _longest, _settled, chosen_of, plan, why_nothing
 from daebench.studies.advise.conserved import keeps
@@ -23,7 +24,6 @@ from daebench.studies.advise.question import Question
 from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import Found, error_of, search
 from daebench.studies.advise.sensitivity import changes
-from daebench.studies.ensemble.distributions.draw import draw_starts
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.start_runs import StartRuns
 from daebench.studies.work_precision.intervals import fewest_wins

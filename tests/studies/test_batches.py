@@ -13,11 +13,12 @@ from types import SimpleNamespace
 import pytest
 
 from daebench.errors import BadInput, DaebenchError
+from daebench.records.code import code_version
+from daebench.records.store import StoredRow, opened
 from daebench.studies.grid import batches
-from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.schedulers import COLLECTED, dask_cluster, local_processes, workers_of
-from daebench.studies.grid.store import StoredRow, opened
 
 
 def specifications(n):

@@ -13,13 +13,14 @@ import pytest
 
 import daebench as package
 from daebench.errors import BadInput, DaebenchError, RunFailed
-from daebench.reference.keep.store import checksum
+from daebench.records.code import Code, code_of, put
+from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, compare
+from daebench.records.seals import checksum
 from daebench.studies.certificate import process
-from daebench.studies.certificate.agreement import RELATIVE, agreement
-from daebench.studies.certificate.code import code_of, digest_of, put
 from daebench.studies.certificate.make import make
 from daebench.studies.certificate.read import Unverified
 from daebench.studies.certificate.record import FORMAT, NAME, write
+from daebench.studies.certificate.rounding import RELATIVE, allowance
 from daebench.studies.certificate.verify import verify_certificate
 from daebench.studies.orders import runs
 
@@ -186,7 +187,7 @@ def test_no_number_can_be_changed_by_a_tenth_without_being_seen_but_what_roundin
     for place in places:
         tampered = copy.deepcopy(numbers)
         put_at(tampered, place, 1.1 * at(numbers, place))
-        seen = bool(agreement(tampered, numbers, within, answer["elsewhere"]).differences)
+        seen = any(pair.verdict == DIFFERS for pair in compare(tampered, numbers, allowance(within, answer["elsewhere"])))
         assert seen == (place not in loose), place
     of_rounding = {
         ("claims", name, "measured") for name in ("symmetric", "symplectic", "Poisson in the chart", "keeps g", "keeps G H_p", "keeps L3")
@@ -426,19 +427,26 @@ def test_a_certificate_that_is_not_there_is_bad_input(tmp_path):
     ],
 )
 def test_values_are_equal_within_rounding_or_different(old, new, within, counts):
-    outcome = agreement({"x": old}, {"x": new}, {"x": within}, {"x": new})
-    assert (outcome.equal, outcome.within, len(outcome.differences)) == counts
+    pairs = [*compare({"x": old}, {"x": new}, allowance({"x": within}, {"x": new}))]
+    numbers = [pair.verdict for pair in pairs if pair.is_number]
+    assert (numbers.count(EQUAL), numbers.count(WITHIN), differing(pairs)) == counts
+
+
+def differing(pairs):
+    """Return how many pairs of values differ."""
+    return [pair.verdict for pair in pairs].count(DIFFERS)
 
 
 @pytest.mark.parametrize("elsewhere", [{}, {"x": 1.0}, None])
 @pytest.mark.parametrize(("old", "new"), [({}, {"x": 1.0}), ({}, {"x": "a"}), ({"x": "a"}, {}), ({"x": {}}, {"x": {"y": None}})])
 def test_what_one_side_has_not_agrees_with_nothing(old, new, elsewhere):
-    assert len(agreement(old, new, {}, elsewhere).differences) == 1
+    assert differing(compare(old, new, allowance({}, elsewhere))) == 1
 
 
 def test_a_word_may_be_that_of_a_start_that_is_rounded_elsewhere():
-    assert not agreement({"x": "bounded"}, {"x": "drifts"}, {}, {"x": "bounded"}).differences
-    assert agreement({"x": "kept"}, {"x": "drifts"}, {}, {"x": "bounded"}).differences
+    rounding = allowance({}, {"x": "bounded"})
+    assert differing(compare({"x": "bounded"}, {"x": "drifts"}, rounding)) == 0
+    assert differing(compare({"x": "kept"}, {"x": "drifts"}, rounding)) == 1
 
 
 # ---- the code -----------------------------------------------------------------------------------------------------------------
@@ -447,7 +455,7 @@ def test_a_word_may_be_that_of_a_start_that_is_rounded_elsewhere():
 def test_the_code_is_the_file_and_what_it_imports_beside_it(codes):
     code = code_of("./ball.py:step")
     assert (code.method, sorted(code.files)) == ("./ball.py:step", ["ball.py", "forces.py"])
-    assert code.digest == digest_of({name: (codes / name).read_bytes() for name in ("forces.py", "ball.py")})
+    assert code.digest == Code("", {name: (codes / name).read_bytes() for name in ("forces.py", "ball.py")}).digest
     (codes / "table.txt").write_text("1")
     assert "table.txt" in code_of("ball.py:step", files=["table.txt"]).files
     (codes / "forces.py").write_text(contestants.FORCES + "# more\n")
@@ -457,8 +465,8 @@ def test_the_code_is_the_file_and_what_it_imports_beside_it(codes):
 def test_the_hash_is_of_names_and_contents():
     files = {"a": b"1", "b": b"2"}
     others = [{"a": b"1", "b": b"3"}, {"a": b"1", "c": b"2"}, {"a": b"12", "b": b""}, {"a": b"1"}, {"a": b"2", "b": b"1"}]
-    assert len({digest_of(contents) for contents in [files, *others]}) == 6
-    assert digest_of(dict(reversed(files.items()))) == digest_of(files)
+    assert len({Code("", contents).digest for contents in [files, *others]}) == 6
+    assert Code("", dict(reversed(files.items()))).digest == Code("", files).digest
 
 
 def test_a_program_is_its_file_and_an_interpreter_is_named(codes):

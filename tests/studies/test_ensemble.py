@@ -13,7 +13,7 @@ from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.members import members
-from daebench.studies.ensemble.distributions.starts import Starts
+from daebench.starts.members import Starts
 from daebench.studies.ensemble.figure import draw
 
 FEW = {"case": "horizontal", "method": "rattle", "h": 0.1, "members": 12, "lanes": 4, "threads": 1}

@@ -10,9 +10,9 @@ from own_files import ORBIT, RING
 from daebench.cli.grids import shared
 from daebench.compiler.definition import source_in
 from daebench.methods.catalogue import find_problem
+from daebench.records.store import opened
 from daebench.runs.make_ivp import make_ivp
 from daebench.studies.grid.run_specification import defined_by
-from daebench.studies.grid.store import opened
 from daebench.studies.grid.study import Study
 
 CHAIN = '''"""A row of beads."""

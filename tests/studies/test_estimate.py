@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from daebench.errors import BadInput
+from daebench.records.code import code_version
+from daebench.records.store import StoredRow, opened
 from daebench.studies.grid.estimate import LEAST_COMPILE, LEAST_SECONDS, MOST_COMPILE, STEP_SECONDS, TOLERANCE_SECONDS, estimate
-from daebench.studies.grid.run_specification import GridRun, code_version
-from daebench.studies.grid.store import StoredRow, opened
+from daebench.studies.grid.run_specification import GridRun
 
 FIXED = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.01, t_end=100.0, metrics=("energy",))
 CHOSEN = replace(FIXED, method="scipy:DOP853", value=1e-6)

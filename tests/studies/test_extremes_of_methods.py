@@ -11,9 +11,9 @@ from daebench.diagnostics.drift import VERDICTS
 from daebench.errors import BadInput, Interrupted
 from daebench.methods.fixed_step.stepping import ITS_OWN
 from daebench.methods.names import parse
+from daebench.records.store import opened
 from daebench.studies.grid.outcomes import OUTCOMES, SIZED
 from daebench.studies.grid.runs import runs_of
-from daebench.studies.grid.store import opened
 from daebench.studies.stability import lost_motion, outcome_map, parameter_range, penalty, round_off, step_limit
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.study import EXTREMES, chosen

@@ -22,17 +22,17 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.foreign import ForeignName, Trust, admit, is_own_method
 from daebench.methods.names import CONSTRAINED, POISSON
 from daebench.methods.outside.read import content_of, method_from
-from daebench.reference.keep.store import checksum
-from daebench.studies.certificate.code import code_of, put
+from daebench.records import store as store_file
+from daebench.records.code import code_of, put
+from daebench.records.seals import checksum, digests
+from daebench.records.store import opened
 from daebench.studies.certificate.make import make
-from daebench.studies.certificate.record import NAME, digests, write
-from daebench.studies.grid import store as store_file
+from daebench.studies.certificate.record import NAME, write
 from daebench.studies.grid.archive import write_archive
-from daebench.studies.grid.checkpoint import LAYOUT
 from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.store import opened
 from daebench.studies.grid.study import Study
+from daebench.studies.long.checkpoint import LAYOUT
 
 SEED = 45
 SHORT, WHOLE = 60, 2500

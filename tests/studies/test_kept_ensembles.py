@@ -8,17 +8,18 @@ import pytest
 
 import daebench
 from daebench.errors import BadInput, Interrupted
+from daebench.records.comparison import EQUAL
+from daebench.records.store import Store, StoreWarning, opened
 from daebench.studies.ensemble import stored
 from daebench.studies.grid import schedulers
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.member_runs import MemberRuns, members_of
-from daebench.studies.grid.reproduce import EQUAL, compared
+from daebench.studies.grid.reproduce import compared
 from daebench.studies.grid.schedulers import dask_cluster, local_processes
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import Store, StoreWarning, opened
 
 SWINGS = {"case": "horizontal", "method": "rattle", "h": 0.1, "t_end": 5, "members": 12, "points": 6}
 ARRAYS = ("states", "index", "ends", "steps", "status", "pivots")

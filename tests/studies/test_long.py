@@ -22,14 +22,13 @@ from daebench.diagnostics.random_walk import Walk
 from daebench.errors import BadInput
 from daebench.runs.ivp import PoissonIvp
 from daebench.runs.request import Request
-from daebench.studies.grid import checkpoint
-from daebench.studies.grid.checkpoint import Checkpoint, group_identity, identity, load, load_group, resumed, save
-from daebench.studies.grid.interrupts import terminated_as_interrupted
-from daebench.studies.long import blocks, initial_conditions
+from daebench.studies.long import blocks, checkpoint, initial_conditions
 from daebench.studies.long import run as long_run
 from daebench.studies.long.blocks import MANY, Blocks, middles
+from daebench.studies.long.checkpoint import Checkpoint, group_identity, identity, load, load_group, resumed, save
 from daebench.studies.long.ensemble import Ensemble, run_member
 from daebench.studies.long.initial_conditions import start_of
+from daebench.studies.long.interrupts import terminated_as_interrupted
 from daebench.studies.long.run import LongRun, Stream
 from daebench.studies.long.table import growth, members_table, share, windows_table
 from daebench.studies.long.verdict import sentence

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from daebench.errors import BadInput
-from daebench.studies.grid.checkpoint import group_identity, load_group, save_group
-from daebench.studies.grid.interrupts import terminated_as_interrupted
 from daebench.studies.long import blocks, initial_conditions, lanes
 from daebench.studies.long import ensemble as ensembles
 from daebench.studies.long import run as long_run
+from daebench.studies.long.checkpoint import group_identity, load_group, save_group
 from daebench.studies.long.ensemble import Ensemble
 from daebench.studies.long.initial_conditions import start_of, starts_of
+from daebench.studies.long.interrupts import terminated_as_interrupted
 from daebench.studies.long.lanes import LaneStream
 from daebench.studies.long.run import LongRun, Stream
 

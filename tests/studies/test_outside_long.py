@@ -8,10 +8,9 @@ from outside_code import RATTLE
 
 from daebench.errors import BadInput
 from daebench.methods.outside import limit
-from daebench.studies.grid import interrupts
-from daebench.studies.grid.checkpoint import identity, load, resumed, save
-from daebench.studies.long import blocks
+from daebench.studies.long import blocks, interrupts
 from daebench.studies.long import run as long_run
+from daebench.studies.long.checkpoint import identity, load, resumed, save
 from daebench.studies.long.ensemble import run_member
 from daebench.studies.long.run import LongRun, Stream
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from daebench.errors import BadInput
+from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
+from daebench.records.store import StoredRow, as_json, of_json, opened
 from daebench.runs.members import members
 from daebench.studies.ensemble import energies
 from daebench.studies.grid import parameter_rows
@@ -14,12 +16,11 @@ from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import frame
 from daebench.studies.grid.measure import measured_row, row_of
 from daebench.studies.grid.parameter_runs import ParameterRuns
-from daebench.studies.grid.reproduce import DIFFERS, EQUAL, WITHIN, compared
+from daebench.studies.grid.reproduce import compared
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import runs_of
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import StoredRow, as_json, of_json, opened
 
 FAST = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 10.0, "metrics": ("energy", "manifold", "jump"), "varied": "gravity"}
 GRAVITIES = tuple(np.geomspace(0.01, 300.0, 12).tolist())

@@ -10,7 +10,7 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
-from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.starts.draw import draw_starts
 from daebench.studies.step_for.statistics import known, means, quantity
 
 DOUBLE = {"case": "horizontal", "method": "rattle", "members": 1024, "drawn": {"size": 1e-3}}

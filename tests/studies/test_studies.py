@@ -22,16 +22,16 @@ from daebench.methods import run as api
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.problems import planar_pendulum
+from daebench.records import code
+from daebench.records.store import LAYOUT, Store, StoredRow, StoreFull, opened
 from daebench.reference.keep.store import load
-from daebench.studies.grid import run_specification as specifications
+from daebench.starts.members import neighbour
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import dask_cluster
 from daebench.studies.grid.specification_key import key_of, require_possible
-from daebench.studies.grid.store import LAYOUT, Store, StoredRow, StoreFull, opened
 from daebench.studies.grid.study import Study
-from daebench.studies.initial_conditions import neighbour
 from daebench.systems.files import package as package_files
 
 PENDULUM = {"problem": "planar_pendulum", "cases": ["rotating"], "t_end": 4.0}
@@ -411,7 +411,7 @@ def test_code_and_versions_are_in_the_key(monkeypatch):
 
 
 def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, monkeypatch):
-    here = specifications._files()
+    here = code.deciding_files()
     assert {"studies/grid/run_specification.py", "methods/solvers/drive.py", "reference/keep/store.py", "problems/torus.py"} <= set(here)
     assert not any(name.startswith(("cli/", "reports/")) for name in here)
     assert len({file.resolve() for file in here.values()}) == len(here)
@@ -420,7 +420,7 @@ def test_the_code_of_linked_folders_is_in_what_numbers_are_made_by(tmp_path, mon
         installed.parent.mkdir(parents=True, exist_ok=True)
         installed.write_bytes(file.read_bytes())
     monkeypatch.setattr(package_files, "folder", lambda package: tmp_path.joinpath(*package.split(".")))
-    assert sorted(specifications._files()) == sorted(here)
+    assert sorted(code.deciding_files()) == sorted(here)
 
 
 def test_the_reference_is_in_the_key_of_what_is_measured_against_it(monkeypatch):
@@ -488,7 +488,7 @@ def test_a_file_of_another_layout_is_refused_and_left_as_it_is(tmp_path, step, a
 
 def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkeypatch):
     study(values={"h": [1 / 16, 1 / 32]}).table(store)
-    monkeypatch.setattr(specifications, "made_by", lambda: "another version")
+    monkeypatch.setattr(code, "made_by", lambda: "another version")
     monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
     wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).specifications()}
     assert len(store.outdated(wanted)) == 1
@@ -525,7 +525,7 @@ def test_a_study_that_is_killed_keeps_what_was_done_and_goes_on(tmp_path, monkey
     program = f"""
     from pathlib import Path
     from daebench.studies.grid.study import Study
-    from daebench.studies.grid.store import opened
+    from daebench.records.store import opened
     from daebench.studies.grid.schedulers import local_processes
     if __name__ == "__main__":
         values = [1 / k for k in range(16, 400)]

@@ -13,15 +13,15 @@ from daebench.errors import BadInput
 from daebench.methods import run as api
 from daebench.methods.ensemble import heyoka_batches
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.records.store import opened
 from daebench.reference.solution import reference_solution
-from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.starts.draw import draw_starts
 from daebench.studies.ensemble.references import bounds_of, member_references
 from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.runs import runs_of
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.start_rows import members_of
-from daebench.studies.grid.store import opened
 from daebench.studies.work_precision.band_figure import bands
 from daebench.studies.work_precision.intervals import median, share
 from daebench.studies.work_precision.starts import Curves, curves_of, output_times, runs_from_starts

@@ -61,20 +61,27 @@ def method_from(name: str) -> OutsideMethod:
 
 
 def _program(name: str) -> OutsideMethod:
-    words, files = _command(name)
-    return method_of_program(name, words, _content(files))
+    program, words = command(name)
+    return method_of_program(name, [program, *words[1:]], _content(_files(program, words)))
 
 
-def _command(name: str) -> tuple[list[str], list[Path]]:
-    """Return the words of a program with its arguments, and the files among them."""
+def command(name: str) -> tuple[str, list[str]]:
+    """Return the path of a program, and the words that name it and its arguments; raise BadInput where there is none."""
     try:
         words = shlex.split(name.removeprefix(PROGRAM))
     except ValueError as error:
         raise BadInput(f"{name}: {error}; give a program and its arguments as in a shell.") from None
-    program = shutil.which(words[0]) if words else None
+    if not words:
+        raise BadInput(f"{name} names no program; give its path, for example exec:./program.")
+    program = shutil.which(words[0])
     if program is None:
         raise BadInput(f"{name}: there is no such executable program; give its path, for example exec:./program.")
-    return [program, *words[1:]], [Path(program), *(path for path in map(Path, words[1:]) if path.is_file())]
+    return program, words
+
+
+def _files(program: str, words: Sequence[str]) -> list[Path]:
+    """Return the files among a program and its arguments."""
+    return [Path(program), *(path for path in map(Path, words[1:]) if path.is_file())]
 
 
 def content_of(name: str) -> str:
@@ -86,7 +93,7 @@ def content_of(name: str) -> str:
         If there is no such file.
     """
     if name.startswith(PROGRAM):
-        return _content(_command(name)[1])
+        return _content(_files(*command(name)))
     place = FILE.fullmatch(name)
     assert place is not None
     path = execute.existing(place["path"], "method", "daebench list methods")
@@ -95,4 +102,4 @@ def content_of(name: str) -> str:
 
 def _content(files: Sequence[Path]) -> str:
     """Return the digest of files, which do not count by the folder that they are in."""
-    return digest_of_files((file.name, file) for file in files)
+    return digest_of_files((file.name, file.read_bytes()) for file in files)

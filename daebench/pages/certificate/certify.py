@@ -6,10 +6,10 @@ from typing import Any
 
 from daebench.errors import BadInput
 from daebench.pages.certificate.page import write_page_of
+from daebench.records.code import put
 from daebench.runs.files import atomic_folder, make_folder
 from daebench.runs.json_values import plain
 from daebench.studies.certificate import process
-from daebench.studies.certificate.code import put
 from daebench.studies.certificate.make import make
 from daebench.studies.certificate.read import Unverified, read
 from daebench.studies.certificate.record import NAME, Certificate, write

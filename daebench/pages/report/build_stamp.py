@@ -1,6 +1,5 @@
 """Build stamp of a page: a digest of the code that made it, and one of each of its files, by which it is known to be up to date."""
 
-import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from daebench.pages.report.versions import versions
+from daebench.records.seals import sha256
 from daebench.runs.files import atomic
 from daebench.runs.json_values import strict
 from daebench.runs.outputs import require_own_folder
@@ -99,7 +99,7 @@ def contents(folder: Path) -> dict[str, str]:
     """Return the digest of every file of a page, by its path in the folder; databases of runs are no part of it."""
     shown = (".html", ".svg", ".png", ".csv")
     return {
-        str(path.relative_to(folder).as_posix()): hashlib.sha256(path.read_bytes()).hexdigest()
+        str(path.relative_to(folder).as_posix()): sha256(path.read_bytes())
         for path in sorted(folder.rglob("*"))
         if path.suffix in shown and not path.name.startswith(".")
     }
@@ -107,18 +107,11 @@ def contents(folder: Path) -> dict[str, str]:
 
 def digest(outside: Iterable[Path] = ()) -> str:
     """Return the digest of the package as a whole, and of the files outside of it that decide a page."""
-    return _hashed(_package(), ((path.name, path) for path in outside))
+    return package.digest_of_files(((path.name, path.read_bytes()) for path in outside), _package())
 
 
 @cache
 def _package() -> str:
     """Return the digest of the package's code, templates and certified references, and of the versions of the packages it stands on."""
-    return _hashed(json.dumps(versions(), sort_keys=True), sorted(package.files(*SOURCES).items()))
-
-
-def _hashed(text: str, files: Iterable[tuple[str, Path]]) -> str:
-    hashed = hashlib.sha256(text.encode())
-    for name, path in files:
-        content = path.read_bytes()
-        hashed.update(f"{name} {len(content)}\n".encode() + content)
-    return hashed.hexdigest()
+    files = ((name, path.read_bytes()) for name, path in sorted(package.files(*SOURCES).items()))
+    return package.digest_of_files(files, json.dumps(versions(), sort_keys=True))

@@ -10,11 +10,12 @@ from daebench.errors import DaebenchError
 from daebench.pages.report.deferred import meanwhile
 from daebench.pages.report.page import Progress
 from daebench.pages.report.two_processes import two_processes
+from daebench.records.code import code_version
+from daebench.records.store import Store, StoredRow
 from daebench.studies.grid.measure import timed_request, with_time
-from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import Store, StoredRow
 
 Processes = Callable[[], AbstractContextManager[Executor]]
 

@@ -11,6 +11,7 @@ from operator import itemgetter
 import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
+from daebench.records.store import Store
 from daebench.studies.advise.advice import RUNNERS_UP, Choice
 from daebench.studies.advise.conserved import Kept, keeps
 from daebench.studies.advise.question import LONGER, Question
@@ -21,7 +22,6 @@ from daebench.studies.grid.reference import certified_of, own_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import Store
 
 Progress = Callable[[float, str], None]
 """Called with the fraction of the work done and a label of the current task."""

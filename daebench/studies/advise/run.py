@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 from daebench.compiler.cache import cache_directory
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.records.store import opened
 from daebench.studies.advise.advice import Advice
 from daebench.studies.advise.candidates import candidates
 from daebench.studies.advise.choice import Progress, Work, chosen_of, reference_of, searched, why_nothing
 from daebench.studies.advise.question import SHARE, STARTS, Question
 from daebench.studies.advise.sensitivity import OverStarts, changes
-from daebench.studies.grid.store import opened
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian

@@ -11,14 +11,14 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import CONSTRAINED, POISSON, parse
 from daebench.methods.outside.method import Stated
 from daebench.methods.outside.read import PROGRAM
+from daebench.records.code import Code, code_digest, code_of
+from daebench.records.seals import digests
 from daebench.runs import provenance
 from daebench.runs.machine import machine
 from daebench.studies.certificate import process
-from daebench.studies.certificate.code import Code, code_of
-from daebench.studies.certificate.record import digests, verdicts
+from daebench.studies.certificate.record import verdicts
 from daebench.studies.certificate.verify import measured
 from daebench.studies.grid.archive import definition_files
-from daebench.studies.grid.run_specification import code_digest
 from daebench.systems.files.execute import is_path
 
 USUAL = {

@@ -1,17 +1,15 @@
 """Certificates read with care, for they may come from anybody: form, version, checksum, and the files of the code by their hashes."""
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError
-from daebench.reference.keep.store import checksum
+from daebench.records.code import LARGEST, Code
+from daebench.records.seals import checksum, of_another_version, sha256, words
 from daebench.runs.json_values import strict
 from daebench.runs.schema import WrongField, shown
-from daebench.studies.certificate.code import LARGEST, Code
-from daebench.studies.certificate.form import require_form
-from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificate
+from daebench.studies.certificate.record import FORMAT, NAME, SCHEMA, Certificate, require_form
 from daebench.systems.files.execute import is_path
 
 LONGEST = 2**24
@@ -45,18 +43,13 @@ def read(path: Path) -> Certificate:
             raise Unverified(f"{path} is larger than {LONGEST >> 20} MB, which no certificate is.")
         content = strict(path.read_bytes().decode("utf-8"))
     except (OSError, ValueError) as error:
-        raise Unverified(f"{path} is not a certificate, or is damaged: {_words(error)}; get it again from where it came.") from error
+        raise Unverified(f"{path} is not a certificate, or is damaged: {words(error)}; get it again from where it came.") from error
     try:
         _require_ours(path, content)
         require_form(content)
     except (WrongField, RecursionError) as error:
-        raise Unverified(f"{path} is not what daebench certify writes: {_words(error)}; make it again.") from error
+        raise Unverified(f"{path} is not what daebench certify writes: {words(error)}; make it again.") from error
     return Certificate(path.parent, content)
-
-
-def _words(error: Exception) -> str:
-    name = "" if isinstance(error, WrongField) else f"{type(error).__name__} "
-    return f"{name}{' '.join(str(error).split())[:200]}".strip().rstrip(".")
 
 
 def _require_ours(path: Path, content: Any) -> None:
@@ -64,10 +57,8 @@ def _require_ours(path: Path, content: Any) -> None:
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         said = content.get("schema") if isinstance(content, dict) else None
         raise Unverified(f"{path} is not a certificate of daebench{f': it says it is {shown(said)}' if said else ''}.")
-    layout = content.get("format")
-    if layout != FORMAT or isinstance(layout, bool):
-        age = "a newer" if isinstance(layout, int) and layout > FORMAT else "another"
-        raise Unverified(f"{path} was written by {age} daebench (format {shown(layout)}, here {FORMAT}); take that version.")
+    if sentence := of_another_version(path, content.get("format"), FORMAT):
+        raise Unverified(sentence)
     if content.get("checksum") != checksum(content):
         raise Unverified(f"{path} is not what was written: its checksum does not fit; get it again from where it came.")
 
@@ -98,15 +89,8 @@ def _require_beside(certificate: Certificate, code: Code) -> None:
         name = problem["problem"]
         if is_path(name) and name.removeprefix("./") not in problem["files"]:
             raise Unverified(f"the problem {name[:80]} is not among the files beside the certificate; nothing is run.")
-    if not _is_beside(code):
+    if not code.is_beside:
         raise Unverified(f"the code {code.method[:80]} is not among the files beside the certificate; nothing is run.")
-
-
-def _is_beside(code: Code) -> bool:
-    try:
-        return code.is_beside
-    except ValueError:  # a program and arguments that no shell would take
-        return False
 
 
 def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:
@@ -126,7 +110,7 @@ def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:
             contents[name] = path.read_bytes()
         except OSError as error:
             raise Unverified(f"the file {name} of {folder} cannot be read ({error.strerror}); get it again.") from error
-        actual = hashlib.sha256(contents[name]).hexdigest()
+        actual = sha256(contents[name])
         if actual != digest:
             raise Unverified(f"the SHA-256 of {name} is {digest[:64]} in the certificate, and {actual} of the file; it is other code.")
     return contents

@@ -1,15 +1,35 @@
-"""A certificate: what it consists of, what became of its claims, and how it is written."""
+"""A certificate: what it consists of, what its fields must be whoever wrote them, what became of its claims, and how it is written."""
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from daebench.reference.keep.store import checksum
+from daebench.methods.outside.method import Stated
+from daebench.records.seals import is_inside, sealed
 from daebench.runs.files import atomic
 from daebench.runs.json_values import plain
+from daebench.runs.provenance import ORIGIN
+from daebench.runs.request import ON_SINGULAR
+from daebench.runs.schema import (
+    DIGEST,
+    POSITIVE,
+    SECONDS,
+    Either,
+    Fields,
+    Flag,
+    Items,
+    Kind,
+    Named,
+    Nothing,
+    Number,
+    Text,
+    Whole,
+    WrongField,
+    maybe,
+    wrong,
+)
 from daebench.studies.claims.bench import FALLS_SHORT, OK, UNDETERMINED
 
 SCHEMA = "daebench certificate"
@@ -97,10 +117,134 @@ def write(folder: Path, content: Mapping[str, Any]) -> Path:
     """Write a certificate into a folder, with its checksum, and return its path."""
     whole = plain({"schema": SCHEMA, "format": FORMAT, **content})
     with atomic(folder / NAME) as scratch:
-        scratch.write_text(json.dumps(whole | {"checksum": checksum(whole)}, indent=1, allow_nan=False) + "\n", encoding="ascii")
+        scratch.write_text(json.dumps(sealed(whole), indent=1, allow_nan=False) + "\n", encoding="ascii")
     return folder / NAME
 
 
-def digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Return the SHA-256 of each of some files."""
-    return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+MOST_PROBLEMS, MOST_STEPS, MOST_RUNS = 32, 10**8, 64
+"""Problems of a certificate, steps of a run, and runs of an order study, at most: a certificate of others is not to keep a machine busy."""
+
+SHORT, PLACE, WORDS = Text(200), Text(4096, 1), Text(10_000)
+NUMBER = maybe(Number(), "a finite number")
+SERIES = Items(NUMBER)
+STEPS = Whole(1, MOST_STEPS)
+
+
+class Inside:
+    """The path of a file that stands beside a certificate."""
+
+    def read(self, value: Any, place: str) -> str:
+        """Return the path; refuse one that leads out of its folder."""
+        if not is_inside(PLACE.read(value, place)):
+            raise wrong(place, value, "a path that does not lead out of its folder")
+        return str(value)
+
+
+FILES = Named(DIGEST, Inside())
+CODE = Fields({"hash": DIGEST, "files": FILES, "executable": Items(Inside())})
+
+SETTING = Fields(
+    {
+        "h": POSITIVE,
+        "counts": Items(STEPS, 1, MOST_RUNS),
+        **dict.fromkeys(("steps", "every", "error_steps", "checked_steps"), STEPS),
+    }
+)
+
+CLAIMED = Either((Nothing(), Flag(), Whole()), "nothing, true, false or an order")
+FINDING = Fields(
+    {
+        "property": SHORT,
+        "claimed": CLAIMED,
+        "verdict": SHORT,
+        "note": WORDS,
+        **dict.fromkeys(("measured", "bound", "standard_error"), NUMBER),
+    }
+)
+
+FAILURE = maybe(WORDS, "a sentence")
+ENERGY = Fields(
+    {
+        "t": NUMBER,
+        "verdict": SHORT,
+        "law": WORDS,
+        "reason": WORDS,
+        "failure": FAILURE,
+        **dict.fromkeys(("largest", "exponent", "change_bound", "size"), NUMBER),
+    }
+)
+
+ERROR: Mapping[str, Kind] = {
+    "t": NUMBER,
+    "value": NUMBER,
+    "bound": NUMBER,
+    "reference": WORDS,
+    "sha256": maybe(DIGEST, "a SHA-256"),
+    "failure": FAILURE,
+}
+FIT = Fields({"order": NUMBER, "standard_error": NUMBER})
+
+NUMBERS = Fields(
+    {
+        "error": Fields(ERROR),
+        "energy": ENERGY,
+        "conserved": Named(NUMBER, SHORT),
+        "curve": Fields(dict.fromkeys(("t", "least", "largest"), SERIES)),
+        "claims": Named(FINDING, SHORT),
+        "orders": Fields({"components": Named(FIT, SHORT), "contraction": NUMBER, "h": SERIES, "errors": Named(SERIES, SHORT)}),
+    }
+)
+
+ASKED: Mapping[str, Kind] = {
+    "problem": PLACE,
+    "case": maybe(SHORT, "a name"),
+    "changed": Named(Number(), SHORT),
+    "guessed": Flag(),
+    "h": maybe(POSITIVE, "a positive number"),
+    "files": FILES,
+}
+MEASURED: Mapping[str, Kind] = {"parameters": Named(Number(), SHORT), "definition": DIGEST, "setting": SETTING, "numbers": NUMBERS}
+
+
+class Problem:
+    """A problem: with what was measured, or with why it was refused."""
+
+    measured, refused = Fields({**ASKED, **MEASURED}), Fields({**ASKED, "refused": WORDS}, MEASURED)
+
+    def read(self, value: Any, place: str) -> dict[str, Any]:
+        """Return its fields; refuse a step size that is not the one that was asked for."""
+        is_refused = isinstance(value, Mapping) and "refused" in value
+        problem = (self.refused if is_refused else self.measured).read(value, place)
+        if "setting" in problem and problem["h"] not in (None, problem["setting"]["h"]):
+            raise WrongField(f"{place}.setting.h is not the step size that was asked for")
+        return problem
+
+
+STATED = Fields({}, {entry.name: Whole() if entry.name == "order" else Flag() for entry in fields(Stated)})
+
+CERTIFICATE = Fields(
+    {
+        "schema": Text(words=(SCHEMA,)),
+        "format": Whole(FORMAT, FORMAT),
+        "checksum": DIGEST,
+        "method": PLACE,
+        "code": CODE,
+        "options": Named(Number(), SHORT),
+        "anyway": Flag(),
+        "claims": STATED,
+        **dict.fromkeys(("holds", "falls_short", "undetermined"), Items(SHORT)),
+        "problems": Items(Problem(), 1, MOST_PROBLEMS),
+        "about": Fields({**ORIGIN, "daebench": DIGEST, "seconds_per_step": Items(maybe(SECONDS, "a time"), most=MOST_PROBLEMS)}),
+    },
+    {"on_singular": maybe(Text(words=tuple(ON_SINGULAR)), f"one of {', '.join(ON_SINGULAR)}")},  # earlier versions have none
+)
+
+
+def require_form(content: Any) -> None:
+    """Refuse what has not the fields of a certificate, or whose fields do not fit together."""
+    certificate = CERTIFICATE.read(content)
+    if not set(certificate["code"]["executable"]) <= set(certificate["code"]["files"]):
+        raise WrongField("code.executable has a file that is not in code.files")
+    stated = verdicts(certificate["problems"])
+    if wrong_names := [name for name in stated if certificate[name] != stated[name]]:
+        raise WrongField(f"{wrong_names[0]} are not the claims that have this verdict on the problems")

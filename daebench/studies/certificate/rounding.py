@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from typing import Any
 
+from daebench.records.comparison import Place, Rounding, is_number, same_sentence
 from daebench.studies.certificate.convergence import FALLS, leading
 from daebench.studies.claims.bench import ROUNDINGS, Bench, Finding
 from daebench.studies.orders.series import Point, Series
@@ -13,9 +14,48 @@ FLOORS = 9.0
 """What rounding alone decides, as the floor of differences, is known to a factor of ten: it may be off by so many times itself."""
 
 
-def is_number(x: Any) -> bool:
-    """Return whether a value is a number, and no truth value."""
-    return isinstance(x, int | float) and not isinstance(x, bool)
+RELATIVE = 1e-6
+"""Numbers may differ by this part of the larger one besides: it is less than any of them is worth."""
+
+UNKNOWN = object()
+"""In the place of a value that is not there; it agrees with nothing."""
+
+
+def allowance(within: Any, elsewhere: Any) -> Rounding:
+    """Return which differences between a certificate and a new measurement rounding may make.
+
+    ::
+
+        |a - b| <= 1e-6 max(|a|, |b|) + within
+
+    Other values may be those of the measurement ``elsewhere``, from a start that is rounded differently; sentences may differ in the
+    numbers and paths in them.
+
+    Parameters
+    ----------
+    within : object
+        How far each number may be off by rounding, of the shape of the certificate where it is known.
+    elsewhere : object
+        The values from a start that is rounded differently.
+    """
+
+    def rounding(place: Place, old: Any, new: Any) -> bool:
+        other, most = _at(elsewhere, place), _at(within, place)
+        if is_number(old) and is_number(new):
+            return bool(abs(old - new) <= RELATIVE * max(abs(old), abs(new)) + (most if is_number(most) else 0.0))
+        return same_sentence(old, new) or same_sentence(old, other)
+
+    return rounding
+
+
+def _at(tree: Any, place: Place) -> Any:
+    """Return the value in a place of a tree; :data:`UNKNOWN` if there is none."""
+    for key in place:
+        if isinstance(tree, dict):
+            tree = tree.get(key, UNKNOWN)
+        else:
+            tree = tree[key] if isinstance(tree, list) and isinstance(key, int) and key < len(tree) else UNKNOWN
+    return tree
 
 
 def differences(a: Any, b: Any, factor: float) -> Any:

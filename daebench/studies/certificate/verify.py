@@ -1,19 +1,20 @@
 """Verification of a certificate: the same code is run on the same problems, and its numbers are compared."""
 
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from daebench.errors import bounded
 from daebench.methods.foreign import ForeignName, Trust, admit
+from daebench.records.code import Code, code_digest, put
+from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, Compared, compare
+from daebench.records.seals import digests
 from daebench.studies.certificate import process
-from daebench.studies.certificate.agreement import Agreement, Difference, agreement
-from daebench.studies.certificate.code import Code, put
 from daebench.studies.certificate.read import code_in, files_in, read
-from daebench.studies.certificate.record import NAME, Certificate, digests, title
-from daebench.studies.grid.run_specification import code_digest
+from daebench.studies.certificate.record import NAME, Certificate, title
+from daebench.studies.certificate.rounding import allowance
 
 ONCE = ("case", "parameters", "definition")
 """Parts of an answer in a certificate for each problem that are compared besides the numbers."""
@@ -94,7 +95,7 @@ def verify_certificate(
 
     **With** ``trust`` **this executes the code that is stored beside it**; without it that of ``code`` alone, and the methods and problems
     of daebench. The hashes of the code's files are checked first, and the files are copied into a
-    separate empty folder. Numbers agree as :func:`daebench.studies.certificate.agreement.agreement` says. Not verified are date, machine,
+    separate empty folder. Numbers agree as :func:`daebench.studies.certificate.rounding.allowance` says. Not verified are date, machine,
     versions and times. The code is run in the same process as what measures it, unless it is a program: a certificate guards against
     mistakes and altered numbers, and not against code that is written to deceive.
 
@@ -138,11 +139,11 @@ def verify_certificate(
     listed = certificate.content["problems"]
     files = {name: content for problem in listed for name, content in files_in(certificate.folder, problem["files"]).items()}
     answers = measured(measured_code, [_task(certificate, problem) for problem in listed], files, seconds_limit, progress)
-    agreements = [_held(problem, answer) for problem, answer in zip(listed, answers, strict=True)]
-    faults = tuple(difference.sentence for outcome in agreements for difference in outcome.differences)
+    pairs = [(problem, pair) for problem, answer in zip(listed, answers, strict=True) for pair in _compared(problem, answer)]
+    faults = tuple(_sentence(problem, pair) for problem, pair in pairs if pair.verdict == DIFFERS)
     problems = tuple({**problem, **answer} for problem, answer in zip(listed, answers, strict=True))
-    equal, within = (sum(getattr(outcome, name) for outcome in agreements) for name in ("equal", "within"))
-    return Verification(certificate, problems, equal, within, faults)
+    numbers = [pair.verdict for _, pair in pairs if pair.is_number]
+    return Verification(certificate, problems, numbers.count(EQUAL), numbers.count(WITHIN), faults)
 
 
 def foreign_names(certificate: Certificate, code: Code) -> list[ForeignName]:
@@ -164,14 +165,16 @@ def _task(certificate: Certificate, problem: Mapping[str, Any]) -> dict[str, Any
     }
 
 
-def _held(problem: Mapping[str, Any], answer: Mapping[str, Any]) -> Agreement:
-    """Return how the numbers of a problem agree with those of an answer; which are there at all is the first question."""
-    where = (title(problem),)
+def _compared(problem: Mapping[str, Any], answer: Mapping[str, Any]) -> Iterator[Compared]:
+    """Compare the numbers of a problem with those of an answer; whether there are any is the first question."""
     if "refused" in answer or "refused" in problem:
-        certified, new = (part.get("refused", "measured") for part in (problem, answer))
-        whole = agreement(certified, new)
-    else:
-        certified, new = ({name: part[name] for name in ONCE} | part["numbers"] for part in (problem, answer))
-        whole = agreement(certified, new, answer["within"], answer["elsewhere"])
-    placed = tuple(Difference((*where, *difference.place), difference.certified, difference.new) for difference in whole.differences)
-    return Agreement(whole.equal, whole.within, placed)
+        return compare(problem.get("refused", "measured"), answer.get("refused", "measured"), allowance({}, {}))
+    certified, new = ({name: part[name] for name in ONCE} | part["numbers"] for part in (problem, answer))
+    return compare(certified, new, allowance(answer["within"], answer["elsewhere"]))
+
+
+def _sentence(problem: Mapping[str, Any], pair: Compared) -> str:
+    """Return a disagreement in words."""
+    place = (title(problem), *(f"number {key + 1}" if isinstance(key, int) else key[:80] for key in pair.place))
+    old, new = ("nothing" if value is None else repr(value)[:120] for value in (pair.old, pair.new))
+    return f"{' of '.join(reversed(place))} is {old} in the certificate, and {new} when measured again"

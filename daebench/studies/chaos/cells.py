@@ -10,7 +10,7 @@ from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.scales import constrained_scales_of
-from daebench.studies.ensemble.distributions.box import coordinates
+from daebench.starts.box import coordinates
 
 NO_POSITION = "no position found on the manifold"
 NO_MOMENTUM = "no momentum on the manifold"

@@ -13,8 +13,8 @@ from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, Poisso
 from daebench.runs.members import Members, members
 from daebench.runs.scales import constrained_scales_of
 from daebench.runs.texts import bounds, number, words
+from daebench.starts.box import Bounds, bounds_of, coordinates
 from daebench.studies.chaos.cells import INDEPENDENT, Cells
-from daebench.studies.ensemble.distributions.box import Bounds, bounds_of, coordinates
 
 OUTSIDE = "outside of the domain"
 """Why a cell has no start."""

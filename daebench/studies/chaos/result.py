@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, TOLD, UNDETERMINED, Exponents, exponents
 from daebench.methods.ensemble.tangents import TangentGrowth
 from daebench.runs.result import Result
+from daebench.starts.box import coordinates
 from daebench.studies.chaos.plane import Plane
 from daebench.studies.chaos.section import Section
-from daebench.studies.ensemble.distributions.box import coordinates
 
 if TYPE_CHECKING:
     import pandas as pd

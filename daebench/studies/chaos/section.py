@@ -13,8 +13,8 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.request import Request
+from daebench.starts.box import columns, coordinates
 from daebench.studies.chaos.plane import Plane
-from daebench.studies.ensemble.distributions.box import columns, coordinates
 
 MOTIONS = 64
 """Motions whose crossings are drawn, evenly chosen from the starts of a plane."""

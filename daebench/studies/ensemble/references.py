@@ -64,7 +64,7 @@ def member_references(members: Members, t_end: float, outputs: int, h: float) ->
     ::
 
         >>> from daebench import initial_value_problem
-        >>> from daebench.studies.ensemble.distributions.draw import draw_starts
+        >>> from daebench.starts.draw import draw_starts
         >>> some = draw_starts(initial_value_problem("planar_pendulum"), members=4, h=0.1).members
         >>> references = member_references(some, t_end=1.0, outputs=10, h=0.1)
         >>> references.states["q"].shape, bool(references.bound["q"].max() < 1e-11)

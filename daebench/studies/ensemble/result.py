@@ -16,7 +16,7 @@ from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.result import Result
 from daebench.runs.trajectory import Array
-from daebench.studies.ensemble.distributions.box import columns
+from daebench.starts.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
 from daebench.studies.held_verdict import held_verdicts
 

@@ -11,17 +11,17 @@ from daebench.methods.names import fixed_step_method_of
 from daebench.methods.run import prepare
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.request import Progress
-from daebench.studies.ensemble.distributions.draw import distribution_of, draw_starts
-from daebench.studies.ensemble.distributions.grid import Grid
+from daebench.starts.draw import distribution_of, draw_starts
+from daebench.starts.members import Grid
 from daebench.studies.ensemble.result import Ensemble
 from daebench.studies.ensemble.stored import kept_run, settings_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from daebench.records.store import Store
     from daebench.runs.ivp import InitialValueProblem
-    from daebench.studies.ensemble.distributions.starts import Distribution
-    from daebench.studies.grid.store import Store
+    from daebench.starts.members import Distribution
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
 
@@ -83,7 +83,7 @@ def ensemble(
         Number of steps, in place of ``t_end``.
     starts : str or Distribution
         Distribution of the starts: "neighbourhood" of the case, "liouville" or "energy" for the measure that the flow preserves, in a
-        box or at one energy, or "grid", see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
+        box or at one energy, or "grid", see :func:`daebench.starts.draw.draw_starts`.
     drawn : mapping of str, optional
         Settings of the distribution: ``size``, ``box``, ``E``, ``values``.
     vary : mapping of str to (float, float), optional
@@ -102,7 +102,7 @@ def ensemble(
     progress : callable, optional
         Called with the fraction done.
     store : Store, optional
-        Store for pieces of up to 256 members, see :func:`daebench.studies.grid.store.opened`: stored pieces are not run again, and an
+        Store for pieces of up to 256 members, see :func:`daebench.records.store.opened`: stored pieces are not run again, and an
         interrupted ensemble continues to the same bits.
     executor : Executor, optional
         Executor of stored pieces: processes on this machine, or a Dask cluster, see

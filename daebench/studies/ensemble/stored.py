@@ -8,6 +8,7 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.methods.ensemble.result import EnsembleRun
+from daebench.records.store import Store
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -15,7 +16,6 @@ from daebench.runs.trajectory import CONSTRAINED, POISSON
 from daebench.studies.grid.member_runs import MemberRuns, joined, packed
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import Store
 
 PIECE = 256
 """Members of a piece at most: whole vectors, and little lost with what computes it."""

@@ -12,41 +12,109 @@ The archive is a ZIP file::
     pictures/...           errors over step sizes or tolerances
 """
 
-import hashlib
 import json
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from zipfile import ZIP_DEFLATED, ZipFile
 
 from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
-from daebench.methods.foreign import ForeignName, Trust
+from daebench.methods.foreign import ForeignName, Trust, admit
+from daebench.records.code import code_version
+from daebench.records.seals import digests, is_inside, of_another_version, sha256, words
+from daebench.records.store import Store, StoredRow, as_json, of_json
 from daebench.reference.keep.record import Reference
-from daebench.reference.keep.store import written
+from daebench.reference.keep.store import CERTIFICATE, digits, written
 from daebench.runs import provenance
 from daebench.runs.files import atomic
+from daebench.runs.json_values import MOST, strict
 from daebench.runs.machine import machine
+from daebench.runs.provenance import ORIGIN
+from daebench.runs.schema import DIGEST, SECONDS, Fields, Items, Named, Text, Whole, WrongField, shown
+from daebench.runs.zipped import MOST_MEMBERS, UNREADABLE
+from daebench.runs.zipped import unpacked as unpacked_files
 from daebench.studies.grid import archive_figure, export
-from daebench.studies.grid.archive_code import gathered
+from daebench.studies.grid.archive_code import foreign_method, gathered
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.reference import reference_of
-from daebench.studies.grid.run_specification import code_version
+from daebench.studies.grid.row_fields import require_row
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification import specification_of
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import Store, StoredRow, as_json
 from daebench.systems.files.execute import executing_nothing, is_path
 from daebench.systems.files.read import Problem
 from daebench.systems.files.user import own_files
+
+T = TypeVar("T")
 
 FORMAT = 2
 """Version of the layout of archives; version 1 has no code of methods."""
 
 MANIFEST = "manifest.json"
 ROWS = "rows.jsonl"
+
+LARGEST = 2**26
+"""Bytes that an archive may have in any case when it is unpacked."""
+
+RATIO = 50.0
+"""Largest ratio of the bytes of a larger archive to those of its ZIP file; archives of studies have 3 to 30."""
+
+MOST_ROWS = 10**6
+"""Largest number of rows."""
+
+OTHER = "it is not an archive of a study, or is damaged"
+
+READ = (1, FORMAT)
+"""Versions of the layout that are read."""
+
+PLACE = Text(4096, 1)
+MANIFESTED = Fields(
+    {
+        "format": Whole(),
+        **ORIGIN,
+        "own": Items(PLACE),
+        "files": Named(DIGEST, PLACE, MOST_MEMBERS),
+    },
+    {"maker": DIGEST, "executable": Items(PLACE), "without": Named(Text(10_000), PLACE)},
+)
+"""What a manifest says."""
+
+LATER = ("maker", "executable", "without")
+"""What a manifest says since version 2 of the layout."""
+
+
+@dataclass(frozen=True)
+class Archive:
+    """An archive that is what was written.
+
+    Parameters
+    ----------
+    manifest : mapping
+        What it says of itself.
+    rows : tuple of StoredRow
+        The runs.
+    files : mapping of str to bytes
+        All that is in it, by name.
+    """
+
+    manifest: Mapping[str, Any]
+    rows: tuple[StoredRow, ...]
+    files: Mapping[str, bytes]
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Problem files in it that do not come with daebench: code that is executed."""
+        return tuple(self.manifest["own"])
+
+    @property
+    def executable(self) -> tuple[str, ...]:
+        """Files in it that are started as programs."""
+        return tuple(self.manifest.get("executable", ()))
 
 
 @dataclass(frozen=True)
@@ -130,7 +198,7 @@ def _problems(rows: Sequence[StoredRow]) -> Iterator[ForeignName]:
     """Give the names of problems in rows, with the files of those that are files."""
     for name in {row.specification["problem"] for row in rows}:
         files = [file for _, file in definition_files(find_problem(name))] if is_path(name) else []
-        yield ForeignName(name, False, {str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in files})
+        yield ForeignName(name, False, {str(file): sha256(file.read_bytes()) for file in files})
 
 
 def _write(path: Path, files: Mapping[str, bytes], **about: Any) -> None:
@@ -146,7 +214,7 @@ def _write(path: Path, files: Mapping[str, bytes], **about: Any) -> None:
         "machine": machine(),
         "maker": code_version(),
         **about,
-        "files": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()},
+        "files": digests(files),
     }
     with atomic(path) as scratch, ZipFile(scratch, "w", ZIP_DEFLATED) as archive:
         archive.writestr(MANIFEST, json.dumps(manifest, indent=1))
@@ -194,10 +262,9 @@ def _references(specifications: Iterable[Mapping[str, Any]]) -> list[Reference]:
 
 def _certified(reference: Reference) -> dict[str, bytes]:
     """Return the two files of a reference, as they are kept."""
-    text, name = reference.text, reference.name
-    rows = "".join(",".join(row) + "\n" for row in [list(text), *zip(*text.values(), strict=True)])
-    certificate = written(reference.certificate)
-    return {f"references/{name}/certificate.json": certificate.encode("ascii"), f"references/{name}/{name}.csv": rows.encode("ascii")}
+    place = f"references/{reference.name}"
+    certificate = written(reference.certificate).encode("ascii")
+    return {f"{place}/{CERTIFICATE}": certificate, f"{place}/{reference.name}.csv": digits(reference.text)}
 
 
 def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes], without: Mapping[str, str]) -> str:
@@ -209,3 +276,101 @@ def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes], wi
         "To hold it against a new run": f"daebench reproduce {name}",
     }
     return provenance.text(name, about)
+
+
+def read(path: Path, trust: Trust | None = None) -> Archive:
+    """Return an archive, all of it checked; nothing in it is executed.
+
+    Raises
+    ------
+    BadInput
+        If there is none, it is damaged, of another version, or too large, a field is not what daebench writes, a name leads out of it, or
+        it names code that is not in it or not trusted.
+    """
+    if not path.is_file():
+        raise BadInput(f"there is no archive {path}; daebench archive STUDY.db makes one.")
+    try:
+        files = unpacked_files(path, str(path), small=LARGEST, ratio=RATIO)
+        _require_safe(path, files)
+        manifest = strict(files.pop(MANIFEST))
+        if sentence := of_another_version(path, manifest["format"], *READ):
+            raise BadInput(sentence)
+        manifest = MANIFESTED.read(manifest, "manifest")
+        if manifest["format"] > 1 and (lacking := [name for name in LATER if name not in manifest]):
+            raise WrongField(f"manifest has no {lacking[0]}")
+        _require_whole(manifest["files"], files)
+        rows = _rows(files[ROWS])
+    except UNREADABLE as error:
+        raise BadInput(f"{path}: {OTHER}: {words(error)}; get it again from where it came.") from error
+    archive = Archive(manifest, rows, files)
+    if not rows:
+        raise BadInput(f"{path} has no runs, so that there is nothing to compare; archive a study that has some.")
+    runs = [_at_row(path, number, partial(specification_of, row.specification)) for number, row in enumerate(rows, 1)]
+    admit(path, foreign_names(archive), trust or Trust())
+    for number, (run, row) in enumerate(zip(runs, rows, strict=True), 1):
+        _at_row(path, number, partial(_require_of, run, row.row))
+    return archive
+
+
+def _rows(content: bytes) -> tuple[StoredRow, ...]:
+    """Return the rows of a file of them."""
+    if content.count(b"\n") > MOST_ROWS or content.count(b",") > MOST:
+        raise ValueError(f"{ROWS} has too many rows or values")
+    rows = []
+    for number, line in enumerate(content.decode().split("\n"), 1):
+        if line:
+            try:
+                rows.append(_of_digests(of_json(line)))
+            except ValueError as error:
+                raise ValueError(f"{ROWS}, line {number}: {error}") from error
+    return tuple(rows)
+
+
+def _of_digests(row: StoredRow) -> StoredRow:
+    """Return a row whose key and maker are digests, and which took a time."""
+    DIGEST.read(row.key, "key")
+    DIGEST.read(row.maker, "maker")
+    SECONDS.read(row.took, "took")
+    return row
+
+
+def _require_safe(path: Path, names: Iterable[str]) -> None:
+    """Refuse names that lead out of the archive."""
+    for name in names:
+        if not is_inside(name):
+            raise BadInput(f"{path} has a file {name[:80]!r}, whose name leads out of it; it is not unpacked.")
+
+
+def _require_whole(expected: Mapping[str, str], files: Mapping[str, bytes]) -> None:
+    """Refuse what is not what was written."""
+    if altered := dict(expected.items() ^ digests(files).items()):
+        raise ValueError(f"{min(altered)} is not what was written")
+
+
+def _require_of(run: GridRun, row: Mapping[str, Any]) -> None:
+    """Refuse a row that is not of its run, or is of another problem."""
+    require_row(run, row)
+    if row["problem"] != run.problem:
+        raise BadInput(f"row.problem is {shown(row['problem'])}, and must be that of its run.")
+
+
+def _at_row(path: Path, number: int, check: Callable[[], T]) -> T:
+    """Return what a check of a row returns; where it refuses the row, its place is named."""
+    try:
+        return check()
+    except BadInput as error:
+        raise BadInput(f"{path}, {ROWS}, row {number}: {error}") from error
+
+
+def foreign_names(archive: Archive) -> list[ForeignName]:
+    """Return the names of problems and methods in an archive, with the files in it that they lead to."""
+    digests, names = archive.manifest["files"], []
+    for row in archive.rows:
+        problem, method = row.specification["problem"], row.specification["method"]
+        folder = f"{problem.rpartition('/')[0]}/"
+        there = problem in archive.own and problem in digests and problem.startswith("definitions/")
+        names += [
+            ForeignName(problem, False, {name: digest for name, digest in digests.items() if there and name.startswith(folder)}),
+            foreign_method(method, archive.files, digests, archive.executable),
+        ]
+    return names

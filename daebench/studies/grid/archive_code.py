@@ -1,14 +1,13 @@
 """The code of methods from outside in an archive: its files below ``code/``, and the names that lead to them there."""
 
-import shlex
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from daebench.errors import BadInput
 from daebench.methods.foreign import ForeignName
-from daebench.methods.outside.read import FILE, PROGRAM, is_outside
-from daebench.studies.certificate.code import code_of
+from daebench.methods.outside.read import is_outside
+from daebench.records.code import Code, code_of, renamed, words_of
 
 FOLDER = "code"
 """Folder of an archive with the files of methods from outside, a folder for each of them."""
@@ -38,68 +37,30 @@ class Gathered:
 
 def gathered(methods: Iterable[str]) -> Gathered:
     """Return the code of the methods from outside among some; its files are read, and nothing is executed."""
-    names: dict[str, str] = {}
-    files: dict[str, bytes] = {}
-    executable: list[str] = []
+    codes: dict[str, Code] = {}
     without: dict[str, str] = {}
     for k, method in enumerate(filter(is_outside, methods), 1):
         try:
-            code = code_of(method)
+            codes[method] = code_of(method).below(f"{FOLDER}/{k}")
         except BadInput as error:
             without[method] = str(error)
-            continue
-        place = f"{FOLDER}/{k}"
-        names[method] = _moved(code.method, place, code.files)
-        files |= {f"{place}/{name}": content for name, content in code.files.items()}
-        executable += [f"{place}/{name}" for name in sorted(code.executable)]
-    return Gathered(names, files, tuple(executable), without)
-
-
-def _moved(method: str, place: str, files: Collection[str]) -> str:
-    """Return the name of a method whose files are in another place."""
-    if not method.startswith(PROGRAM):
-        return f"./{place}/{method.removeprefix('./')}"
-    words = shlex.split(method.removeprefix(PROGRAM))
-    return PROGRAM + shlex.join([f"./{place}/{word.removeprefix('./')}" if word.removeprefix("./") in files else word for word in words])
+    files = {name: content for code in codes.values() for name, content in code.files.items()}
+    executable = tuple(name for code in codes.values() for name in sorted(code.executable))
+    return Gathered({method: code.method for method, code in codes.items()}, files, executable, without)
 
 
 def placed(method: str, folder: Path) -> str:
     """Return the name of a method of an archive that is unpacked into a folder."""
-    if not is_outside(method):
-        return method
-    if not method.startswith(PROGRAM):
-        return str(folder / method)
-    words = shlex.split(method.removeprefix(PROGRAM))
-    return PROGRAM + shlex.join([str(folder / word) if word.startswith(f"./{FOLDER}/") else word for word in words])
+    return renamed(method, lambda word: str(folder / word) if word.startswith(f"./{FOLDER}/") else word)
 
 
-def foreign_method(method: str, digests: Mapping[str, str], executable: Collection[str]) -> ForeignName:
-    """Return the name of a method in an archive, with the files in the archive that it leads to; there are none if it leads elsewhere.
+def foreign_method(method: str, files: Mapping[str, bytes], digests: Mapping[str, str], executable: Collection[str]) -> ForeignName:
+    """Return the name of a method in an archive, with the digests of the files in it that it leads to; none if it leads elsewhere.
 
-    Parameters
-    ----------
-    method : str
-        The name.
-    digests : mapping of str to str
-        SHA-256 of all files of the archive.
-    executable : collection of str
-        Those of them that are started as programs.
+    ``executable`` are the names of files in the archive that are started as programs.
     """
-    words = list(_words(method))
-    inside = [word.removeprefix("./") for word in words if word.removeprefix("./") in digests and word.startswith(f"./{FOLDER}/")]
-    starts = not method.startswith(PROGRAM) or words[:1] == [word for word in words[:1] if word.removeprefix("./") in executable]
-    by_name = bool(words) and not set(words[0]) & {"/", "\\"}
-    folders = {tuple(name.split("/")[:2]) for name in inside}
-    files = {name: digest for name, digest in digests.items() if tuple(name.split("/")[:2]) in folders}
-    return ForeignName(method, True, files if inside and (starts or by_name) else {}, whole=starts and len(inside) == len(words))
-
-
-def _words(method: str) -> Iterator[str]:
-    """Give the file of a function, or the words of a program with its arguments."""
-    if method.startswith(PROGRAM):
-        try:
-            yield from shlex.split(method.removeprefix(PROGRAM))
-        except ValueError:  # nothing that a shell would take
-            return
-    elif match := FILE.fullmatch(method):
-        yield match["path"]
+    inside = {name: content for name, content in files.items() if name.startswith(f"{FOLDER}/")}
+    code = Code(method, inside, frozenset(executable))
+    folders = {tuple(word.split("/")[1:3]) for word in words_of(method) if word.removeprefix("./") in inside}
+    beside = {name: digest for name, digest in digests.items() if tuple(name.split("/")[:2]) in folders}
+    return ForeignName(method, True, beside if code.is_beside else {}, code.is_alone)

@@ -8,10 +8,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 
 from daebench.errors import BadInput, DaebenchError
+from daebench.records.code import code_version
+from daebench.records.store import StoredRow
 from daebench.studies.grid.measure import stored_row
-from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import has_workers, workers_of
-from daebench.studies.grid.store import StoredRow
 
 MOMENT = 0.1
 """Seconds that a batch should take: handing it out costs a hundredth of that, and no more is lost with what computes it."""
@@ -80,7 +81,7 @@ def _done(running: Iterable[Future[Batch]], executor: Executor) -> set[Future[Ba
 def rows_of(batch: Sequence[Entry], made_by: str) -> Batch:
     """Return the rows of runs by their keys; raise BadInput if this process would make them with something else than the keys say.
 
-    ``made_by`` is the :func:`daebench.studies.grid.run_specification.code_version` of the process that made the keys.
+    ``made_by`` is the :func:`daebench.records.code.code_version` of the process that made the keys.
     """
     if code_version() != made_by:
         worker = f"a worker on {platform.node() or 'another machine'}"

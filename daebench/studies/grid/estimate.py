@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from daebench.records.code import code_version
+from daebench.records.store import Store
 from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.parameter_rows import made_together
-from daebench.studies.grid.run_specification import GridRun, code_version
+from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.store import Store
 
 STEP_SECONDS = 1e-6
 """What a fixed step usually costs: between 1e-7 for RATTLE on a pendulum and 1e-5 for long compositions on large problems."""

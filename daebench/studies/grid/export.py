@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
+from daebench.records.code import code_version
+from daebench.records.store import Store, StoredRow
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
 from daebench.studies.grid.row_fields import require_row
-from daebench.studies.grid.run_specification import code_version
 from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.store import Store, StoredRow
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,7 +39,7 @@ def table_of(store: Store) -> "pd.DataFrame":
     """Return all rows of a store, those with the same run one after the other: what was computed, the run, and what made it.
 
     Columns are those of the rows; the fields of runs that rows do not have; and key, maker and took, see
-    :class:`daebench.studies.grid.store.StoredRow`. What a row has not is missing. A store without rows raises BadInput.
+    :class:`daebench.records.store.StoredRow`. What a row has not is missing. A store without rows raises BadInput.
     """
     rows = list(store.all())
     if not rows:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from daebench.errors import BadInput
+from daebench.records.comparison import same
 from daebench.runs.schema import SECONDS, Either, Fields, Items, Kind, Number, Text, Whole, WrongField, wrong
 from daebench.studies.grid.member_runs import MemberRuns
 from daebench.studies.grid.metrics import METRICS
@@ -78,11 +79,6 @@ def require_row(specification: GridRun, row: Mapping[str, Any]) -> None:
             _require_lengths(specification.members, row)
     except WrongField as error:
         raise BadInput(f"a row of {specification.method[:60]} is not what daebench writes: {error}.") from error
-
-
-def same(one: Any, other: Any) -> bool:
-    """Return whether two values are the same; true is not 1."""
-    return bool(one == other) and isinstance(one, bool) == isinstance(other, bool)
 
 
 def _repeated(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,14 +1,10 @@
 """One run of a study: everything that decides it, as plain values that can be hashed, stored and sent to another machine."""
 
-import hashlib
-import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from functools import cache, lru_cache
-from pathlib import Path
+from functools import lru_cache
 from typing import Any, Self
 
-from daebench.compiler.cache import toolchain
 from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
@@ -16,17 +12,9 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.outside.read import content_of, is_outside
 from daebench.runs.ivp import Ivp
-from daebench.runs.provenance import versions
 from daebench.runs.request import Request, WorkLimit
 from daebench.schemes.kernels.language import ROUNDINGS
-from daebench.studies.initial_conditions import neighbour
-from daebench.systems.files import package
-
-DECIDING = ("numpy", "scipy", "llvmlite", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
-"""Packages whose versions may change a number."""
-
-SHOWING = ("cli", "draw", "pages", "reports")
-"""Folders of this package that only choose runs and show what they gave; so do files of figures."""
+from daebench.starts.members import neighbour
 
 COLUMNS = frozenset(
     {"problem", "case", "method", "knob", "value", "precision", "compensated", "sweeps", "newton", "t_end", "start"}
@@ -133,7 +121,7 @@ class GridRun(RunSpecification):
     start : int
         Number of its start: 0 is that of the case, others are neighbours of it, seeded by their number.
     spread : float
-        How far neighbours are, see :func:`daebench.studies.initial_conditions.neighbour`; 0 where all runs start as the case says.
+        How far neighbours are, see :func:`daebench.starts.members.neighbour`; 0 where all runs start as the case says.
     """
 
     value: float
@@ -234,36 +222,3 @@ def defined_by(ivp: Ivp) -> tuple[str, ...]:
     source = ivp.source
     equations = f"{source.facts.MATHEMATICS} {source.algebra}" if source.outside else source.key
     return equations, *(float(x).hex() for x in (*ivp.par, *(x for part in ivp.start for x in part)))
-
-
-def digest(*texts: str) -> str:
-    """Return the hash of some texts."""
-    return hashlib.sha256("\n".join(texts).encode()).hexdigest()
-
-
-@cache
-def made_by() -> str:
-    """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
-    libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
-    return "\n".join((toolchain(), code_digest(), platform.machine(), *libraries))
-
-
-@cache
-def code_digest() -> str:
-    """Return the hash of the files of this package that decide numbers."""
-    return package.digest_of_files(sorted(_files().items()))
-
-
-def _files() -> dict[str, Path]:
-    """Return the files that decide numbers, by their paths in the package, which are the same in a checkout and where it is installed."""
-    return {name: file for name, file in package.files(".py").items() if not _shows(Path(name))}
-
-
-def _shows(file: Path) -> bool:
-    return not {*SHOWING}.isdisjoint(file.parts) or file.stem.endswith(("figure", "figures"))
-
-
-@cache
-def code_version() -> str:
-    """Return the hash of :func:`made_by`."""
-    return digest(made_by())

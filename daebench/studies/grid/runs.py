@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from daebench.methods.outside.read import is_outside
+from daebench.records.store import Store
 from daebench.studies.grid.batches import Batch, rows_in_batches
 from daebench.studies.grid.measure import Row, stored_row
 from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
-from daebench.studies.grid.store import Store
 from daebench.systems.files.execute import is_path
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ keeps their rows, and others that compute::
 
     from mpi4py.futures import MPIPoolExecutor
 
-    from daebench.studies.grid.store import opened
+    from daebench.records.store import opened
     from daebench.studies.grid.study import Study
 
     if __name__ == "__main__":

@@ -24,7 +24,7 @@ from daebench.runs.schema import (
     WrongField,
     wrong,
 )
-from daebench.studies.ensemble.distributions.draw import DISTRIBUTIONS
+from daebench.starts.draw import DISTRIBUTIONS
 from daebench.studies.grid.member_runs import MemberRuns
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.parameter_runs import ParameterRuns

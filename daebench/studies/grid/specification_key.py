@@ -3,10 +3,12 @@
 import json
 
 from daebench.errors import BadInput
+from daebench.records.code import made_by
+from daebench.records.seals import digest
 from daebench.runs.machine import machine
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.reference import certified_of
-from daebench.studies.grid.run_specification import COLUMNS, GridRun, defined_by, digest, made_by
+from daebench.studies.grid.run_specification import COLUMNS, GridRun, defined_by
 
 
 def require_possible(specification: GridRun) -> None:

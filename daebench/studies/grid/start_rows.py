@@ -12,8 +12,8 @@ from daebench.methods.ensemble.run import run_members
 from daebench.runs.ivp import Array, InitialValueProblem
 from daebench.runs.members import Members
 from daebench.runs.request import Request
-from daebench.studies.ensemble.distributions.draw import draw_starts
-from daebench.studies.ensemble.distributions.starts import Starts
+from daebench.starts.draw import draw_starts
+from daebench.starts.members import Starts
 from daebench.studies.ensemble.references import MemberReferences, member_references
 from daebench.studies.grid.parameter_rows import made_together
 from daebench.studies.grid.run_specification import Where, ivp_of

@@ -23,7 +23,7 @@ class StartRuns(GridRun):
     members : int
         Number of starts; fewer of them are the first of more.
     distribution : str
-        What they are drawn from, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
+        What they are drawn from, see :func:`daebench.starts.draw.draw_starts`.
     settings : str
         Its settings, as JSON.
     seed : int

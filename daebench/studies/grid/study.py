@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from daebench.errors import BadInput, positive, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import free_numbers, methods_of
+from daebench.records.store import Store
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import PRECISIONS
 from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.run_specification import OUTPUTS, GridRun
 from daebench.studies.grid.runs import Tell, runs_of
 from daebench.studies.grid.specification_key import key_of, require_possible
-from daebench.studies.grid.store import Store
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,7 +60,7 @@ class Study:
         Action where G loses rank; "" for the declaration of the case.
     starts : sequence of int
         Numbers of starts: 0 is the start of the case, others are random starts near it, see
-        :func:`daebench.studies.initial_conditions.neighbour`, which they seed.
+        :func:`daebench.starts.members.neighbour`, which they seed.
     spread : float
         Distance of these starts, relative to the largest position or momentum.
 
@@ -184,7 +184,7 @@ class Study:
         Parameters
         ----------
         store : Store
-            Store of the rows, see :func:`daebench.studies.grid.store.opened`.
+            Store of the rows, see :func:`daebench.records.store.opened`.
         executor : Executor, optional
             Executor of runs side by side, see :func:`daebench.studies.grid.schedulers.local_processes`; by default they are made in turn.
         tell : callable, optional

@@ -14,7 +14,9 @@ import numpy as np
 from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput, DaebenchError
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.checkpoint import (
+from daebench.studies.grid.schedulers import local_processes
+from daebench.studies.long.blocks import BLOCK
+from daebench.studies.long.checkpoint import (
     Checkpoint,
     group_identity,
     identity,
@@ -26,10 +28,8 @@ from daebench.studies.grid.checkpoint import (
     save,
     save_group,
 )
-from daebench.studies.grid.interrupts import held_back
-from daebench.studies.grid.schedulers import local_processes
-from daebench.studies.long.blocks import BLOCK
 from daebench.studies.long.initial_conditions import starts_of
+from daebench.studies.long.interrupts import held_back
 from daebench.studies.long.lanes import AT_ONCE, GROUP, LaneStream, in_lanes
 from daebench.studies.long.run import LongRun, Stream
 
@@ -47,7 +47,7 @@ Tell = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Runs of the same motion from starts that round differently, see :func:`daebench.studies.initial_conditions.neighbour`.
+    """Runs of the same motion from starts that round differently, see :func:`daebench.starts.members.neighbour`.
 
     Members are run in lanes, up to 128 together, which have a checkpoint in common; each has the bits of a run by itself. A member that
     cannot go on in its lane, and every member where lanes do not apply, is run by itself and has a checkpoint of its own.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.random_walk import Walk
-from daebench.studies.grid.checkpoint import Checkpoint
+from daebench.studies.long.checkpoint import Checkpoint
 from daebench.studies.long.ensemble import Ensemble
 from daebench.studies.long.figure import draw
 from daebench.studies.long.table import Share, growth, members_table, share, windows_table

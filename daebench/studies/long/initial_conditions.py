@@ -9,7 +9,7 @@ from daebench.compiler.number_types import number_type
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.members import Members, members
-from daebench.studies.initial_conditions import beside, neighbour
+from daebench.starts.members import beside, neighbour
 
 ROUNDINGS = 1024.0
 """Size of the perturbations in roundings of the number type, relative to the largest coordinate: 2.3e-13 in double precision."""
@@ -18,7 +18,7 @@ ROUNDINGS = 1024.0
 def start_of(ivp: Ivp, member: int, precision: str) -> Ivp:
     """Return the initial value problem at the start of a member of an ensemble; member 0 has the initial value problem's own.
 
-    The others are neighbours, see :func:`daebench.studies.initial_conditions.neighbour`, by 1024 eps of the coarsest numbers, seeded by
+    The others are neighbours, see :func:`daebench.starts.members.neighbour`, by 1024 eps of the coarsest numbers, seeded by
     their numbers. That scrambles the last ten bits. What a product or a root rounds off depends on bits below the last one, which a change
     of a thousand roundings alters entirely, so that from the first step on the roundings of two members are as good as independent. The
     motion is the same: truncation, which may be larger than round-off by many orders, has means over windows that are common to all members

@@ -12,8 +12,8 @@ from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_rounding
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
 from daebench.runs.trajectory import Array
-from daebench.studies.grid.checkpoint import Checkpoint
 from daebench.studies.long.blocks import middles
+from daebench.studies.long.checkpoint import Checkpoint
 from daebench.studies.long.initial_conditions import ROUNDINGS
 from daebench.studies.long.run import LongRun
 from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, centres, mean_square

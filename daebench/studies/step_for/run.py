@@ -15,13 +15,13 @@ from daebench.runs.grid import require_memory_of_members
 from daebench.runs.ivp import Array
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
-from daebench.studies.ensemble.distributions.draw import draw_starts
+from daebench.starts.draw import draw_starts
 from daebench.studies.step_for.result import STOPPED, StepFor, Tried
 from daebench.studies.step_for.statistics import Quantity, means, quantity
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem
-    from daebench.studies.ensemble.distributions.starts import Distribution
+    from daebench.starts.members import Distribution
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
 
@@ -103,7 +103,7 @@ def step_for(
     level : float
         Probability that the search passes a step size that differs from its half by the margin or more.
     starts : str or Distribution
-        Distribution of the starts, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`.
+        Distribution of the starts, see :func:`daebench.starts.draw.draw_starts`.
     drawn : mapping of str, optional
         Settings of the distribution: ``size``, ``box``, ``E``.
     case : str, optional

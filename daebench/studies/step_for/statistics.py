@@ -9,8 +9,8 @@ from daebench.errors import BadInput, unknown
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.members import Members
-from daebench.studies.ensemble.distributions.box import columns
-from daebench.studies.ensemble.distributions.mechanics import Mechanics
+from daebench.starts.box import columns
+from daebench.starts.mechanics import Mechanics
 
 Quantity = Callable[[Members, Array], Array]
 """From members and one state of each, shape(n, c), to one number of each."""

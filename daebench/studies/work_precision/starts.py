@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput, whole
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.trajectory import Array
-from daebench.studies.ensemble.distributions.draw import distribution_of
+from daebench.starts.draw import distribution_of
 from daebench.studies.grid.parameter_rows import made_together
 from daebench.studies.grid.run_specification import FEWEST, GridRun
 from daebench.studies.grid.start_runs import StartRuns
@@ -54,7 +54,7 @@ def runs_from_starts(
     members, solver_members : int
         Numbers of starts.
     distribution : str
-        What they are drawn from, see :func:`daebench.studies.ensemble.distributions.draw.draw_starts`; no grid.
+        What they are drawn from, see :func:`daebench.starts.draw.draw_starts`; no grid.
     settings : mapping of str, optional
         Settings of the distribution.
     seed : int

@@ -30,14 +30,13 @@ def digest_of_packages(*names: str) -> str:
     """Return the hash of the names and contents of all Python files in packages of daebench, including subfolders."""
     package = folder("daebench")
     sources = sorted(file for name in names for file in (package / name).rglob("*.py"))
-    return digest_of_files((file.relative_to(package).as_posix(), file) for file in sources)
+    return digest_of_files((file.relative_to(package).as_posix(), file.read_bytes()) for file in sources)
 
 
-def digest_of_files(files: Iterable[tuple[str, Path]]) -> str:
-    """Return the hash of files, each with the name under which it is hashed."""
-    digest = hashlib.sha256()
-    for name, file in files:
-        content = file.read_bytes()
+def digest_of_files(files: Iterable[tuple[str, bytes]], head: str = "") -> str:
+    """Return the hash of a text and of the contents of files, each with the name under which it is hashed."""
+    digest = hashlib.sha256(head.encode())
+    for name, content in files:
         digest.update(f"{name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
 

@@ -67,7 +67,7 @@ class Problem:
     @cached_property
     def digest(self) -> str:
         """Content hash of the file and of all files that it may import, with their locations."""
-        return digest_of_files(("" if self.own else str(file.resolve()), file) for file in self.depends_on(self))
+        return digest_of_files(("" if self.own else str(file.resolve()), file.read_bytes()) for file in self.depends_on(self))
 
     @property
     def own(self) -> bool:

@@ -9,10 +9,10 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
-from daebench.studies.ensemble.distributions import energy_surface, states_in_box, walk
-from daebench.studies.ensemble.distributions.convergence import walked
-from daebench.studies.ensemble.distributions.draw import draw_starts
-from daebench.studies.ensemble.distributions.mechanics import Mechanics
+from daebench.starts import energy, liouville, walk
+from daebench.starts.convergence import walked
+from daebench.starts.draw import draw_starts
+from daebench.starts.mechanics import Mechanics
 
 CHANCE = 1e-4
 """Probability of what is found to be equal below which it is not; seeds are fixed, and planted faults are far below."""
@@ -140,7 +140,7 @@ def test_angles_of_a_double_pendulum_of_one_energy_are_those_of_quadrature():
 @pytest.mark.exhaustive
 def test_without_the_metric_of_the_mass_the_angles_are_others(monkeypatch):
     def euclidean(self, q, G, rows=None):
-        return energy_surface.log_det(energy_surface.gram(G, G)) / 2
+        return energy.log_det(energy.gram(G, G)) / 2
 
     monkeypatch.setattr(Mechanics, "volume", euclidean)
     _, q = ends(unequal(), "energy")
@@ -191,7 +191,7 @@ def test_states_in_a_box_are_those_that_are_uniform_in_angles_and_their_momenta(
 @pytest.mark.slow
 @pytest.mark.exhaustive
 def test_without_its_determinants_the_box_holds_other_states(rejected, monkeypatch):
-    monkeypatch.setattr(states_in_box, "log_det", lambda A: np.zeros(A.shape[-1]))
+    monkeypatch.setattr(liouville, "log_det", lambda A: np.zeros(A.shape[-1]))
     assert least(np.concatenate(ends(unequal(), "liouville", box=BOX), axis=1), rejected) < 1e-6
 
 
@@ -262,7 +262,7 @@ class Oval:
 
 def on_oval(monkeypatch, reverse):
     step = walk.step
-    monkeypatch.setattr("daebench.studies.ensemble.distributions.convergence.step", lambda *parts: step(*parts, reverse=reverse))
+    monkeypatch.setattr("daebench.starts.convergence.step", lambda *parts: step(*parts, reverse=reverse))
     monkeypatch.setattr(walk, "STEEP", 100.0)
     oval, start = Oval(), np.repeat([[np.sqrt(1 + Oval.b**2)], [0.0]], 32768, axis=1)
     with np.errstate(all="ignore"):

@@ -9,14 +9,88 @@ import numpy as np
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.errors import BadInput, real
 from daebench.runs.ivp import Array, InitialValueProblem
-from daebench.studies.ensemble.distributions.box import Bounds, box_of, excess, in_words
-from daebench.studies.ensemble.distributions.convergence import explored, settled
-from daebench.studies.ensemble.distributions.energy_surface import EnergyCurve, Reachable
-from daebench.studies.ensemble.distributions.linear import Rows
-from daebench.studies.ensemble.distributions.mechanics import Mechanics, mechanics_of
-from daebench.studies.ensemble.distributions.search import Positions, searched
-from daebench.studies.ensemble.distributions.starts import Starts, copies, differing, of_case
-from daebench.studies.ensemble.distributions.walk import LevelSet
+from daebench.starts.box import Bounds, box_of, excess, in_words
+from daebench.starts.convergence import explored, settled
+from daebench.starts.linear import Rows, gram, log_det
+from daebench.starts.mechanics import Mechanics, Positions, mechanics_of
+from daebench.starts.members import Starts, copies, differing, of_case
+from daebench.starts.walk import LevelSet, searched
+
+
+@dataclass(frozen=True)
+class Reachable(Positions):
+    """Positions with g = 0 and U <= E in a box.
+
+    The density with respect to the Euclidean surface measure is ::
+
+        (E - U)^(k/2 - 1) sqrt( det M det(G M^-1 G^T) / det(G G^T) )
+
+    Parameters
+    ----------
+    mechanics : Mechanics
+        The problem.
+    E : float
+        Energy.
+    bounds : (ndarray, ndarray), each shape(d,)
+        Bounds of positions.
+    flat : bool
+        Whether the density is one everywhere instead.
+    """
+
+    E: float
+    bounds: tuple[Array, Array]
+    flat: bool = False
+    noise: int = 0
+
+    def weighed(self, x: Array, C: Array, noise: Array, rows: Rows) -> tuple[Array, Array]:
+        """Return the logarithm of the density, and nothing besides."""
+        kinetic, nothing = self.E - self.mechanics.U(x, rows), np.empty((0, x.shape[1]))
+        power = self.mechanics.k / 2 - 1
+        density = np.where((kinetic >= 0) & (excess(x, self.bounds) <= 0), 0.0, -np.inf)
+        if self.flat:
+            return density, nothing
+        if power:
+            density = density + power * np.log(np.maximum(kinetic, 0.0))
+        return density + self.mechanics.volume(x, C, rows) - log_det(gram(C, C)) / 2, nothing
+
+
+@dataclass(frozen=True)
+class EnergyCurve:
+    """The curve of (q, u), u = s / w, with g = 0 and s^2 / 2 + U = E: for a motion of one degree of freedom.
+
+    What (E - U)^(-1/2) is to the surface measure of {g = 0}, which has no bound where s = 0, is here ::
+
+        sqrt( det M det(G M^-1 G^T) / det(C C^T) ),      C = [[G, 0], [U_q / w^2, u]]
+
+    to the Euclidean measure of the curve, for delta(s^2 / 2 + U - E) integrated over s is sqrt(2) (E - U)^(-1/2).
+
+    Parameters
+    ----------
+    reachable : Reachable
+        Positions and energy.
+    w : float
+        Rate by which s becomes a length, 1/s times the root of a mass.
+    """
+
+    reachable: Reachable
+    w: float
+    noise: int = 0
+
+    def conditions(self, x: Array, rows: Rows) -> tuple[Array, Array]:
+        """Return g and u^2 / 2 + (U - E) / w^2 at points of some members, and their Jacobian."""
+        q, u = x[:-1], x[-1]
+        g, G = self.reachable.conditions(q, rows)
+        some, square = self.reachable.mechanics, self.w**2
+        c = np.concatenate([g, [u**2 / 2 + (some.U(q, rows) - self.reachable.E) / square]])
+        C = np.zeros((len(c), *x.shape))
+        C[:-1, :-1], C[-1, :-1], C[-1, -1] = G, some.U_q(q, rows) / square, u
+        return c, C
+
+    def weighed(self, x: Array, C: Array, noise: Array, rows: Rows) -> tuple[Array, Array]:
+        """Return the logarithm of the density, and nothing besides."""
+        q, reachable = x[:-1], self.reachable
+        density = np.where(excess(q, reachable.bounds) <= 0, 0.0, -np.inf)
+        return density + reachable.mechanics.volume(q, C[:-1, :-1], rows) - log_det(gram(C, C)) / 2, np.empty((0, x.shape[1]))
 
 
 @dataclass(frozen=True)
@@ -30,9 +104,9 @@ class Energy:
     The flow of the problem preserves it. Positions have the density (E - U)^(k/2 - 1), k = d - m, with respect to the surface measure of
     {g = 0} in the metric M(q), and momenta are uniform on the sphere p^T M^-1 p = 2 (E - U) in the plane G M^-1 p = 0, in the metric M^-1:
     T. Lelièvre, M. Rousset, G. Stoltz, Langevin dynamics with constraints and computation of free energy differences, Math. Comp. 81
-    (2012), 2071-2125. Positions are drawn by random walks, one for each member, see :mod:`daebench.studies.ensemble.distributions.walk`.
+    (2012), 2071-2125. Positions are drawn by random walks, one for each member, see :mod:`daebench.starts.walk`.
     With k = 1 their density has no bound where the motion turns back; the walk is then on the curve of (q, s) with s^2 / 2 + U = E, see
-    :class:`daebench.studies.ensemble.distributions.energy_surface.EnergyCurve`.
+    :class:`daebench.starts.energy.EnergyCurve`.
 
     What a walk does not reach is not drawn: of a manifold in several pieces, such as the two assemblies of a linkage, only that in which
     the start of the problem lies, but for pieces so near to each other that a step goes from one to the other; likewise of positions that

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.records.code import code_version
+from daebench.records.seals import digest, words
 from daebench.runs.files import atomic
 from daebench.runs.json_values import strict
 from daebench.runs.schema import SHOWN, Fields, Flag, Items, Named, Text, Whole, shown
 from daebench.runs.trajectory import Array
 from daebench.runs.zipped import UNREADABLE, arrays_in
-from daebench.studies.grid.run_specification import code_version, defined_by, digest
+from daebench.studies.grid.run_specification import defined_by
 from daebench.studies.long.blocks import Blocks
 from daebench.studies.long.lanes import LaneStream
 from daebench.studies.long.run import LongRun, Stream
@@ -249,8 +251,7 @@ def _read(path: Path, field: str, *names: str) -> tuple[dict[str, Any], dict[str
             raise ValueError(f"it has no {field}")
         return about, {name: arrays[name] for name in names}
     except UNREADABLE as error:
-        words = " ".join(str(error).split())[:200]
-        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {words}; remove it to begin anew.") from error
+        raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {words(error)}; {ANEW}.") from error
 
 
 def _about(arrays: Mapping[str, Array]) -> dict[str, Any]:

@@ -9,8 +9,9 @@ import pytest
 from cache_damage import FAMILY
 
 from daebench.errors import BadInput
+from daebench.records.seals import checksum
 from daebench.reference.keep import store
-from daebench.reference.keep.store import CERTIFICATE, Damaged, checksum, find, load, names, save
+from daebench.reference.keep.store import CERTIFICATE, Damaged, find, load, names, save
 
 NAME = "planar_pendulum-rotating"
 

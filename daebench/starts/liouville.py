@@ -10,16 +10,88 @@ from daebench.diagnostics.projected_members import project_members, require_proj
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
 from daebench.runs.members import Members
-from daebench.studies.ensemble.distributions.box import Bounds, box_of, excess, in_words, require_bounded
-from daebench.studies.ensemble.distributions.convergence import settled
-from daebench.studies.ensemble.distributions.linear import Rows
-from daebench.studies.ensemble.distributions.mechanics import Mechanics, mechanics_of
-from daebench.studies.ensemble.distributions.search import searched
-from daebench.studies.ensemble.distributions.starts import Starts, casimirs, copies, differing, of_case, require_inside
-from daebench.studies.ensemble.distributions.states_in_box import StatesInBox
+from daebench.starts.box import Bounds, box_of, excess, in_words, require_bounded
+from daebench.starts.convergence import settled
+from daebench.starts.linear import Rows, gram, log_det, product, solved, times, transposed_times
+from daebench.starts.mechanics import Mechanics, Positions, mechanics_of
+from daebench.starts.members import Starts, casimirs, copies, differing, of_case, require_inside
+from daebench.starts.walk import searched
 
 INVARIANT = 1e-10
 """Largest divergence of a vector field, relative to the sum of the moduli of its derivatives, that is rounding."""
+
+WIDE = 0.6
+"""Variance of proposed momenta, in squares of half the width of the box."""
+
+ALTERNATIONS = 50
+"""Projections in turns onto the plane of momenta and onto the box."""
+
+INNER = 0.99
+"""Part of the box that they are projected onto, so that they end inside."""
+
+
+@dataclass(frozen=True)
+class StatesInBox(Positions):
+    """Positions with g = 0 and momenta with A (p - a) = 0, A = G M^-1, in a box.
+
+    Momenta are drawn from the Gaussian whose mean c is the middle of the box and whose covariance S is a part of its size, restricted to
+    the plane; with mu the point of the plane that is nearest to c in the metric S^-1 ::
+
+        p = z - S A^T (A S A^T)^-1 A (z - a),     z normal with mean c and covariance S
+        weight = det(G M^-1 G^T) / sqrt( det(G G^T) det(A S A^T) ) exp( (p - mu)^T S^-1 (p - mu) / 2 )     in the box
+
+    Parameters
+    ----------
+    mechanics : Mechanics
+        The problem.
+    of_p, of_q : (ndarray, ndarray), each shape(d,)
+        Bounds of momenta and of positions.
+    """
+
+    of_p: tuple[Array, Array]
+    of_q: tuple[Array, Array]
+
+    @property
+    def noise(self) -> int:
+        """Number of standard normal numbers that momenta are made of."""
+        return self.mechanics.d
+
+    def some(self, rows: Rows) -> "StatesInBox":
+        """Return those of some of the members, by their numbers."""
+        return replace(self, mechanics=self.mechanics.some(rows))
+
+    @property
+    def _middle(self) -> tuple[Array, Array]:
+        lo, hi = self.of_p
+        return ((lo + hi) / 2)[:, None], (WIDE * ((hi - lo) / 2) ** 2)[:, None]
+
+    def weighed(self, x: Array, C: Array, noise: Array, rows: Rows) -> tuple[Array, Array]:
+        """Return the logarithm of the weight, and momenta."""
+        c, S = self._middle
+        inverse, shift = self.mechanics.inverse(x, rows), self.mechanics.shift(x, rows)
+        A = product(C, inverse)
+        mu, deviation = self._in_plane(A, c - shift) + shift, self._in_plane(A, np.sqrt(S) * noise)
+        p = mu + deviation
+        inside = (excess(x, self.of_q) <= 0) & (excess(p, self.of_p) <= 0)
+        weight = log_det(gram(A, C)) - (log_det(gram(C, C)) + log_det(gram(A * S, A))) / 2 + np.sum(deviation**2 / S, axis=0) / 2
+        return np.where(inside, weight, -np.inf), p
+
+    def _in_plane(self, A: Array, z: Array) -> Array:
+        """Return the point of the plane A z = 0 nearest to z in the metric S^-1."""
+        _, S = self._middle
+        return z - S * transposed_times(A, solved(gram(A * S, A), times(A, z)))
+
+    def momenta_within(self, q: Array, rows: Rows) -> Array:
+        """Return momenta on the manifold that are in the box where there are such, or nearly so."""
+        c, _ = self._middle
+        lo, hi = ((bound[:, None] - c) * INNER + c for bound in self.of_p)
+        A, shift = product(self.mechanics.value("G", q, rows=rows), self.mechanics.inverse(q, rows)), self.mechanics.shift(q, rows)
+        p = self._in_plane(A, c - shift) + shift
+        for _ in range(ALTERNATIONS):
+            if np.all((lo <= p) & (p <= hi)):
+                break
+            p = self._in_plane(A, np.clip(p, lo, hi) - shift) + shift
+        return p
 
 
 @dataclass(frozen=True)
@@ -35,7 +107,7 @@ class Liouville:
     constraints and computation of free energy differences, Math. Comp. 81 (2012), 2071-2125. Where the box cuts less out of the plane at
     one q than at another, positions are rarer there: on a sphere they are not uniform with a cube of momenta. Momenta have to be bounded,
     and positions on a manifold that goes to infinity. States are drawn by random walks, one for each member, see
-    :mod:`daebench.studies.ensemble.distributions.walk`, with momenta drawn anew in each step.
+    :mod:`daebench.starts.walk`, with momenta drawn anew in each step.
 
     What a walk does not reach is not drawn: of a manifold, or of what the box cuts out of it, in several pieces, only that in which the
     start of the problem lies, but for pieces so near to each other that a step goes from one to the other. Where that start is not in the

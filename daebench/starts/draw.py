@@ -6,13 +6,10 @@ from typing import Any
 
 from daebench.errors import BadInput, require_known, whole
 from daebench.runs.ivp import InitialValueProblem
-from daebench.studies.ensemble.distributions.box import Bounds
-from daebench.studies.ensemble.distributions.energy import Energy
-from daebench.studies.ensemble.distributions.grid import Grid
-from daebench.studies.ensemble.distributions.liouville import Liouville
-from daebench.studies.ensemble.distributions.neighbourhood import Neighbourhood
-from daebench.studies.ensemble.distributions.starts import Distribution, Starts
-from daebench.studies.ensemble.distributions.vary import Vary
+from daebench.starts.box import Bounds, Vary
+from daebench.starts.energy import Energy
+from daebench.starts.liouville import Liouville
+from daebench.starts.members import Distribution, Grid, Neighbourhood, Starts
 
 DISTRIBUTIONS: Mapping[str, Any] = {"neighbourhood": Neighbourhood, "liouville": Liouville, "energy": Energy, "grid": Grid}
 """Distributions of starts by name. A new one is one more file, and its entry here."""
@@ -52,7 +49,7 @@ def draw_starts(
     parameters : mapping of str to array_like, shape(n,), optional
         Parameters that differ from member to member.
     vary : mapping of str to (float, float), optional
-        Bounds of parameters that are drawn, see :class:`daebench.studies.ensemble.distributions.vary.Vary`.
+        Bounds of parameters that are drawn, see :class:`daebench.starts.box.Vary`.
     seed : int
         Seeds all random numbers, at least 0.
     **settings

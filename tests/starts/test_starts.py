@@ -15,9 +15,9 @@ from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.members import members
-from daebench.studies.ensemble.distributions import convergence
-from daebench.studies.ensemble.distributions.draw import DISTRIBUTIONS, draw_starts
-from daebench.studies.ensemble.distributions.neighbourhood import Neighbourhood
+from daebench.starts import convergence
+from daebench.starts.draw import DISTRIBUTIONS, draw_starts
+from daebench.starts.members import Neighbourhood
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 
 

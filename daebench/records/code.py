@@ -1,23 +1,61 @@
-"""The code that a certificate is of: its files, gathered into a folder of their own, and its hash."""
+"""The code that numbers were made by: that of daebench and the libraries, and files from outside, gathered into a folder of their own."""
 
-import hashlib
 import inspect
 import os
+import platform
 import shlex
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from functools import cache
+from pathlib import Path
 from typing import Any
 
+from daebench.compiler.cache import toolchain
 from daebench.errors import BadInput
-from daebench.methods.outside.read import FILE, PROGRAM, is_outside
-from daebench.studies.grid.run_specification import code_digest
+from daebench.methods.outside.read import FILE, PROGRAM, command, is_outside
+from daebench.records.seals import digest
+from daebench.runs.provenance import versions
+from daebench.systems.files import package
 from daebench.systems.files.execute import existing, is_path
 from daebench.systems.files.imports import imported
 
 LARGEST = 2**28
 """Most bytes of the files of a code."""
+
+DECIDING = ("numpy", "scipy", "llvmlite", "scikit-sundae", "mpmath", "heyoka", "solve_dae")
+"""Packages whose versions may change a number."""
+
+SHOWING = ("cli", "draw", "pages", "reports")
+"""Folders of this package that only choose runs and show what they gave; so do files of figures."""
+
+
+@cache
+def made_by() -> str:
+    """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
+    libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
+    return "\n".join((toolchain(), code_digest(), platform.machine(), *libraries))
+
+
+@cache
+def code_digest() -> str:
+    """Return the hash of the files of this package that decide numbers."""
+    return package.digest_of_files((name, file.read_bytes()) for name, file in sorted(deciding_files().items()))
+
+
+def deciding_files() -> dict[str, Path]:
+    """Return the files that decide numbers, by their paths in the package, which are the same in a checkout and where it is installed."""
+    return {name: file for name, file in package.files(".py").items() if not _shows(Path(name))}
+
+
+def _shows(file: Path) -> bool:
+    return not {*SHOWING}.isdisjoint(file.parts) or file.stem.endswith(("figure", "figures"))
+
+
+@cache
+def code_version() -> str:
+    """Return the hash of :func:`made_by`."""
+    return digest(made_by())
 
 
 @dataclass(frozen=True)
@@ -41,7 +79,7 @@ class Code:
     @property
     def digest(self) -> str:
         """SHA-256 of the names and contents of the files; of a method of daebench that of the package."""
-        return digest_of(self.files) if self.files else code_digest()
+        return package.digest_of_files(sorted(self.files.items())) if self.files else code_digest()
 
     @property
     def of_daebench(self) -> bool:
@@ -51,50 +89,64 @@ class Code:
     @property
     def is_beside(self) -> bool:
         """Whether the address leads to one of the files, or is a method of daebench."""
+        first, *rest = words_of(self.method) or [""]
         if not is_outside(self.method):
             return self.of_daebench
-        match = FILE.fullmatch(self.method)
-        if match is not None and not self.method.startswith(PROGRAM):
-            return match["path"].removeprefix("./") in self.files
-        first, *rest = shlex.split(self.method.removeprefix(PROGRAM))
-        by_name = not set(first) & {"/", "\\"}
-        return any(word.removeprefix("./") in self.files for word in rest) if by_name else first.removeprefix("./") in self.executable
+        if not self.method.startswith(PROGRAM):
+            return self._has(first)
+        return self._starts(first) if set(first) & {"/", "\\"} else any(map(self._has, rest))
 
     @property
     def is_alone(self) -> bool:
         """Whether nothing but the files is executed: no program that is found by its name, and no other words given to one."""
-        if not self.method.startswith(PROGRAM):
-            return True
-        first, *rest = shlex.split(self.method.removeprefix(PROGRAM))
-        return first.removeprefix("./") in self.executable and all(word.removeprefix("./") in self.files for word in rest)
+        first, *rest = words_of(self.method) or [""]
+        return not self.method.startswith(PROGRAM) or (self._starts(first) and all(map(self._has, rest)))
+
+    def _has(self, word: str) -> bool:
+        """Return whether a word is the path of one of the files."""
+        return word.startswith("./") and word[2:] in self.files
+
+    def _starts(self, word: str) -> bool:
+        return self._has(word) and word[2:] in self.executable
+
+    def below(self, folder: str) -> "Code":
+        """Return the same code in a folder of another."""
+        files = {f"{folder}/{name}": content for name, content in self.files.items()}
+        method = renamed(self.method, lambda word: f"./{folder}/{word[2:]}" if self._has(word) else word)
+        return Code(method, files, frozenset(f"{folder}/{name}" for name in self.executable))
 
     def put(self, folder: Path) -> None:
         """Write the files into a folder."""
-        put(self.files, folder)
-        for name in self.executable:
-            (folder / name).chmod(0o755)
+        put(self.files, folder, self.executable)
 
 
-def put(files: Mapping[str, bytes], folder: Path) -> None:
-    """Write files into a folder, by their paths there."""
+def words_of(method: str) -> list[str]:
+    """Return the file of a function, or a program and its arguments; nothing for what no shell would take, and for other names."""
+    if method.startswith(PROGRAM):
+        try:
+            return shlex.split(method.removeprefix(PROGRAM))
+        except ValueError:
+            return []
+    match = FILE.fullmatch(method)
+    return [match["path"]] if match else []
+
+
+def renamed(method: str, change: Callable[[str], str]) -> str:
+    """Return the name of a method with its file, or the words of its program, changed."""
+    words = list(map(change, words_of(method)))
+    if method.startswith(PROGRAM):
+        return PROGRAM + shlex.join(words)
+    return f"{words[0]}:{method.rpartition(':')[2]}" if words else method
+
+
+def put(files: Mapping[str, bytes], folder: Path, executable: Collection[str] = ()) -> None:
+    """Write files into a folder, by their paths there, some of which can be started as programs."""
     for name, content in files.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(content)
-
-
-def digest_of(files: Mapping[str, bytes]) -> str:
-    """Return the SHA-256 of the names and contents of files, in the order of their names."""
-    whole = hashlib.sha256()
-    for name, content in sorted(files.items()):
-        whole.update(f"{name} {len(content)}\n".encode() + content)
-    return whole.hexdigest()
-
-
-def is_inside(name: str) -> bool:
-    """Return whether a path leads into a folder, and nowhere else, on every system."""
-    parts = PurePosixPath(name).parts
-    return bool(parts) and ".." not in parts and not name.startswith("/") and not set(name) & {"\\", ":", "\0"}
+        if name in executable:
+            place.chmod(0o755)
 
 
 def code_of(method: str | Callable[..., Any], files: Iterable[str | Path] = ()) -> Code:
@@ -148,16 +200,7 @@ def _file(address: str, others: Sequence[Path]) -> Code:
 
 def _program(address: str, others: Sequence[Path]) -> Code:
     """Return a program with its arguments: what is found on the PATH is called by its name, and is not a part of the code."""
-    try:
-        words = shlex.split(address.removeprefix(PROGRAM))
-    except ValueError as error:
-        raise BadInput(f"{address}: {error}; give a program and its arguments as in a shell.") from None
-    if not words:
-        raise BadInput(f"{address} names no program; give its path, for example exec:./program.")
-    first, rest = words[0], words[1:]
-    program = shutil.which(first)
-    if program is None:
-        raise BadInput(f"{address}: there is no such executable program; give its path, for example exec:./program.")
+    program, (first, *rest) = command(address)
     arguments = [Path(word) if Path(word).is_file() else None for word in rest]
     scripts = [path for path in arguments if path is not None]
     interpreter = _is_on_path(first)

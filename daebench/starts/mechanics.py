@@ -1,5 +1,6 @@
 """What a constrained problem is at many positions at once: manifold, metric, potential energy, and the momenta of an energy."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ from daebench.diagnostics.freedom import freedom
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.members import Members
-from daebench.studies.ensemble.distributions.linear import Rows, gram, log_det, product, solved, times, transposed_times
+from daebench.starts.linear import Rows, gram, log_det, product, solved, times, transposed_times
 
 
 class Mechanics:
@@ -78,6 +79,23 @@ class Mechanics:
             z = z - transposed_times(G, solved(gram(rows, G), times(rows, z)))
         length = np.sqrt(np.sum(z * times(inverse, z), axis=0))
         return np.asarray(self.shift(q) + z * (np.sqrt(2 * np.maximum(kinetic, 0.0)) / length), dtype=float)
+
+
+@dataclass(frozen=True)
+class Positions:
+    """The manifolds {q: g(q) = 0} of all members.
+
+    Parameters
+    ----------
+    mechanics : Mechanics
+        The problem.
+    """
+
+    mechanics: Mechanics
+
+    def conditions(self, x: Array, rows: Rows) -> tuple[Array, Array]:
+        """Return g and G at positions of some members."""
+        return self.mechanics.value("g", x, rows=rows), self.mechanics.value("G", x, rows=rows)
 
 
 def mechanics_of(members: Members, measure: str) -> Mechanics:

@@ -1,6 +1,5 @@
 """Computed rows in one SQLite file, stored under the hash of everything that determines them, each with a digest of its content."""
 
-import hashlib
 import json
 import math
 import sqlite3
@@ -13,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
+from daebench.records.salvage import COLUMNS, damaged_beside, readable
+from daebench.records.seals import sha256
 from daebench.runs.files import FULL
 from daebench.runs.json_values import strict
 from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong
-from daebench.studies.grid.salvage import COLUMNS, damaged_beside, readable
 
 LAYOUT = 3
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
@@ -310,7 +310,7 @@ def opened(path: Path) -> Iterator[Store]:
 
 def _digest(*columns: object) -> str:
     """Return the SHA-256 of what a row says."""
-    return hashlib.sha256("\0".join(map(repr, columns)).encode()).hexdigest()
+    return sha256("\0".join(map(repr, columns)).encode())
 
 
 def _is_whole(row: tuple[Any, ...]) -> bool:
@@ -387,6 +387,3 @@ FIELDS = Fields({}, {"members": Whole(1), "values": Items(Number(), most=MOST_RU
 
 LINE = Fields({"key": Text(200), "cell": FIELDS, "row": ROW, "maker": Text(200), "took": NOT_NEGATIVE})
 """What a line is, see :func:`as_json`."""
-
-
-Kept = StoredRow  # the name of the release before; it goes with the next one

@@ -8,8 +8,8 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array
-from daebench.studies.ensemble.distributions.linear import Rows
-from daebench.studies.ensemble.distributions.walk import Chains, LevelSet, begun, step
+from daebench.starts.linear import Rows
+from daebench.starts.walk import Chains, LevelSet, begun, step
 
 PILOTS = 1024
 """Chains that decide on the length of steps and on their number, two of each of so many members; others repeat what these have settled."""

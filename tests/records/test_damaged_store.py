@@ -10,8 +10,8 @@ import pytest
 from cache_damage import FAMILY, flipped, zeroed
 
 from daebench.errors import BadInput
+from daebench.records.store import Store, StoredRow, StoreWarning
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.store import Store, StoredRow, StoreWarning
 
 CELL = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy",))
 COUNT = 120

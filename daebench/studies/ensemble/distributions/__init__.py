@@ -1,1 +1,0 @@
-"""Declared distributions of the starts of an ensemble, one file a distribution."""
