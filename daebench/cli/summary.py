@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from daebench.cli.console import print_table
-from daebench.runs.directions import STARTS
 from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.state import CONSTRAINED
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 MOST_NUMBERS = 12
@@ -66,7 +66,7 @@ def _by(ivp: Ivp, name: str, by: Mapping[str, Any]) -> dict[str, Any]:
     last = {part: rows[-1] for part, rows in by.items()}
     if ivp.facts.KIND != "constrained" or not ivp.facts.EXTENDED:
         return last
-    q, p = (last[part][:, :-1] if name in STARTS["constrained"] else last[part] for part in ("q", "p"))
+    q, p = (last[part][:, :-1] if name in CONSTRAINED.starts else last[part] for part in ("q", "p"))
     return {"q": q[:-1], "p": p[:-1], "energy_received": -p[-1:]}
 
 

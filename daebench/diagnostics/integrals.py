@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, InitialValueProblem
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 
@@ -18,7 +18,7 @@ def energy_error(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTraje
     trajectory : Trajectory or PoissonTrajectory
         A run on it.
     """
-    H = ivp.along("H", *states_of(trajectory))
+    H = ivp.along("H", *trajectory.vectors)
     return np.asarray(H - H[0], dtype=float)
 
 
@@ -38,8 +38,8 @@ def energy_rounding(ivp: InitialValueProblem, eps: float) -> float:
     eps : float
         Machine epsilon.
     """
-    gradient = ("H_y",) if isinstance(ivp, PoissonIvp) else ("H_p", "H_q")
-    changes = [np.sum(np.abs(ivp.value(name, *ivp.start))) * np.max(np.abs(x)) for name, x in zip(gradient, ivp.start, strict=True)]
+    gradient = zip(ivp.state.gradient, ivp.start, strict=True)
+    changes = [np.sum(np.abs(ivp.value(name, *ivp.start))) * np.max(np.abs(x)) for name, x in gradient]
     return eps * float(np.sum(changes))
 
 
@@ -58,17 +58,17 @@ def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTr
     dict of str to ndarray, shape(n,)
         I(x(t)) - I(x0), in the unit of the integral; empty if the problem declares no integrals.
     """
-    return _errors(ivp, "integrals", ivp.integrals, states_of(trajectory))
+    return _errors(ivp, "integrals", ivp.integrals, trajectory.vectors)
 
 
-def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, Array]:
+def casimir_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
     """Return the error of each Casimir function of a Poisson system, HLW Def. 2.5, by name, each shape(n,) over the outputs.
 
     Parameters
     ----------
-    ivp : PoissonIvp
+    ivp : InitialValueProblem
         The system with its numbers.
-    trajectory : PoissonTrajectory
+    trajectory : Trajectory or PoissonTrajectory
         A run on it.
 
     Returns
@@ -76,12 +76,7 @@ def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, 
     dict of str to ndarray, shape(n,)
         C(y(t)) - C(y0), in the unit of C; empty if the system declares no Casimirs.
     """
-    return _errors(ivp, "casimirs", ivp.casimirs, states_of(trajectory))
-
-
-def states_of(trajectory: Trajectory | PoissonTrajectory) -> tuple[Array, ...]:
-    """Return the states of a trajectory as a problem's functions take them: (p, q), or (y,)."""
-    return (trajectory.p, trajectory.q) if isinstance(trajectory, Trajectory) else (trajectory.y,)
+    return _errors(ivp, "casimirs", ivp.casimirs, trajectory.vectors)
 
 
 def _errors(ivp: InitialValueProblem, function: str, names: tuple[str, ...], states: tuple[Array, ...]) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, overload
 from daebench.compiler.definition import source_in, source_of
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem, whole_structure
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
-from daebench.runs.make_ivp import Start, first_case, make_ivp
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp
+from daebench.runs.make_ivp import Start, constrained, first_case, make_ivp
 from daebench.runs.request import ON_SINGULAR
 from daebench.systems.files.read import Problem
 
@@ -104,10 +104,9 @@ def initial_value_problem(
         If the initial values are off the manifold and ``project`` is false.
     """
     ivp = _singular_as(_unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra), on_singular)
-    if isinstance(ivp, PoissonIvp):
-        if project:
-            raise BadInput(f"{ivp.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
+    if not (ivp.on_manifold or project):
         return ivp
+    ivp = constrained(ivp, "which has no manifold to project onto; leave out project")
     from daebench.diagnostics.consistency import projected, require_consistent
     from daebench.diagnostics.freedom import require_freedom
     from daebench.diagnostics.second_order import require_motion
@@ -166,9 +165,8 @@ def _singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
         return ivp
     if on_singular not in ON_SINGULAR:
         raise unknown("on_singular", on_singular, ON_SINGULAR)
-    if isinstance(ivp, PoissonIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
-    return replace(ivp, on_singular=on_singular)
+    why = "which has no constraints that could lose rank; leave out on_singular"
+    return replace(constrained(ivp, why), on_singular=on_singular)
 
 
 def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] | None, start: Start, algebra: str) -> Ivp:
@@ -189,6 +187,4 @@ def _with_other_values(ivp: InitialValueProblem, case: str | None, parameters: M
         return make_ivp(ivp.source, case, parameters, **start)
     replaced = {name: getattr(ivp, name, None) if values is None else values for name, values in start.items()}
     made = make_ivp(ivp.source, ivp.case, {**ivp.parameters, **parameters}, **replaced)
-    if isinstance(ivp, ConstrainedIvp) and isinstance(made, ConstrainedIvp):
-        return replace(made, on_singular=ivp.on_singular)
-    return made
+    return replace(ivp, parameters=made.parameters).at(*made.start)

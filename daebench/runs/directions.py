@@ -17,9 +17,6 @@ from daebench.runs.trajectory import Array
 SAME = 1e-12
 """Relative difference from the start of a case up to which a start is treated as that of the case."""
 
-STARTS = {"constrained": ("p0", "q0"), "poisson": ("y0",)}
-"""Names of initial values, in the order in which a state is stored."""
-
 
 @dataclass(frozen=True)
 class Directions:
@@ -69,12 +66,12 @@ class Directions:
 
 def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:
     """Return all names with respect to which a run can be differentiated: parameters, then initial values."""
-    return (*ivp.parameters, *STARTS[ivp.facts.KIND])
+    return (*ivp.parameters, *ivp.state.starts)
 
 
 def number_of_directions(ivp: InitialValueProblem, names: Sequence[str]) -> int:
     """Return the number of directions of some names: one for a parameter, one for each entry of an initial value."""
-    sizes = dict(zip(STARTS[ivp.facts.KIND], map(len, ivp.start), strict=True))
+    sizes = dict(zip(ivp.state.starts, map(len, ivp.start), strict=True))
     return sum(sizes.get(name, 1) for name in names)
 
 
@@ -105,7 +102,7 @@ def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
 
     which leaves changes tangent to the manifold unchanged.
     """
-    starts = dict(zip(STARTS[ivp.facts.KIND], ivp.start, strict=True))
+    starts = dict(zip(ivp.state.starts, ivp.start, strict=True))
     ends = np.cumsum([len(vector) for vector in ivp.start])
     place = {name: slice(int(end) - len(starts[name]), int(end)) for name, end in zip(starts, ends, strict=True)}
     k, size, first = number_of_directions(ivp, names), int(ends[-1]), 0
@@ -123,7 +120,7 @@ def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
             for vector, moved in following(name).items():
                 start[place[vector], first] = units[first] * moved
         first = last
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         start = np.array([_tangent(ivp, *pair) for pair in zip(par.T, start.T, strict=True)]).reshape(k, size).T
     return Directions(columns, par, start, units)
 
@@ -162,7 +159,7 @@ def _following(ivp: InitialValueProblem, starts: Mapping[str, Array]) -> Callabl
 
 def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
     """Return the derivatives of a case's initial values with respect to all parameters: p and q, or y; each shape(d, parameters)."""
-    names = STARTS[ivp.facts.KIND]
+    names = ivp.state.starts
 
     def build() -> str:
         import sympy as sp

@@ -1,7 +1,7 @@
 """Trajectories: the results of runs, as arrays of their own."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -13,18 +13,13 @@ from daebench.errors import BadInput, RunFailed, bounded
 from daebench.runs.interpolant import Interpolant
 from daebench.runs.notebook import Shown
 from daebench.runs.solver_steps import SolverSteps
+from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.runs.trajectory_files import WRITERS, columns, dataset, write_trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
-
-CONSTRAINED = ("energy", "manifold", "integrals")
-"""Quantities that a run on a constrained problem can monitor."""
-
-POISSON = ("energy", "casimirs", "integrals")
-"""Quantities that a run on a Poisson system can monitor."""
 
 DOUBTED = "use a smaller h or tol, and check whether the motion has left the domain of H, or G has lost rank"
 """Advice for a run that reached its end with a number that is not finite."""
@@ -89,6 +84,7 @@ class Outcome(Shown):
     """
 
     drawn_by: ClassVar[str] = "daebench.draw.trajectory"
+    state: ClassVar[State]
 
     problem: str
     case: str
@@ -148,6 +144,29 @@ class Outcome(Shown):
     def states(self) -> Mapping[str, Array]:
         """The states by name; each shape(n, ...)."""
         raise NotImplementedError
+
+    @property
+    def vectors(self) -> tuple[Array, ...]:
+        """The vectors of the states, (p, q) or (y,), as the functions of a problem take them; each shape(n, ...)."""
+        return tuple(getattr(self, name) for name in self.state.vectors)
+
+    @property
+    def position(self) -> Array:
+        """Positions, or coordinates of a Poisson system, shape(n, ...)."""
+        return self.vectors[-1]
+
+    @classmethod
+    def parts(cls, rows: Array) -> dict[str, Any]:
+        """Return states as they are stored, shape(n, N), as contiguous vectors by name."""
+        names = cls.state.vectors
+        return dict(zip(names, map(np.ascontiguousarray, np.split(rows, len(names), axis=1)), strict=True))
+
+    def looked_at(self) -> Self:
+        """Return the run with the states that were looked at in place of those that are stored, if there are such."""
+        if self.looks is None:
+            return self
+        t, rows = self.looks
+        return replace(self, t=t, **self.parts(rows), looks=None, sensitivities={})
 
     @property
     def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
@@ -292,6 +311,7 @@ class Trajectory(Outcome):
         Points at which G lost rank and the run went on.
     """
 
+    state = CONSTRAINED
     q: Array
     p: Array
     lam: Array | None = None
@@ -307,6 +327,10 @@ class Trajectory(Outcome):
     def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
         return self.raw
 
+    def looked_at(self) -> Self:
+        """Return the run with the states that were looked at in place of those that are stored, without their multipliers."""
+        return self if self.looks is None else replace(super().looked_at(), lam=None, raw={})
+
 
 @dataclass(frozen=True, kw_only=True)
 class PoissonTrajectory(Outcome):
@@ -318,6 +342,7 @@ class PoissonTrajectory(Outcome):
         States at the output times.
     """
 
+    state = POISSON
     y: Array
 
     @property

@@ -3,7 +3,7 @@
 import numpy as np
 
 from daebench.diagnostics.consistency import projected
-from daebench.runs.ivp import Array, InitialValueProblem, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, InitialValueProblem, Ivp
 
 
 def neighbour(ivp: Ivp, size: float, seed: int | list[int]) -> Ivp:
@@ -28,7 +28,7 @@ def neighbour(ivp: Ivp, size: float, seed: int | list[int]) -> Ivp:
     """
     moved = beside(ivp, size, np.random.default_rng(seed).uniform(-1, 1, (1, ivp.size)))
     start = ivp.at(*(rows[0] for rows in moved))
-    return start if isinstance(start, PoissonIvp) else projected(start)[0]
+    return projected(start)[0] if start.on_manifold else start
 
 
 def beside(ivp: InitialValueProblem, size: float, xi: Array) -> tuple[Array, ...]:

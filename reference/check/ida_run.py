@@ -8,7 +8,7 @@ from daebench.reference.check.recomputation import Parts, Recomputed, followed, 
 from daebench.reference.check.runs import Solution, ida_names, solved
 from daebench.reference.check.verification import Check
 from daebench.reference.keep.record import Reference
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 
 TOL, IDA_END = 1e-12, 10.0
@@ -66,5 +66,5 @@ def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
 
 def _by_tolerance(ivp: Ivp, ida: str, tol: float, t_end: float, n: int) -> Solution:
     """Return the run of IDA with output at the first n stored times."""
-    on_singular = None if isinstance(ivp, ConstrainedIvp) and ivp.on_singular == "least-squares" else "continue"
+    on_singular = None if ivp.singular else "continue"
     return solved(ivp, ida, Request(value=tol, t_end=t_end, points=n, watch=(), on_singular=on_singular))

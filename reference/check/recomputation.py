@@ -8,7 +8,7 @@ import numpy as np
 from daebench.diagnostics.unit_rows import condition
 from daebench.reference.check.verification import Check, Digits, at_most
 from daebench.reference.keep.record import EPS, Reference
-from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.ivp import Array
 
 Parts = Mapping[str, Array]
 
@@ -83,7 +83,7 @@ def suffered(reference: Reference, part: str) -> Array:
     if part != "lam":
         return np.ones(len(reference.t))
     ivp = reference.ivp()
-    if isinstance(ivp, ConstrainedIvp) and ivp.on_singular == "least-squares":
+    if ivp.on_manifold and ivp.singular:
         return np.array([condition(ivp, q) for q in reference.values["q"]])
     return reference.conditioning
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
@@ -21,7 +21,7 @@ STRANG, MIDPOINT = "strang/kahan_li8", "midpoint/kahan_li8"
 
 def own_name(ivp: Ivp, *, crosses: bool = False) -> str:
     """Return the name of our own method for a problem; for a motion that passes a rank loss, that of a method that can."""
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         return GAUSS if crosses else RATTLE
     return STRANG if ivp.facts.SPLITTINGS else MIDPOINT
 
@@ -33,7 +33,7 @@ def coarsest(name: str) -> int:
 
 def ida_names(ivp: Ivp) -> tuple[str, ...]:
     """Return the names of IDA in the formulations that reach furthest: with multipliers as derivatives, or with Casimir functions."""
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         return "ida:index2", "ida:ggl"
     return ("ida:casimirs", "ida:ode") if ivp.casimirs else ("ida:ode",)
 
@@ -43,10 +43,8 @@ def solved(ivp: Ivp, name: str, request: Request) -> Solution:
 
     A method for Poisson systems is used even if it is not a Poisson integrator for this system, because only its accuracy matters here.
     """
-    from daebench.methods.names import POISSON, parse
+    from daebench.methods.names import kind_of, parse
 
-    if isinstance(ivp, PoissonIvp):
-        run: Solution = parse(name, kind=POISSON, anyway=True).solve(ivp, request)
-    else:
-        run = parse(name, compensated=name == RATTLE).solve(ivp, replace(request, multipliers=True))
+    method = parse(name, kind=kind_of(ivp), compensated=name == RATTLE, anyway=True)
+    run: Solution = method.solve(ivp, replace(request, multipliers=ivp.on_manifold))
     return run

@@ -15,7 +15,7 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.dual_kernel import seeds
 from daebench.methods.fixed_step.stepping import IN_SHORT, Linked
 from daebench.runs.directions import Directions, require_tuples
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.machine import cores
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -99,7 +99,7 @@ def tangent_growth(
     require_tuples(method.name, ivp)
     if not method.compiled or members.parameters or np.ndim(members.h):
         raise BadInput("tangent vectors need members with one step size and the same parameters, and a compiled kernel.")
-    mode = method.on_singular(ivp, Request(value=members.h)) if isinstance(ivp, ConstrainedIvp) else ""  # type: ignore[attr-defined]
+    mode = method.on_singular(ivp, Request(value=members.h))
     kernel = method.kernel(ivp, "tangent1", (), count=False, singular=mode)
     pivots = (np.inf, 0.0, 0.0) if mode else np.inf
     growth, ends = np.full((len(members), intervals), np.nan), np.zeros((len(members), 6))
@@ -144,7 +144,7 @@ def tangent_vectors(members: Members, units: Array, seed: int) -> Array:
         Seed of the directions.
     """
     v = np.random.default_rng(seed).standard_normal((len(members), len(units))) / units
-    if isinstance(members.ivp, ConstrainedIvp):
+    if members.ivp.on_manifold:
         C = constraint_jacobian(members.ivp, *members.start) / units
         size = np.linalg.norm(C, axis=2, keepdims=True)
         normals = np.linalg.pinv(C / np.where(size > 0, size, 1.0)) @ (C / np.where(size > 0, size, 1.0))

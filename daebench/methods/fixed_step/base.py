@@ -61,6 +61,15 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def name(self) -> str:
         """Name in the grammar of methods."""
 
+    @property
+    def rated(self) -> bool:
+        """Whether its steps need the rate of the motion, see :mod:`daebench.runs.scales`."""
+        return False
+
+    def on_singular(self, ivp: Ivp, request: Request) -> str:
+        """Return what to do where G loses rank; "" if it does not matter, as on a Poisson system."""
+        return ""
+
     @abstractmethod
     def refusal(self, ivp: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""

@@ -21,7 +21,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.scales import constrained_scales, in_coordinates
-from daebench.runs.trajectory import CONSTRAINED, Trajectory
+from daebench.runs.trajectory import Trajectory
 from daebench.schemes.kernels.claims import CHARTED
 from daebench.schemes.kernels.language import ROUNDINGS
 
@@ -56,6 +56,11 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     def _solves(self) -> bool:
         """Whether systems of constraints are solved, in its own coordinates: those of a chart and of ``stiff`` have none."""
         return self.form not in (*CHARTED, "stiff")
+
+    @property
+    def rated(self) -> bool:
+        """Whether its steps need the rate of the motion, as those of a scheme for any H do."""
+        return self.member.claims.any_form
 
     def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
         """Return what to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter.
@@ -113,7 +118,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         return (*super().data, *[(float(self.sweeps), self.roundings)] * self._asked)
 
     def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
-        scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
+        scales = constrained_scales(ivp, h, rated=self.rated)
         if self.form not in CHARTED:
             return scales
         return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
@@ -123,7 +128,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
         """Return the trajectory; if the scheme stops early, the states so far and the reason."""
-        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(CONSTRAINED))
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
         outcome, (t, rows) = run.outcome(), run.states()
         d, m = int(ivp.facts.D), int(ivp.facts.M)
         p, q = rows[:, :d].copy(), rows[:, d:].copy()

@@ -15,7 +15,7 @@ from daebench.methods.monitored_errors import output_maxima
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Method, Request
-from daebench.runs.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Array, Outcome, PoissonTrajectory, Trajectory
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Lifted:
 
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        if not isinstance(ivp, PoissonIvp):
+        if ivp.on_manifold:
             return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {LIFTED}:."
         if not ivp.facts.LIFT:
             return f"{self.name} needs a constrained system that maps to {ivp.problem}, which declares none; use strang."
@@ -103,7 +103,7 @@ class Lifted:
         """
         self.check(ivp, request)
         trajectory = _mapped_down(self.name, ivp, self.method.solve(above(ivp), replace(request, watch=())))
-        return replace(trajectory, maxima=output_maxima(ivp, request.watched(POISSON), trajectory.y))
+        return replace(trajectory, maxima=output_maxima(ivp, request.watched(ivp.state), trajectory.y))
 
     def flow(self, ivp: PoissonIvp, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
         """Return the map y -> y of ``steps`` steps for complex states, exact to first order in the imaginary part.

@@ -19,7 +19,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.scales import in_coordinates, poisson_scales
-from daebench.runs.trajectory import POISSON, PoissonTrajectory
+from daebench.runs.trajectory import PoissonTrajectory
 from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
 
 RUN_AWAY = "use a smaller h, and check whether the motion itself diverges there"
@@ -155,7 +155,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
         """Return the trajectory; if the scheme stops early, the states so far and the reason."""
-        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(POISSON))
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
         outcome, (t, y) = run.outcome(), run.states()
         return PoissonTrajectory(**outcome, t=t, y=y, sensitivities=self._sensitivities(run, len(t), y=slice(ivp.size)))
 

@@ -10,7 +10,7 @@ from daebench.methods.solvers.drive import ToleranceMethod, check, check_record,
 from daebench.runs.directions import directions
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import POISSON, PoissonTrajectory
+from daebench.runs.trajectory import PoissonTrajectory
 
 LARGEST = 2000
 """Coordinates up to which a solver may work with the whole Jacobian."""
@@ -67,6 +67,6 @@ class OnPoisson(ToleranceMethod):
             dae = varied_poisson(dae, directions(ivp, request.sensitivities))
         run = drive(self, dae, request, began=began)
         y = dae.states(run.Y)
-        maxima = output_maxima(ivp, request.watched(POISSON), y)
+        maxima = output_maxima(ivp, request.watched(ivp.state), y)
         sensitivities = dae.sensitivities(run.Y[run.kept]) if isinstance(dae, VariedPoisson) else {}
         return PoissonTrajectory(**run.outcome, t=run.t[run.kept], y=y[run.kept], maxima=maxima, sensitivities=sensitivities)

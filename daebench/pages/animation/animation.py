@@ -16,7 +16,7 @@ from daebench.pages.animation import gif, mp4, page, smil
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.recorded_run import recorded_run, requested
 from daebench.runs.files import check_place
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.outputs import described, require_own, writing
 from daebench.runs.provenance import definition
 from daebench.runs.request import Progress, resolution_value
@@ -248,9 +248,8 @@ def _layout(ivp: Ivp) -> Layout:
     """Return what is drawn of an initial value problem; refuse one that declares no picture."""
     layout = layout_of(ivp)
     if layout is None:
-        what = "y" if isinstance(ivp, PoissonIvp) else "q"
         raise BadInput(
             f"{ivp.problem} declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) "
-            f"with points in {what} to its definition, see daebench.Picture. All problems of daebench have one."
+            f"with points in {ivp.state.position} to its definition, see daebench.Picture. All problems of daebench have one."
         )
     return layout

@@ -97,6 +97,10 @@ class Bench(ABC, Generic[Ivp, Run]):
         """Return the findings on the map of n steps."""
 
     @abstractmethod
+    def form(self) -> Finding:
+        """Return the finding on what the exact map leaves unchanged: the two-form on the tangent space, or B."""
+
+    @abstractmethod
     def conserved(self) -> Mapping[str, tuple[bool | None, float]]:
         """Return which errors along the run are claimed to be rounding, and the sizes of these quantities."""
 

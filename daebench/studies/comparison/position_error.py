@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from daebench.errors import DaebenchError, RunFailed
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.motion import certified_for, own_run
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 
@@ -64,7 +64,7 @@ def position_errors(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Run]) -> li
     the last is twice the difference of these two, which is as large as its error for a method of order 1, and larger for others. Where a
     reference is lost itself, as on a chaotic motion, the error is not known.
     """
-    part = "y" if isinstance(ivp, PoissonIvp) else "q"
+    part = ivp.state.position
     known = _common(ivp, [run for run in runs if _whole(run)], part)
     errors = []
     for method, run in zip(methods, runs, strict=True):

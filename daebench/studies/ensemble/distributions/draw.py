@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from daebench.errors import BadInput, require_known, whole
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import Ivp
 from daebench.studies.ensemble.distributions.box import Bounds
 from daebench.studies.ensemble.distributions.energy import Energy
 from daebench.studies.ensemble.distributions.grid import Grid
@@ -19,7 +19,7 @@ DISTRIBUTIONS: Mapping[str, Any] = {"neighbourhood": Neighbourhood, "liouville":
 
 
 def draw_starts(
-    ivp: InitialValueProblem,
+    ivp: Ivp,
     distribution: str | Distribution = "neighbourhood",
     *,
     members: int | None = None,

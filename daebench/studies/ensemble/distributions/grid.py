@@ -9,7 +9,7 @@ import numpy as np
 
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.errors import BadInput, real, unknown
-from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 from daebench.studies.ensemble.distributions.box import coordinates
 from daebench.studies.ensemble.distributions.starts import Starts, casimirs, copies, of_case, require_inside
 
@@ -35,9 +35,7 @@ class Grid:
         """Number of members."""
         return prod(np.size(values) for values in self.values.values())
 
-    def draw(
-        self, ivp: InitialValueProblem, n: int | None = None, h: Any = None, parameters: Mapping[str, Any] | None = None, seed: int = 0
-    ) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None = None, h: Any = None, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return the members of the grid.
 
         Parameters
@@ -74,7 +72,7 @@ class Grid:
             some.start[k][:, i] = mesh[name]
         words = " x ".join(f"{len(axis)} of {name} from {np.min(axis):g} to {np.max(axis):g}" for name, axis in axes.items())
         about = f"a grid of {size} members about {of_case(ivp)}, {words}"
-        if isinstance(ivp, PoissonIvp):
+        if not ivp.on_manifold:
             ends, measured = casimirs(require_inside(some, "a grid"))
             return Starts(some, f"{about}{ends}.", measured)
         projected = project_members(some)
@@ -87,7 +85,7 @@ class Grid:
         ends = f", moved onto the manifold by at most {measured['moved_q']:.2g} in q and {measured['moved_p']:.2g} in p"
         return Starts(some, f"{about}{ends}{f', {moved}' if moved else ''}.", measured)
 
-    def _axes(self, ivp: InitialValueProblem) -> dict[str, Array]:
+    def _axes(self, ivp: Ivp) -> dict[str, Array]:
         """Return the values of each name as arrays."""
         if not self.values:
             raise BadInput("a grid needs values of at least one parameter, coordinate or h.")

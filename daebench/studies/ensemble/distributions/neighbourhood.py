@@ -8,7 +8,7 @@ import numpy as np
 
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.errors import positive
-from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.studies.ensemble.distributions.starts import Starts, casimirs, copies, differing, of_case, require_inside
 from daebench.studies.initial_conditions import beside
 
@@ -31,7 +31,7 @@ class Neighbourhood:
 
     size: float = 0.01
 
-    def draw(self, ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return n members with such starts, each the same however many there are.
 
         Raises
@@ -45,7 +45,7 @@ class Neighbourhood:
         some = replace(some, start=beside(ivp, size, xi))
         what = f"a neighbourhood of size {size:g}"
         words = f"{what} of {of_case(ivp)}, uniform in every coordinate"
-        if isinstance(ivp, PoissonIvp):
+        if not ivp.on_manifold:
             ends, measured = casimirs(require_inside(some, what))
         else:
             projected = project_members(some)

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from daebench.errors import BadInput, whole
-from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members, members
 
 
@@ -33,7 +33,7 @@ class Starts:
 class Distribution(Protocol):
     """A distribution of starts."""
 
-    def draw(self, ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return n members, each the same however many there are.
 
         Parameters
@@ -56,7 +56,7 @@ class Distribution(Protocol):
         """
 
 
-def copies(ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None, seed: int) -> Members:
+def copies(ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None, seed: int) -> Members:
     """Return n members at the start of the problem.
 
     Raises
@@ -96,7 +96,7 @@ def require_inside(some: Members, what: str) -> Members:
     return some
 
 
-def of_case(ivp: InitialValueProblem) -> str:
+def of_case(ivp: Ivp) -> str:
     """Return the problem and its case as words."""
     return f"{ivp.problem}, case {ivp.case}" if ivp.case else ivp.problem
 

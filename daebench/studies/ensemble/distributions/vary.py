@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from daebench.errors import BadInput, unknown
-from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.ivp import Array, Ivp
 from daebench.studies.ensemble.distributions.box import Bounds, bounds_of, in_words
 
 
@@ -21,7 +21,7 @@ class Vary:
 
     box: Bounds = field(default_factory=dict)
 
-    def parameters(self, ivp: InitialValueProblem, n: int, seed: int) -> dict[str, Array]:
+    def parameters(self, ivp: Ivp, n: int, seed: int) -> dict[str, Array]:
         """Return the values of each parameter, shape(n,); those of a member are the same however many there are.
 
         Raises
