@@ -127,7 +127,7 @@ class Outcome(Shown):
     def _not_finite(self) -> str | None:
         """Return which number is not finite, and when, as a sentence without a full stop; None if all are finite."""
         numbers = {name: (self.t, rows) for name, rows in self.states.items()}
-        numbers |= {f"the stage multiplier {name}": multipliers for name, multipliers in self._stage_multipliers.items()}
+        numbers |= {f"the stage multiplier {name}": multipliers for name, multipliers in self.stage_multipliers.items()}
         numbers |= {
             f"d{part}/d{name}": (self.t, rows.reshape(len(rows), -1))
             for name, by in self.sensitivities.items()
@@ -169,7 +169,7 @@ class Outcome(Shown):
         return replace(self, t=t, **self.parts(rows), looks=None, sensitivities={})
 
     @property
-    def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
+    def stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
         """Stage multipliers of steps by name, with their times."""
         return {}
 
@@ -324,7 +324,8 @@ class Trajectory(Outcome):
         return {"q": self.q, "p": self.p} | ({} if self.lam is None else {"lam": self.lam})
 
     @property
-    def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
+    def stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
+        """Stage multipliers of steps by name, with their times."""
         return self.raw
 
     def looked_at(self) -> Self:

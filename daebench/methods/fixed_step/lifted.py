@@ -74,7 +74,7 @@ class Lifted:
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         if ivp.on_manifold:
-            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {LIFTED}:."
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is {ivp.state.words}; leave out {LIFTED}:."
         if not ivp.facts.LIFT:
             return f"{self.name} needs a constrained system that maps to {ivp.problem}, which declares none; use strang."
         up = above(ivp)

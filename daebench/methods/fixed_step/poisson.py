@@ -108,8 +108,8 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         claims, facts = self.member, ivp.facts
-        if facts.KIND != "poisson":
-            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; use rattle."
+        if ivp.on_manifold:
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is {ivp.state.words}; use rattle."
         if self.form == "darboux" and not facts.DARBOUX:
             return f"{self.name} needs canonical coordinates, which {ivp.problem} does not declare; leave out darboux:."
         if claims.poisson == "split" and not facts.SPLITTINGS:

@@ -18,8 +18,8 @@ LARGEST = 2000
 
 def refused(name: str, ivp: InitialValueProblem, *, dense: bool) -> str | None:
     """Return why a method of this name cannot run, if the system is not a Poisson system or is too large for its Jacobian, or None."""
-    if ivp.facts.KIND != "poisson":
-        return f"{name} is asked for as a method for Poisson systems, and {ivp.problem} is a constrained problem."
+    if ivp.on_manifold:
+        return f"{name} is asked for as a method for Poisson systems, and {ivp.problem} is {ivp.state.words}."
     if dense and ivp.size > LARGEST:
         return (
             f"{name} solves with the whole Jacobian, and {ivp.problem} has {ivp.size} coordinates, more than {LARGEST}; "

@@ -33,7 +33,7 @@ Indices = NDArray[np.int64]
 
 def made_together(solver: Any, ivp: Ivp) -> bool:
     """Return whether runs of a method are made as members of an ensemble: those of fixed steps on problems without arrays are."""
-    return isinstance(solver, FixedStepMethod) and not ivp.arrays and getattr(ivp, "on_singular", "") != "least-squares"
+    return isinstance(solver, FixedStepMethod) and not ivp.arrays and not ivp.singular
 
 
 def parameter_row(specification: ParameterRuns, alone: Callable[[GridRun], Row]) -> Row:
