@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class State:
         """Name of the vector of positions, or of coordinates."""
         return self.vectors[-1]
 
-    @property
+    @cached_property
     def starts(self) -> tuple[str, ...]:
         """Names of initial values, in the order of the vectors."""
         return tuple(f"{name}0" for name in self.vectors)

@@ -85,6 +85,7 @@ class Outcome(Shown):
 
     drawn_by: ClassVar[str] = "daebench.draw.trajectory"
     state: ClassVar[State]
+    of_outputs: ClassVar[Mapping[str, Any]] = {"sensitivities": {}}  # what belongs to the stored states, as it is without them
 
     problem: str
     case: str
@@ -166,7 +167,7 @@ class Outcome(Shown):
         if self.looks is None:
             return self
         t, rows = self.looks
-        return replace(self, t=t, **self.parts(rows), looks=None, sensitivities={})
+        return replace(self, t=t, looks=None, **self.parts(rows), **self.of_outputs)
 
     @property
     def stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
@@ -312,6 +313,7 @@ class Trajectory(Outcome):
     """
 
     state = CONSTRAINED
+    of_outputs: ClassVar[Mapping[str, Any]] = {"sensitivities": {}, "lam": None, "raw": {}}
     q: Array
     p: Array
     lam: Array | None = None
@@ -327,10 +329,6 @@ class Trajectory(Outcome):
     def stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
         """Stage multipliers of steps by name, with their times."""
         return self.raw
-
-    def looked_at(self) -> Self:
-        """Return the run with the states that were looked at in place of those that are stored, without their multipliers."""
-        return self if self.looks is None else replace(super().looked_at(), lam=None, raw={})
 
 
 @dataclass(frozen=True, kw_only=True)
