@@ -47,8 +47,7 @@ class Definition:
     @cached_property
     def problem(self) -> Any:
         """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem; a lattice is written out as one."""
-        problem = self.derivation.problem
-        return problem.expanded(problem.sites) if self.ivp.arrays and not self.ivp.on_manifold else problem
+        return self.derivation.problem
 
     @cached_property
     def parameters(self) -> dict[sp.Symbol, sp.Rational]:

@@ -229,9 +229,8 @@ def smooth(ivp: ConstrainedIvp) -> str:
 def poisson_smooth(ivp: PoissonIvp) -> str:
     """Return the function of a Poisson system that is not finite at the start; "" if all are finite."""
     problem = ivp.source.derivation.problem
-    if not ivp.arrays:
-        check_smooth("H", problem.H, problem.y)
-        check_smooth("B", problem.B, problem.y)
+    check_smooth("H", problem.H, problem.y)
+    check_smooth("B", problem.B, problem.y)
     functions = {"H": "H", "field": "B grad H"} | ({} if ivp.arrays else {"field_y": "the derivative of B grad H"})
     for name, what in functions.items():
         if not np.all(np.isfinite(ivp.value(name, ivp.y0 if ivp.arrays else tuple(ivp.y0)))):
