@@ -44,7 +44,7 @@ class Definition:
         """Quantities derived from the problem's definition."""
         return self.ivp.source.derivation
 
-    @cached_property
+    @property
     def problem(self) -> Any:
         """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem; a lattice is written out as one."""
         return self.derivation.problem

@@ -104,8 +104,8 @@ def judged(ivp: ConstrainedIvp, method: Any, names: Sequence[str] = JUDGED) -> l
     """Return the findings on some properties on a problem, by a few steps; their names have the problem."""
     h = default_step(ivp, PARTS)
     try:
-        bench: Any = bench_of(ivp, method, h, STEPS)
-        rows = [row for name in names for row in (_order(ivp, method, h) if name == "order" else [getattr(bench, name)()])]
+        bench = bench_of(ivp, method, h, STEPS)
+        rows = [row for name in names for row in (_order(ivp, method, h) if name == "order" else [bench.judged(name)])]
     except RunFailed as failure:
         nothing = float("nan")
         rows = [Finding(name, None, nothing, nothing, UNDETERMINED, note=str(failure)) for name in names]
