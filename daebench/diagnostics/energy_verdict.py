@@ -11,7 +11,7 @@ from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.oscillations import oscillations
 from daebench.runs.ivp import Array, Ivp
-from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Outcome
 
 LOST = 1.0
 """Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
@@ -68,14 +68,14 @@ def kinetic_energy(ivp: Ivp, *vectors: Array) -> Array | None:
     return np.asarray(np.sum(vectors[0] * np.asarray(ivp.along("H_p", *vectors), dtype=float), axis=1) / 2)
 
 
-def energy_scales(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> EnergyScales:
+def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
     """Return the energies along a run; infinite values are left out.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it.
     """
     H = np.asarray(ivp.along("H", *run.vectors), dtype=float)
@@ -108,7 +108,7 @@ def may_be_a_part(states: Array, sizes: Any) -> NDArray[np.bool_]:
     return np.asarray((np.max(swings, axis=1) < SWINGS) & (np.asarray(sizes) < LOST))
 
 
-def energy_verdict(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> Drift:
+def energy_verdict(ivp: Ivp, run: Outcome) -> Drift:
     """Return the verdict on the energy error of a run, see :func:`daebench.diagnostics.energy.energy_drift`.
 
     A drift that may be a part of an oscillation is "undetermined", see :func:`may_be_a_part`.
@@ -117,7 +117,7 @@ def energy_verdict(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> Drift:
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it, with outputs that resolve its oscillations.
     """
     states = run.position

@@ -5,17 +5,17 @@ from typing import Any
 import numpy as np
 
 from daebench.runs.ivp import Array, InitialValueProblem
-from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Outcome
 
 
-def energy_error(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> Array:
+def energy_error(ivp: InitialValueProblem, trajectory: Outcome) -> Array:
     """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    trajectory : Trajectory or PoissonTrajectory
+    trajectory : Outcome
         A run on it.
     """
     H = ivp.along("H", *trajectory.vectors)
@@ -43,14 +43,14 @@ def energy_rounding(ivp: InitialValueProblem, eps: float) -> float:
     return eps * float(np.sum(changes))
 
 
-def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+def integral_errors(ivp: InitialValueProblem, trajectory: Outcome) -> dict[str, Array]:
     """Return the error of each first integral that the problem declares besides H, by name, each shape(n,) over the outputs.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    trajectory : Trajectory or PoissonTrajectory
+    trajectory : Outcome
         A run on it.
 
     Returns
@@ -61,14 +61,14 @@ def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTr
     return _errors(ivp, "integrals", ivp.integrals, trajectory.vectors)
 
 
-def casimir_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+def casimir_errors(ivp: InitialValueProblem, trajectory: Outcome) -> dict[str, Array]:
     """Return the error of each Casimir function of a Poisson system, HLW Def. 2.5, by name, each shape(n,) over the outputs.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The system with its numbers.
-    trajectory : Trajectory or PoissonTrajectory
+    trajectory : Outcome
         A run on it.
 
     Returns

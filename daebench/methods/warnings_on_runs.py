@@ -7,7 +7,7 @@ from daebench.diagnostics.energy_verdict import EnergyScales, energy_scales, kin
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.negative_damping import negative_damping
 from daebench.runs.ivp import ConstrainedIvp, Ivp
-from daebench.runs.trajectory import Array, Outcome, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Array, Outcome
 
 BROKEN = 0.25
 """Fraction of the possible change of g along the path from the start above which a constraint is broken."""
@@ -19,7 +19,7 @@ SMALLER = "use a smaller h or tol, or another method"
 """What to do."""
 
 
-def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
+def doubts(ivp: Ivp, run: Outcome) -> list[str]:
     """Return sentences on why a completed run is unreliable; none for a run that failed, which has its own message.
 
     These are the :func:`losses`; and a negative damping is reported, which is allowed but adds energy.
@@ -28,7 +28,7 @@ def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it.
     """
     said = losses(ivp, run)
@@ -37,7 +37,7 @@ def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     return said
 
 
-def losses(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
+def losses(ivp: Ivp, run: Outcome) -> list[str]:
     """Return sentences on why the motion of a completed run is lost: its energy, or a constraint.
 
     The energy is lost if its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus of H
@@ -48,7 +48,7 @@ def losses(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it.
     """
     if run.failure is not None:
@@ -60,7 +60,7 @@ def losses(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     return [f"{run.method} on {run.problem}, case {run.case}: {reason}; {SMALLER}." for reason in reasons if reason]
 
 
-def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
+def _lost_energy(ivp: Ivp, run: Outcome) -> str:
     error = energy_error(ivp, run)
     T = kinetic_energy(ivp, *run.vectors)
     if T is None:
@@ -75,7 +75,7 @@ def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
     return f"the motion is lost{since}: the energy error, {largest:.3g}, is {largest / scale:.3g} times {what}, {scale:.3g}"
 
 
-def _explained(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> float:
+def _explained(ivp: Ivp, run: Outcome) -> float:
     """Return the energy error that rounding of the terms of H explains, or a tolerance."""
     scales: EnergyScales = energy_scales(ivp, run)
     most = float(scales.most)

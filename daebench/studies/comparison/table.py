@@ -13,7 +13,7 @@ from daebench.methods.names import Code, methods_of
 from daebench.methods.solvers.optional import not_installed
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request, resolution_value
-from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Outcome
 from daebench.studies.comparison.position_error import position_errors
 from daebench.studies.held_verdict import held_verdict
 
@@ -169,7 +169,7 @@ def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -
     return Request(value=h, t_end=t_end, every=every, watch=watch, keep_interrupted=True)
 
 
-def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, drift: Drift) -> dict[str, Any]:
+def row(ivp: Ivp, trajectory: Outcome, drift: Drift) -> dict[str, Any]:
     """Return the columns of a comparison for one run and the verdict on its energy.
 
     ``energy_error`` is the largest modulus, ``energy_size`` the same over the mean kinetic energy, the other columns of the energy and
