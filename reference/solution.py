@@ -90,7 +90,7 @@ def _by_closed_form(ivp: InitialValueProblem, times: ArrayLike) -> ReferenceSolu
     return solution if all(np.isfinite(rows).all() for rows in solution.states.values()) else None
 
 
-def _evaluated_once(ivp: InitialValueProblem, times: ArrayLike) -> ReferenceSolution:
+def _evaluated_once(ivp: Any, times: ArrayLike) -> ReferenceSolution:
     closed_form, states = ivp.source.derivation.problem.closed_form, {}
     if ivp.on_manifold:
         q, p = evaluated(closed_form, times, ivp.q0, ivp.p0, ivp.parameters)

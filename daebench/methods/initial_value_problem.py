@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, cast, overload
 
 from daebench.compiler.definition import source_in, source_of
 from daebench.errors import BadInput, unknown
@@ -153,7 +153,7 @@ def _unchecked(
     if isinstance(problem, InitialValueProblem):
         if algebra:
             raise BadInput(f"the form of the vectors of {problem.problem} was chosen with the initial value problem; leave out algebra.")
-        return _with_other_values(problem, case, parameters or {}, start)
+        return _with_other_values(cast("Ivp", problem), case, parameters or {}, start)
     if not hasattr(problem, "fingerprint"):
         raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
     return make_ivp(source_of(problem, algebra=algebra), case, parameters, **start)
@@ -181,7 +181,7 @@ def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] 
     return make_ivp(source, case, others, **start)
 
 
-def _with_other_values(ivp: InitialValueProblem, case: str | None, parameters: Mapping[str, float], start: Start) -> Ivp:
+def _with_other_values(ivp: Ivp, case: str | None, parameters: Mapping[str, float], start: Start) -> Ivp:
     """Return an initial value problem with another case, or with other parameters or initial values."""
     if case is not None:
         return make_ivp(ivp.source, case, parameters, **start)

@@ -40,6 +40,7 @@ Code = str | Callable[..., Any] | list[str]
 
 __all__ = [
     "CONSTRAINED",
+    "KINDS",
     "POISSON",
     "Code",
     "Kind",

@@ -15,7 +15,7 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.dual_kernel import seeds
 from daebench.methods.fixed_step.stepping import IN_SHORT, Linked
 from daebench.runs.directions import Directions, require_tuples
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import Ivp
 from daebench.runs.machine import cores
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -152,9 +152,7 @@ def tangent_vectors(members: Members, units: Array, seed: int) -> Array:
     return np.asarray(v / np.linalg.norm(v * units, axis=1, keepdims=True), dtype=float)
 
 
-def _grown(
-    linked: Linked, ivp: InitialValueProblem, vector: Array, h: float, units: Array, every: int, pivots: Any, growth: Array
-) -> tuple[float, ...]:
+def _grown(linked: Linked, ivp: Ivp, vector: Array, h: float, units: Array, every: int, pivots: Any, growth: Array) -> tuple[float, ...]:
     """Fill the growth of one member; return the intervals done, the steps after these, those tried, and status, residual and pivot."""
     direction = Directions({}, np.zeros((len(ivp.par), 1)), vector[:, None], np.ones(1))
     begin = seeds(ivp, direction, lambda moved: linked.enter, len(linked.par) - len(ivp.par))

@@ -19,7 +19,7 @@ from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds, width
 from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.runs.directions import directions, require_names, require_tuples
 from daebench.runs.grid import Grid
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.claims import MAPPED
@@ -27,7 +27,7 @@ from daebench.schemes.kernels.claims import MAPPED
 if TYPE_CHECKING:
     from daebench.compiler.link import Linker
 
-Ivp = TypeVar("Ivp", bound=InitialValueProblem)
+Ivp = TypeVar("Ivp", bound=ConstrainedIvp | PoissonIvp)
 Result = TypeVar("Result")
 
 INTEGRATE, FIRST = (("daebench.schemes.kernels.loop", name) for name in ("integrate", "first"))

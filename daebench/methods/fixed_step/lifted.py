@@ -12,7 +12,7 @@ from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.poisson import require_poisson
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.monitored_errors import output_maxima
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import Array, Outcome, PoissonTrajectory, Trajectory
@@ -71,7 +71,7 @@ class Lifted:
         """Return the names of the conserved quantities that the method claims to keep to round-off: the Casimir functions, or none."""
         return tuple(ivp.facts.CASIMIRS) if self.is_poisson(ivp) else ()
 
-    def refusal(self, ivp: InitialValueProblem) -> str | None:
+    def refusal(self, ivp: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         if ivp.on_manifold:
             return f"{self.name} is for Poisson systems, and {ivp.problem} is {ivp.state.words}; leave out {LIFTED}:."
