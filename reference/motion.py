@@ -1,11 +1,12 @@
 """The motion that errors are measured against: a certified reference if one fits, otherwise a finer run of daebench, with a bound."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from daebench.diagnostics.energy_verdict import kinetic_energy
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.reference.keep import store
@@ -91,17 +92,16 @@ def own_run(ivp: Ivp, times: ArrayLike, calls: float = CALLS) -> OwnRun:
     t = np.asarray(times, dtype=float)
     exact = reference_solution(ivp, t, calls)
     kind, states, bound = exact.kind, exact.states, exact.bound
-    energy = ivp.along("H", *(states[name] for name in ("p", "q", "y") if name in states))
+    vectors = [states[name] for name in ivp.state.vectors]
+    energy = ivp.along("H", *vectors)
     start = float(ivp.value("H", *ivp.start))
-    if not np.max(np.abs(energy - start)) <= CONSERVED * _energy_size(ivp, states, start):
+    if not np.max(np.abs(energy - start)) <= CONSERVED * _energy_size(ivp, vectors, start):
         raise RunFailed(f"a finer run of {ivp.problem}, case {ivp.case}, does not conserve the energy; choose a shorter end time.")
     words = kind if kind == "closed form" else f"own finer run ({kind}, tol {TIGHT:g})"
     return OwnRun(words, t, states, {part: np.full(rows.shape, bound[part]) for part, rows in states.items()})
 
 
-def _energy_size(ivp: Ivp, states: Mapping[str, Array], start: float) -> float:
+def _energy_size(ivp: Ivp, vectors: Sequence[Array], start: float) -> float:
     """Return the size that energy errors are compared with: |H| at the start, or the largest |p^T H_p| if that is more."""
-    if "y" in states:
-        return max(abs(start), float(np.finfo(float).tiny))
-    p, q = states["p"], states["q"]
-    return max(abs(start), float(np.max(np.abs(np.sum(p * ivp.along("H_p", p, q), axis=1)))), float(np.finfo(float).tiny))
+    T = kinetic_energy(ivp, *vectors)
+    return max(abs(start), 0.0 if T is None else float(np.max(2 * np.abs(T))), float(np.finfo(float).tiny))

@@ -11,7 +11,7 @@ from daebench.errors import BadInput, DaebenchError, RunFailed, in_words
 from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.formulations.poisson import pose_poisson
 from daebench.methods.solvers.least_squares import reduced
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.scales import constrained_scales, poisson_scales
 from daebench.systems.files.execute import telling_exits
 
@@ -90,9 +90,9 @@ def _by_closed_form(ivp: InitialValueProblem, times: ArrayLike) -> ReferenceSolu
     return solution if all(np.isfinite(rows).all() for rows in solution.states.values()) else None
 
 
-def _evaluated_once(ivp: InitialValueProblem, times: ArrayLike) -> ReferenceSolution:
+def _evaluated_once(ivp: Any, times: ArrayLike) -> ReferenceSolution:
     closed_form, states = ivp.source.derivation.problem.closed_form, {}
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         q, p = evaluated(closed_form, times, ivp.q0, ivp.p0, ivp.parameters)
         states = {"q": q, "p": p, "lam": _multipliers(ivp, p, q)}
     else:
@@ -162,11 +162,11 @@ def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf
 
 def _ode(ivp: Any) -> Posed:
     """Return the ODE of a problem: the index-reduced one, HLW (1.18), or a Poisson system itself; a long chain has none."""
-    if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
+    if ivp.on_manifold and ivp.arrays:
         raise RunFailed(
             f"the index-reduced equation of {ivp.problem} is not available for so many nodes; take fewer nodes, or finer runs of a method."
         )
-    return reduced(ivp) if isinstance(ivp, ConstrainedIvp) else pose_poisson(ivp, "ode")
+    return reduced(ivp) if ivp.on_manifold else pose_poisson(ivp, "ode")
 
 
 def bound_of(tight: Array, loose: Array) -> float:
@@ -274,9 +274,9 @@ def _sizes(dae: Posed) -> Array:
     """
     ivp = dae.ivp
     sizes = np.ones(dae.n)
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         sizes[:] = poisson_scales(ivp, 0.0)[0]
-    elif isinstance(ivp, ConstrainedIvp) and isinstance(dae, Dae):
+    elif isinstance(dae, Dae):
         length, rate = constrained_scales(ivp, 0.0, rated=True)
         impulse = float(np.max(np.abs(ivp.value("H_q", ivp.p0, ivp.q0)))) / rate if rate > 0 else 0.0
         momentum = max(float(np.max(np.abs(ivp.p0))), impulse)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from daebench.cli.console import print_table
-from daebench.runs.directions import STARTS
-from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.state import CONSTRAINED
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 MOST_NUMBERS = 12
@@ -33,7 +33,7 @@ def summary_of(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, *, compensa
         "tol": trajectory.value if trajectory.knob == "tol" else None,
         "steps": trajectory.steps,
         "t": float(trajectory.t[-1]),
-        **({"y": state[0]} if isinstance(trajectory, PoissonTrajectory) else _mechanical(ivp, *state)),
+        **(_mechanical(ivp, *state) if ivp.on_manifold else {"y": state[0]}),
         "sensitivities": {name: _by(ivp, name, by) for name, by in trajectory.sensitivities.items()} or None,
         "energy": energy - (float(state[0][-1]) if ivp.facts.KIND == "constrained" and ivp.facts.EXTENDED else 0.0),
         "energy_error": energy - start,
@@ -66,19 +66,19 @@ def _by(ivp: Ivp, name: str, by: Mapping[str, Any]) -> dict[str, Any]:
     last = {part: rows[-1] for part, rows in by.items()}
     if ivp.facts.KIND != "constrained" or not ivp.facts.EXTENDED:
         return last
-    q, p = (last[part][:, :-1] if name in STARTS["constrained"] else last[part] for part in ("q", "p"))
+    q, p = (last[part][:, :-1] if name in CONSTRAINED.starts else last[part] for part in ("q", "p"))
     return {"q": q[:-1], "p": p[:-1], "energy_received": -p[-1:]}
 
 
 def _state(trajectory: Trajectory | PoissonTrajectory) -> tuple[Any, ...]:
     """Return the state at the end as arguments of the problem's functions: (y,), or (p, q)."""
-    return (trajectory.y[-1],) if isinstance(trajectory, PoissonTrajectory) else (trajectory.p[-1], trajectory.q[-1])
+    return tuple(vector[-1] for vector in trajectory.vectors)
 
 
 def _kept(ivp: Ivp, maxima: Mapping[str, float]) -> dict[str, Any]:
     """Return the largest errors of the quantities that the problem's structure conserves, and of its first integrals."""
     integrals = {name: maxima[name] for name in ivp.integrals if name in maxima}
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         return {"casimirs": {name: maxima[name] for name in ivp.casimirs if name in maxima}, "integrals": integrals}
     return {"g": maxima.get("g"), "Gv": maxima.get("Gv"), "integrals": integrals}
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from daebench.diagnostics.integrals import casimir_errors, energy_error, integral_errors
-from daebench.runs.ivp import Ivp, PoissonIvp
-from daebench.runs.trajectory import Array, Trajectory
+from daebench.runs.ivp import Ivp
+from daebench.runs.trajectory import Array
 
 LABELS = {
     "energy_error": "|energy error|",
@@ -32,9 +32,9 @@ def thinned(t: Array, errors: Mapping[str, Array]) -> tuple[Array, dict[str, Arr
 def errors_along(ivp: Ivp, trajectory: Any) -> dict[str, Array]:
     """Return the errors along a run at its outputs, by name in :data:`LABELS`: largest moduli, shape(n,), where they are of several."""
     columns = {"energy_error": energy_error(ivp, trajectory)}
-    if isinstance(trajectory, Trajectory):
-        columns |= {"g": ivp.along("g", trajectory.q), "Gv": ivp.along("Gv", trajectory.p, trajectory.q)}
-    elif isinstance(ivp, PoissonIvp):
+    if ivp.on_manifold:
+        columns |= {"g": ivp.along("g", trajectory.position), "Gv": ivp.along("Gv", *trajectory.vectors)}
+    else:
         several = {"casimir_error": casimir_errors(ivp, trajectory), "integral_error": integral_errors(ivp, trajectory)}
         columns |= {column: np.column_stack(list(errors.values())) for column, errors in several.items() if errors}
     return {name: np.abs(rows).max(axis=1) if rows.ndim == 2 else np.abs(rows) for name, rows in columns.items()}

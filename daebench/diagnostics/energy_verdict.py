@@ -10,8 +10,8 @@ from daebench.diagnostics.drift import DRIFTS, Drift
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.oscillations import oscillations
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
-from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.ivp import Array, Ivp
+from daebench.runs.trajectory import Outcome
 
 LOST = 1.0
 """Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
@@ -61,24 +61,32 @@ def scales_along(kinetic: Array, *energies: Array) -> EnergyScales:
     return EnergyScales(mean, np.maximum.reduce([np.max(x, axis=-1) for x in kept]))
 
 
-def energy_scales(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> EnergyScales:
+def kinetic_energy(ivp: Ivp, *vectors: Array) -> Array | None:
+    """Return T = p^T H_p / 2 along states, shape(n,); None on a Poisson system, which has no momenta."""
+    if not ivp.on_manifold:
+        return None
+    return np.asarray(np.sum(vectors[0] * np.asarray(ivp.along("H_p", *vectors), dtype=float), axis=1) / 2)
+
+
+def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
     """Return the energies along a run; infinite values are left out.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it.
     """
-    if isinstance(run, PoissonTrajectory):
-        scales = scales_along(np.asarray(ivp.along("H", run.y), dtype=float))
-    else:
-        assert isinstance(ivp, ConstrainedIvp)
+    H = np.asarray(ivp.along("H", *run.vectors), dtype=float)
+    if ivp.on_manifold:
         n = ivp.d - ivp.facts.EXTENDED  # of a system in time H is K - p_t
-        products = run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float)
-        T, received = np.sum(products[:, :n], axis=1) / 2, np.sum(run.p[:, n:], axis=1)
-        scales = scales_along(T, np.asarray(ivp.along("H", run.p, run.q), dtype=float) - T - received)
+        p = run.vectors[0]
+        products = p * np.asarray(ivp.along("H_p", *run.vectors), dtype=float)
+        T, received = np.sum(products[:, :n], axis=1) / 2, np.sum(p[:, n:], axis=1)
+        scales = scales_along(T, H - T - received)
+    else:
+        scales = scales_along(H)
     return EnergyScales(float(scales.kinetic), float(scales.most))
 
 
@@ -100,7 +108,7 @@ def may_be_a_part(states: Array, sizes: Any) -> NDArray[np.bool_]:
     return np.asarray((np.max(swings, axis=1) < SWINGS) & (np.asarray(sizes) < LOST))
 
 
-def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory) -> Drift:
+def energy_verdict(ivp: Ivp, run: Outcome) -> Drift:
     """Return the verdict on the energy error of a run, see :func:`daebench.diagnostics.energy.energy_drift`.
 
     A drift that may be a part of an oscillation is "undetermined", see :func:`may_be_a_part`.
@@ -109,10 +117,10 @@ def energy_verdict(ivp: InitialValueProblem, run: Trajectory | PoissonTrajectory
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it, with outputs that resolve its oscillations.
     """
-    states = run.y if isinstance(run, PoissonTrajectory) else run.q
+    states = run.position
     eps = float(np.finfo(states.dtype).eps)
     scales = energy_scales(ivp, run)
     resolution = float(scales.resolution(float(ivp.value("H", *ivp.start)), eps))

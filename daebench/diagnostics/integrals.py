@@ -4,21 +4,21 @@ from typing import Any
 
 import numpy as np
 
-from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
-from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.trajectory import Outcome
 
 
-def energy_error(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> Array:
+def energy_error(ivp: InitialValueProblem, trajectory: Outcome) -> Array:
     """Return H(x(t)) - H(x0), or H(y(t)) - H(y0), at the outputs, shape(n,), in the unit of H.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    trajectory : Trajectory or PoissonTrajectory
+    trajectory : Outcome
         A run on it.
     """
-    H = ivp.along("H", *states_of(trajectory))
+    H = ivp.along("H", *trajectory.vectors)
     return np.asarray(H - H[0], dtype=float)
 
 
@@ -38,19 +38,19 @@ def energy_rounding(ivp: InitialValueProblem, eps: float) -> float:
     eps : float
         Machine epsilon.
     """
-    gradient = ("H_y",) if isinstance(ivp, PoissonIvp) else ("H_p", "H_q")
-    changes = [np.sum(np.abs(ivp.value(name, *ivp.start))) * np.max(np.abs(x)) for name, x in zip(gradient, ivp.start, strict=True)]
+    gradient = zip(ivp.state.gradient, ivp.start, strict=True)
+    changes = [np.sum(np.abs(ivp.value(name, *ivp.start))) * np.max(np.abs(x)) for name, x in gradient]
     return eps * float(np.sum(changes))
 
 
-def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTrajectory) -> dict[str, Array]:
+def integral_errors(ivp: InitialValueProblem, trajectory: Outcome) -> dict[str, Array]:
     """Return the error of each first integral that the problem declares besides H, by name, each shape(n,) over the outputs.
 
     Parameters
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    trajectory : Trajectory or PoissonTrajectory
+    trajectory : Outcome
         A run on it.
 
     Returns
@@ -58,17 +58,17 @@ def integral_errors(ivp: InitialValueProblem, trajectory: Trajectory | PoissonTr
     dict of str to ndarray, shape(n,)
         I(x(t)) - I(x0), in the unit of the integral; empty if the problem declares no integrals.
     """
-    return _errors(ivp, "integrals", ivp.integrals, states_of(trajectory))
+    return _errors(ivp, "integrals", ivp.integrals, trajectory.vectors)
 
 
-def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, Array]:
+def casimir_errors(ivp: InitialValueProblem, trajectory: Outcome) -> dict[str, Array]:
     """Return the error of each Casimir function of a Poisson system, HLW Def. 2.5, by name, each shape(n,) over the outputs.
 
     Parameters
     ----------
-    ivp : PoissonIvp
+    ivp : InitialValueProblem
         The system with its numbers.
-    trajectory : PoissonTrajectory
+    trajectory : Outcome
         A run on it.
 
     Returns
@@ -76,12 +76,7 @@ def casimir_errors(ivp: PoissonIvp, trajectory: PoissonTrajectory) -> dict[str, 
     dict of str to ndarray, shape(n,)
         C(y(t)) - C(y0), in the unit of C; empty if the system declares no Casimirs.
     """
-    return _errors(ivp, "casimirs", ivp.casimirs, states_of(trajectory))
-
-
-def states_of(trajectory: Trajectory | PoissonTrajectory) -> tuple[Array, ...]:
-    """Return the states of a trajectory as a problem's functions take them: (p, q), or (y,)."""
-    return (trajectory.p, trajectory.q) if isinstance(trajectory, Trajectory) else (trajectory.y,)
+    return _errors(ivp, "casimirs", ivp.casimirs, trajectory.vectors)
 
 
 def _errors(ivp: InitialValueProblem, function: str, names: tuple[str, ...], states: tuple[Array, ...]) -> dict[str, Any]:

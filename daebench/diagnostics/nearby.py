@@ -9,7 +9,7 @@ from daebench.diagnostics.consistency import project
 from daebench.diagnostics.inverse_mass import mass
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import BadInput
-from daebench.runs.ivp import Array, ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
 
 State = tuple[Array, Array]
 
@@ -101,7 +101,7 @@ def slow_time(p: Array, q: Array, dp: Array, dq: Array) -> float:
 
 def field(ivp: Ivp, x: Array) -> Array:
     """Return (q', p') at x = (q, p) on one line, or y' at x = y."""
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         return np.asarray(ivp.value("field", tuple(x)), dtype=float)
     dp, dq = rates(ivp, x[ivp.d :], x[: ivp.d])
     return np.concatenate([dq, dp])
@@ -109,7 +109,7 @@ def field(ivp: Ivp, x: Array) -> Array:
 
 def flat(ivp: Ivp, state: Sequence[Any]) -> list[Any]:
     """Return q then p as one list, or y."""
-    return list(state) if isinstance(ivp, PoissonIvp) and not hasattr(state[0], "__len__") else [x for part in state for x in part]
+    return list(state) if not ivp.on_manifold and not hasattr(state[0], "__len__") else [x for part in state for x in part]
 
 
 def exact_start(ivp: Ivp) -> tuple[list[list[Any]], dict[str, Any]]:
@@ -119,7 +119,7 @@ def exact_start(ivp: Ivp) -> tuple[list[list[Any]], dict[str, Any]]:
 
     problem = ivp.source.derivation.problem
     exact = {symbol: sp.Rational(repr(ivp.parameters[str(symbol)])) for symbol in problem.parameters}
-    case, parts = problem.cases[ivp.case], ("y",) if isinstance(ivp, PoissonIvp) else ("q", "p")
+    case, parts = problem.cases[ivp.case], ivp.state.columns
     start = [[sp.N(sp.sympify(x).subs(exact), mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for x in getattr(case, part)] for part in parts]
     return start, {str(symbol): mp.mpf(value.p) / value.q for symbol, value in exact.items()}
 

@@ -216,7 +216,7 @@ def may_lose_rank(members: Members) -> NDArray[np.bool_]:
     -------
     ndarray of bool, shape(n,)
     """
-    if isinstance(members.ivp, ConstrainedIvp) and beyond_comparison(members.ivp):
+    if members.ivp.on_manifold and beyond_comparison(members.ivp):
         return np.zeros(len(members), dtype=bool)
     p, q = members.start
     with np.errstate(all="ignore"):

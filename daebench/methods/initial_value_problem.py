@@ -3,13 +3,13 @@
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, cast, overload
 
 from daebench.compiler.definition import source_in, source_of
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem, whole_structure
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
-from daebench.runs.make_ivp import Start, first_case, make_ivp
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp
+from daebench.runs.make_ivp import Start, constrained, first_case, make_ivp
 from daebench.runs.request import ON_SINGULAR
 from daebench.systems.files.read import Problem
 
@@ -104,10 +104,9 @@ def initial_value_problem(
         If the initial values are off the manifold and ``project`` is false.
     """
     ivp = _singular_as(_unchecked(problem, case, parameters, {"p0": p0, "q0": q0, "y0": y0}, algebra), on_singular)
-    if isinstance(ivp, PoissonIvp):
-        if project:
-            raise BadInput(f"{ivp.problem} is a Poisson system, which has no manifold to project onto; leave out project.")
+    if not (ivp.on_manifold or project):
         return ivp
+    ivp = constrained(ivp, "which has no manifold to project onto; leave out project")
     from daebench.diagnostics.consistency import projected, require_consistent
     from daebench.diagnostics.freedom import require_freedom
     from daebench.diagnostics.second_order import require_motion
@@ -154,7 +153,7 @@ def _unchecked(
     if isinstance(problem, InitialValueProblem):
         if algebra:
             raise BadInput(f"the form of the vectors of {problem.problem} was chosen with the initial value problem; leave out algebra.")
-        return _with_other_values(problem, case, parameters or {}, start)
+        return _with_other_values(cast("Ivp", problem), case, parameters or {}, start)
     if not hasattr(problem, "fingerprint"):
         raise BadInput(f"a problem is a name, a ConstrainedHamiltonian or a PoissonSystem, or the path of a file, not {problem!r}.")
     return make_ivp(source_of(problem, algebra=algebra), case, parameters, **start)
@@ -166,9 +165,8 @@ def _singular_as(ivp: Ivp, on_singular: str | None) -> Ivp:
         return ivp
     if on_singular not in ON_SINGULAR:
         raise unknown("on_singular", on_singular, ON_SINGULAR)
-    if isinstance(ivp, PoissonIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, which has no constraints that could lose rank; leave out on_singular.")
-    return replace(ivp, on_singular=on_singular)
+    why = "which has no constraints that could lose rank; leave out on_singular"
+    return replace(constrained(ivp, why), on_singular=on_singular)
 
 
 def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] | None, start: Start, algebra: str) -> Ivp:
@@ -183,12 +181,10 @@ def _from_file(file: Problem, case: str | None, parameters: Mapping[str, float] 
     return make_ivp(source, case, others, **start)
 
 
-def _with_other_values(ivp: InitialValueProblem, case: str | None, parameters: Mapping[str, float], start: Start) -> Ivp:
+def _with_other_values(ivp: Ivp, case: str | None, parameters: Mapping[str, float], start: Start) -> Ivp:
     """Return an initial value problem with another case, or with other parameters or initial values."""
     if case is not None:
         return make_ivp(ivp.source, case, parameters, **start)
     replaced = {name: getattr(ivp, name, None) if values is None else values for name, values in start.items()}
     made = make_ivp(ivp.source, ivp.case, {**ivp.parameters, **parameters}, **replaced)
-    if isinstance(ivp, ConstrainedIvp) and isinstance(made, ConstrainedIvp):
-        return replace(made, on_singular=ivp.on_singular)
-    return made
+    return replace(ivp, parameters=made.parameters).at(*made.start)

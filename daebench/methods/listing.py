@@ -77,7 +77,7 @@ def list_methods() -> "pd.DataFrame":
     }
     rows = [
         {"kind": kind, **asdict(method)} | (asdict(claims[kind][method.name]) if method.name in claims[kind] else {})
-        for kind, table in (("constrained", names.CONSTRAINED), ("poisson", names.POISSON))
+        for kind, table in names.KINDS.items()
         for method in table.listed()
     ]
     return pd.DataFrame(rows).rename(columns={"name": "method"}).convert_dtypes()

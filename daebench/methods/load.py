@@ -9,6 +9,7 @@ from daebench.methods.foreign import ForeignName
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.json_values import strict
 from daebench.runs.schema import Fields, Flag, Items, Named, Number, Text, Whole, maybe
+from daebench.runs.state import POISSON, state_of_columns
 from daebench.runs.trajectory import IN_FILES, Array, Passage, PoissonTrajectory, Trajectory
 from daebench.runs.trajectory_files import ABOUT
 from daebench.runs.zipped import UNREADABLE, arrays_in
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
-
-STATES = {"constrained": ("q", "p"), "poisson": ("y",)}
-"""Arrays that a file has, by the kind of its problem."""
 
 
 REAL = maybe(Number(), "a finite number")
@@ -79,18 +77,19 @@ def load(
     arrays = _arrays(path)
     try:
         about = KIND.read(strict(str(arrays.pop(ABOUT))), "its text")
-        kind = "poisson" if "y" in arrays else "constrained"
+        state = state_of_columns(arrays)
         given = {name: about[name] for name in IN_FILES}
         given["maxima"] = {name: nan if value is None else value for name, value in given["maxima"].items()}
-        states: dict[str, Any] = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *STATES[kind])}
-        more: dict[str, Any] = {"raw": _stage_multipliers(arrays)} if kind == "constrained" else {}
-        sensitivities = _sensitivities(arrays, STATES[kind])
+        states: dict[str, Any] = {name: _checked(name, arrays[name], arrays["t"]) for name in ("t", *state.columns)}
+        raw = _stage_multipliers(arrays)
+        sensitivities = _sensitivities(arrays, state.columns)
     except (KeyError, ValueError, TypeError) as error:
         raise BadInput(f"{path} is not a trajectory of daebench, or is damaged ({error}); run it again with --out.") from error
     ivp = _problem(path, about, problem)
-    if kind == "poisson":
+    if state is POISSON:
         return PoissonTrajectory(**given, **states, sensitivities=sensitivities, ivp=ivp)
-    more |= {"lam": arrays.get("lam"), "passages": tuple(Passage(**passage) for passage in about.get("passages", ()))}
+    passages = tuple(Passage(**passage) for passage in about.get("passages", ()))
+    more: dict[str, Any] = {"raw": raw, "lam": arrays.get("lam"), "passages": passages}
     return Trajectory(**given, **states, **more, sensitivities=sensitivities, ivp=ivp)
 
 

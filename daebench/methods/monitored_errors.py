@@ -13,7 +13,7 @@ def monitored_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]
     names: Mapping[str, Sequence[str]] = {
         "energy": ["energy"],
         "manifold": ["g", "Gv"],
-        "casimirs": getattr(ivp, "casimirs", ()),
+        "casimirs": ivp.casimirs,
         "integrals": ivp.integrals,
         "samples": (),
     }

@@ -28,11 +28,11 @@ from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.poisson import PoissonStep
-from daebench.methods.names_tables import CONSTRAINED, POISSON, Kind, solver_numbers
+from daebench.methods.names_tables import CONSTRAINED, KINDS, POISSON, Kind, solver_numbers
 from daebench.methods.outside.callables import method_of_callable
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.read import is_outside, method_from, program_of
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
 
 Code = str | Callable[..., Any] | list[str]
@@ -40,6 +40,7 @@ Code = str | Callable[..., Any] | list[str]
 
 __all__ = [
     "CONSTRAINED",
+    "KINDS",
     "POISSON",
     "Code",
     "Kind",
@@ -55,7 +56,7 @@ __all__ = [
 
 def kind_of(ivp: Ivp) -> Kind:
     """Return the kind of a problem: :data:`CONSTRAINED` or :data:`POISSON`."""
-    return POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
+    return KINDS[ivp.state.name]
 
 
 def parse(
@@ -249,10 +250,12 @@ def _require_kind(ivp: Ivp, names: Sequence[Any], anyway: bool) -> None:
     kind = kind_of(ivp)
     other = CONSTRAINED if kind is POISSON else POISSON
     if anyway and kind is CONSTRAINED:
-        raise BadInput(f"anyway is for schemes on Poisson systems, and {ivp.problem} is {kind.words}; leave it out.")
+        raise BadInput(f"anyway is for schemes on Poisson systems, and {ivp.problem} is {ivp.state.words}; leave it out.")
     for name in names:
         if isinstance(name, str) and not is_outside(name) and _known(other, name) and not _known(kind, name):
-            raise BadInput(f"{name} is for {other.plural}, and {ivp.problem} is {kind.words}; daebench list methods has those for both.")
+            raise BadInput(
+                f"{name} is for {other.plural}, and {ivp.problem} is {ivp.state.words}; daebench list methods has those for both."
+            )
 
 
 @cache

@@ -46,8 +46,8 @@ class Kind:
 
     Parameters
     ----------
-    words, plural : str
-        Singular and plural of these problems in sentences.
+    plural : str
+        Plural of these problems in sentences.
     of_kind : str
         What follows "solver or form" in a sentence.
     solvers : mapping of str to callable
@@ -64,7 +64,6 @@ class Kind:
         Returns all methods, schemes first.
     """
 
-    words: str
     plural: str
     of_kind: str
     solvers: Mapping[str, Solver]
@@ -163,7 +162,6 @@ def _on_ode(system: str) -> list[Listed]:
 
 
 CONSTRAINED = Kind(
-    words="a constrained problem",
     plural="constrained problems",
     of_kind="",
     solvers={
@@ -181,7 +179,6 @@ CONSTRAINED = Kind(
 """Constrained Hamiltonian systems."""
 
 POISSON = Kind(
-    words="a Poisson system",
     plural="Poisson systems",
     of_kind=" of Poisson systems",
     solvers={
@@ -198,3 +195,6 @@ POISSON = Kind(
     listed=_poisson_methods,
 )
 """Poisson systems."""
+
+KINDS = {"constrained": CONSTRAINED, "poisson": POISSON}
+"""By the name of their state."""

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 from daebench.compiler.under_way import uncollected
 from daebench.errors import BadInput, LostMotion, positive, real, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import Code, kind_of, method_of
+from daebench.methods.names import Code, method_of
 from daebench.methods.sensitivities import require_differentiable
 from daebench.methods.warnings_on_runs import doubts
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.runs.request import CALLBACKS, PRECISIONS, Progress, Request, resolution_value
-from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
+from daebench.runs.state import STATES
+from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian
@@ -256,13 +257,12 @@ def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:
 def _monitored(ivp: Ivp, watch: Sequence[str] | None) -> tuple[str, ...] | None:
     if watch is None:
         return None
-    allowed, of_other_kind = (POISSON, CONSTRAINED) if isinstance(ivp, PoissonIvp) else (CONSTRAINED, POISSON)
+    allowed = ivp.state.monitors
     wanted = [watch] if isinstance(watch, str) else list(watch)
     for name in wanted:
-        if name in of_other_kind and name not in allowed:
-            raise BadInput(
-                f"{name} cannot be monitored on {ivp.problem}, which is {kind_of(ivp).words}; monitor any of {', '.join(allowed)}."
-            )
-        if name not in allowed:
-            raise unknown("quantity to monitor", name, allowed)
+        if name in allowed:
+            continue
+        if any(name in state.monitors for state in STATES.values()):
+            raise BadInput(f"{name} cannot be monitored on {ivp.problem}, which is {ivp.state.words}; monitor any of {', '.join(allowed)}.")
+        raise unknown("quantity to monitor", name, allowed)
     return tuple(wanted)

@@ -7,11 +7,11 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
 from daebench.runs.directions import require_names
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
 
 
-def require_differentiable(method: Method[Any, Any], ivp: InitialValueProblem, names: Sequence[str], problem: Any) -> None:
+def require_differentiable(method: Method[Any, Any], ivp: Ivp, names: Sequence[str], problem: Any) -> None:
     """Accept the quantities to differentiate a run by.
 
     Parameters

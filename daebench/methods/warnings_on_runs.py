@@ -1,15 +1,13 @@
 """Warnings on a run that reached its end but is of no use: its energy or its constraints are lost."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from daebench.diagnostics.energy import ROUNDED
-from daebench.diagnostics.energy_verdict import EnergyScales, energy_scales
+from daebench.diagnostics.energy_verdict import EnergyScales, energy_scales, kinetic_energy
 from daebench.diagnostics.integrals import energy_error
 from daebench.diagnostics.negative_damping import negative_damping
 from daebench.runs.ivp import ConstrainedIvp, Ivp
-from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Array, Outcome
 
 BROKEN = 0.25
 """Fraction of the possible change of g along the path from the start above which a constraint is broken."""
@@ -21,7 +19,7 @@ SMALLER = "use a smaller h or tol, or another method"
 """What to do."""
 
 
-def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
+def doubts(ivp: Ivp, run: Outcome) -> list[str]:
     """Return sentences on why a completed run is unreliable; none for a run that failed, which has its own message.
 
     These are the :func:`losses`; and a negative damping is reported, which is allowed but adds energy.
@@ -30,16 +28,16 @@ def doubts(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it.
     """
     said = losses(ivp, run)
-    if run.failure is None and isinstance(ivp, ConstrainedIvp) and negative_damping(ivp):
+    if run.failure is None and ivp.on_manifold and negative_damping(ivp):
         said.append(f"{run.problem}, case {run.case}: the damping is negative at the start, so that the force feeds energy in.")
     return said
 
 
-def losses(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
+def losses(ivp: Ivp, run: Outcome) -> list[str]:
     """Return sentences on why the motion of a completed run is lost: its energy, or a constraint.
 
     The energy is lost if its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus of H
@@ -50,35 +48,24 @@ def losses(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> list[str]:
     ----------
     ivp : InitialValueProblem
         The problem with its numbers.
-    run : Trajectory or PoissonTrajectory
+    run : Outcome
         A run on it.
     """
     if run.failure is not None:
         return []
-    seen = _looked_at(ivp, run)
+    seen = run.looked_at()
     reasons = [_lost_energy(ivp, seen)]
-    if isinstance(seen, Trajectory) and isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         reasons.append(_broken_constraint(ivp, seen))
     return [f"{run.method} on {run.problem}, case {run.case}: {reason}; {SMALLER}." for reason in reasons if reason]
 
 
-def _looked_at(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> Trajectory | PoissonTrajectory:
-    """Return a run with the states that were looked at in place of those that are stored, if there are such."""
-    if run.looks is None:
-        return run
-    t, rows = run.looks
-    if isinstance(run, PoissonTrajectory):
-        return replace(run, t=t, y=rows, looks=None, sensitivities={})
-    d = run.q.shape[1]
-    return replace(run, t=t, p=rows[:, :d].copy(), q=rows[:, d:].copy(), lam=None, raw={}, looks=None, sensitivities={})
-
-
-def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
+def _lost_energy(ivp: Ivp, run: Outcome) -> str:
     error = energy_error(ivp, run)
-    if isinstance(run, PoissonTrajectory):
-        scale, what = abs(float(ivp.along("H", run.y[:1])[0])), "|H|"
+    T = kinetic_energy(ivp, *run.vectors)
+    if T is None:
+        scale, what = abs(float(ivp.along("H", *(vector[:1] for vector in run.vectors))[0])), "|H|"
     else:
-        T = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q), dtype=float), axis=1) / 2
         scale, what = float(np.mean(np.abs(T - error))), "the mean kinetic energy"
     largest = max(float(np.max(np.abs(error))), run.maxima.get("energy", 0.0))
     if not largest > max(scale, _explained(ivp, run)) or not scale > 0:
@@ -88,24 +75,24 @@ def _lost_energy(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> str:
     return f"the motion is lost{since}: the energy error, {largest:.3g}, is {largest / scale:.3g} times {what}, {scale:.3g}"
 
 
-def _explained(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> float:
+def _explained(ivp: Ivp, run: Outcome) -> float:
     """Return the energy error that rounding of the terms of H explains, or a tolerance."""
     scales: EnergyScales = energy_scales(ivp, run)
-    most, states = float(scales.most), run.y if isinstance(run, PoissonTrajectory) else run.q
-    if isinstance(ivp, ConstrainedIvp) and not ivp.arrays:
+    most = float(scales.most)
+    if ivp.on_manifold and not ivp.arrays:
         n = ivp.d - bool(ivp.facts.EXTENDED)
         slopes = np.abs(np.asarray(ivp.value("H_q", *ivp.start), dtype=float)[:n])
         most = max(most, float(slopes @ np.abs(ivp.q0[:n])))
-    rounding = ROUNDED * float(np.finfo(states.dtype).eps) * max(1, run.steps) ** 0.5
+    rounding = ROUNDED * float(np.finfo(run.position.dtype).eps) * max(1, run.steps) ** 0.5
     return float(max(rounding, run.value if run.knob == "tol" else 0.0) * most)
 
 
-def _broken_constraint(ivp: ConstrainedIvp, run: Trajectory) -> str:
+def _broken_constraint(ivp: ConstrainedIvp, run: Outcome) -> str:
     """Return which constraint has an error of a large fraction of its possible change along the path, and from when on; "" if none has."""
     if ivp.arrays:
         return ""
-    g, G = np.abs(ivp.along("g", run.q)), np.abs(ivp.along("G", run.q))
-    room, floor = (np.einsum("rij,rj->ri", G, length) for length in (_way(run.q), 1.0 + np.abs(run.q)))
+    g, G = np.abs(ivp.along("g", run.position)), np.abs(ivp.along("G", run.position))
+    room, floor = (np.einsum("rij,rj->ri", G, length) for length in (_way(run.position), 1.0 + np.abs(run.position)))
     broken = np.argwhere(g > np.maximum(BROKEN * room, RESOLVED * floor))
     if not len(broken):
         return ""

@@ -9,16 +9,13 @@ import numpy as np
 
 from daebench.compiler.cache import generated
 from daebench.errors import BadInput, unknown
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.make_ivp import case_start
 from daebench.runs.scales import STEP as STEP
 from daebench.runs.trajectory import Array
 
 SAME = 1e-12
 """Relative difference from the start of a case up to which a start is treated as that of the case."""
-
-STARTS = {"constrained": ("p0", "q0"), "poisson": ("y0",)}
-"""Names of initial values, in the order in which a state is stored."""
 
 
 @dataclass(frozen=True)
@@ -67,18 +64,18 @@ class Directions:
         return {name: {part: by[:, place] for part, place in parts.items()} for name, by in along.items()}
 
 
-def known_names(ivp: InitialValueProblem) -> tuple[str, ...]:
+def known_names(ivp: Ivp) -> tuple[str, ...]:
     """Return all names with respect to which a run can be differentiated: parameters, then initial values."""
-    return (*ivp.parameters, *STARTS[ivp.facts.KIND])
+    return (*ivp.parameters, *ivp.state.starts)
 
 
-def number_of_directions(ivp: InitialValueProblem, names: Sequence[str]) -> int:
+def number_of_directions(ivp: Ivp, names: Sequence[str]) -> int:
     """Return the number of directions of some names: one for a parameter, one for each entry of an initial value."""
-    sizes = dict(zip(STARTS[ivp.facts.KIND], map(len, ivp.start), strict=True))
+    sizes = dict(zip(ivp.state.starts, map(len, ivp.start), strict=True))
     return sum(sizes.get(name, 1) for name in names)
 
 
-def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
+def require_names(ivp: Ivp, names: Sequence[str]) -> None:
     """Check names with respect to which a run is differentiated; raise :class:`BadInput` for one that is unknown, or given twice."""
     for name in names:
         if name not in known_names(ivp):
@@ -87,14 +84,14 @@ def require_names(ivp: InitialValueProblem, names: Sequence[str]) -> None:
         raise BadInput(f"{twice[0]} is given twice; differentiate by it once.")
 
 
-def require_tuples(method: str, ivp: InitialValueProblem) -> None:
+def require_tuples(method: str, ivp: Ivp) -> None:
     """Check that a problem's vectors are tuples of numbers; raise :class:`BadInput` if they are arrays, for a method of this name."""
     if ivp.arrays:
         why = f"the vectors of {ivp.problem} are arrays; choose fewer of its bodies or sites"
         raise BadInput(f"{method} on {ivp.problem} has no sensitivities: {why}.")
 
 
-def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
+def directions(ivp: Ivp, names: Sequence[str]) -> Directions:
     """Return the directions of some parameters and initial values.
 
     A start with the numbers of its case moves with the parameters as the case prescribes; any other start does not. In each direction the
@@ -105,7 +102,7 @@ def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
 
     which leaves changes tangent to the manifold unchanged.
     """
-    starts = dict(zip(STARTS[ivp.facts.KIND], ivp.start, strict=True))
+    starts = dict(zip(ivp.state.starts, ivp.start, strict=True))
     ends = np.cumsum([len(vector) for vector in ivp.start])
     place = {name: slice(int(end) - len(starts[name]), int(end)) for name, end in zip(starts, ends, strict=True)}
     k, size, first = number_of_directions(ivp, names), int(ends[-1]), 0
@@ -123,12 +120,12 @@ def directions(ivp: InitialValueProblem, names: Sequence[str]) -> Directions:
             for vector, moved in following(name).items():
                 start[place[vector], first] = units[first] * moved
         first = last
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         start = np.array([_tangent(ivp, *pair) for pair in zip(par.T, start.T, strict=True)]).reshape(k, size).T
     return Directions(columns, par, start, units)
 
 
-def moved_by(ivp: InitialValueProblem, par: Array) -> InitialValueProblem:
+def moved_by(ivp: Ivp, par: Array) -> Ivp:
     """Return a problem whose parameters have this change as their imaginary part."""
     values = (value + 1j * STEP * change if change else value for value, change in zip(ivp.par, par, strict=True))
     return replace(ivp, parameters=dict(zip(ivp.parameters, values, strict=True)))
@@ -145,7 +142,7 @@ def _unit(x: Any) -> float:
     return float(2.0 ** math.frexp(largest)[1]) if largest > 0 and math.isfinite(largest) else 1.0
 
 
-def _following(ivp: InitialValueProblem, starts: Mapping[str, Array]) -> Callable[[str], dict[str, Array]]:
+def _following(ivp: Ivp, starts: Mapping[str, Array]) -> Callable[[str], dict[str, Array]]:
     """Return the derivatives, with respect to a parameter, of those initial values that are equal to those of the case."""
     if ivp.case not in ivp.facts.CASES:
         return lambda name: {}
@@ -160,9 +157,9 @@ def _following(ivp: InitialValueProblem, starts: Mapping[str, Array]) -> Callabl
     return following
 
 
-def start_by_parameters(ivp: InitialValueProblem) -> tuple[Array, ...]:
+def start_by_parameters(ivp: Ivp) -> tuple[Array, ...]:
     """Return the derivatives of a case's initial values with respect to all parameters: p and q, or y; each shape(d, parameters)."""
-    names = STARTS[ivp.facts.KIND]
+    names = ivp.state.starts
 
     def build() -> str:
         import sympy as sp

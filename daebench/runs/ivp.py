@@ -3,14 +3,16 @@
 import types
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
 from daebench.compiler.definition import Source
+from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.runs.trajectory import Array as Array
+from daebench.runs.trajectory import Outcome, PoissonTrajectory, Trajectory
 
 NAMED = 4
 """Constraints that a sentence names."""
@@ -29,6 +31,10 @@ class InitialValueProblem:
     parameters : mapping of str to float
         Run-time parameters in the order of ``par``.
     """
+
+    state: ClassVar[State]
+    on_manifold: ClassVar[bool]
+    trajectory: ClassVar[type[Outcome]]
 
     source: Source
     case: str
@@ -81,6 +87,16 @@ class InitialValueProblem:
     def integrals(self) -> tuple[str, ...]:
         """Names of the first integrals besides H."""
         return tuple(self.facts.INTEGRALS)
+
+    @property
+    def casimirs(self) -> tuple[str, ...]:
+        """Names of the Casimir functions; none on a manifold."""
+        return ()
+
+    @property
+    def m(self) -> int:
+        """Number of constraints."""
+        return 0
 
     def functions(self, *names: str) -> types.ModuleType:
         """Return a module of functions of the problem with these names: of tuples and uncompiled, or, if vectors are arrays, compiled."""
@@ -137,6 +153,10 @@ class ConstrainedIvp(InitialValueProblem):
         Action of a run if G loses rank, unless its request prescribes another.
     """
 
+    state = CONSTRAINED
+    on_manifold: ClassVar[Literal[True]] = True
+    trajectory = Trajectory
+
     p0: Array
     q0: Array
     on_singular: str = "stop"
@@ -190,6 +210,10 @@ class PoissonIvp(InitialValueProblem):
     y0 : ndarray, shape(n,)
         Initial state.
     """
+
+    state = POISSON
+    on_manifold: ClassVar[Literal[False]] = False
+    trajectory = PoissonTrajectory
 
     y0: Array
 

@@ -8,15 +8,19 @@ import numpy as np
 
 from daebench.compiler.definition import Source
 from daebench.errors import BadInput, real, unknown
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.state import STATES
 
 Start = Mapping[str, Sequence[float] | None]
 
 
-def constrained(ivp: InitialValueProblem) -> ConstrainedIvp:
-    """Return an initial value problem as one of a constrained problem; raise :class:`BadInput` for a Poisson system."""
-    if not isinstance(ivp, ConstrainedIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, but this analysis is for constrained problems; see daebench list problems.")
+ANALYSIS = "but this analysis is for constrained problems; see daebench list problems"
+
+
+def constrained(ivp: Ivp, why: str = ANALYSIS, lead: str = "") -> ConstrainedIvp:
+    """Return a problem as one on a manifold; refuse a Poisson system in a sentence that begins with ``lead`` and ends with ``why``."""
+    if not ivp.on_manifold:
+        raise BadInput(f"{lead}{ivp.problem} is a Poisson system, {why}.")
     return ivp
 
 
@@ -37,7 +41,7 @@ def make_ivp(
     """
     facts = source.facts
     case = first_case(source, given) if case is None else case
-    names = ("y0",) if facts.KIND == "poisson" else ("p0", "q0")
+    names = STATES[facts.KIND].starts
     for name, values in given.items():
         if values is not None and name not in names:
             raise BadInput(f"{source.problem} starts from {' and '.join(names)}; leave out {name}.")
@@ -57,7 +61,7 @@ def make_ivp(
 
 def first_case(source: Source, start: Start) -> str:
     """Return the first case; "" if the problem has none and all initial values are given."""
-    if not source.facts.CASES and sum(values is not None for values in start.values()) < (1 if source.facts.KIND == "poisson" else 2):
+    if not source.facts.CASES and sum(values is not None for values in start.values()) < len(STATES[source.facts.KIND].vectors):
         raise BadInput(f"{source.problem} declares no cases; declare one, or give the initial values.")
     return next(iter(source.facts.CASES), "")
 

@@ -9,7 +9,7 @@ import numpy as np
 from daebench.compiler.native import no_machine_code
 from daebench.compiler.wrapper import Wrapper
 from daebench.errors import BadInput, positive
-from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.ivp import Array, Ivp
 
 SUMMED = 1e-12
 """Largest accepted deviation from 1 of the sum of the weights of a composition."""
@@ -33,7 +33,7 @@ class Members:
         Weights of the s substeps of a composition, for each member; those of the composition if left out.
     """
 
-    ivp: InitialValueProblem
+    ivp: Ivp
     start: tuple[Array, ...]
     h: Any
     parameters: Mapping[str, Array]
@@ -52,7 +52,7 @@ class Members:
         """Return the step size of a member, s."""
         return float(self.h if np.ndim(self.h) == 0 else self.h[i])
 
-    def member(self, i: int) -> InitialValueProblem:
+    def member(self, i: int) -> Ivp:
         """Return the initial value problem of a member."""
         numbers = dict(self.ivp.parameters) | {name: float(values[i]) for name, values in self.parameters.items()}
         return replace(self.ivp.at(*(vectors[i] for vectors in self.start)), parameters=numbers)
@@ -150,7 +150,7 @@ def flat(x: Any) -> list[float]:
     return [number for part in x for number in flat(part)] if isinstance(x, tuple) else np.ravel(x).tolist()
 
 
-def members(ivp: InitialValueProblem, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:
+def members(ivp: Ivp, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:
     """Return members after checking their numbers.
 
     Raises

@@ -52,8 +52,7 @@ def now() -> str:
 
 def definition(ivp: "Ivp") -> dict[str, str]:
     """Return a description of the definition of a motion."""
-    names = ("y0",) if ivp.facts.KIND == "poisson" else ("p0", "q0")
-    states = zip(names, ivp.start, strict=True)
+    states = zip(ivp.state.starts, ivp.start, strict=True)
     start = "; ".join(f"{name} = ({_numbers(part)})" for name, part in states) if ivp.size <= LONGEST else f"{ivp.size} numbers"
     return {
         "Problem": f"{ivp.problem}, case {ivp.case}" if ivp.case else ivp.problem,

@@ -1,11 +1,12 @@
 """Methods and requests: a method solves an initial value problem with a step size or tolerance, and a request says what to compute."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
 from daebench.errors import BadInput, unknown
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.state import State
 
 Progress = Callable[[float], None]
 """Called from time to time with the completed fraction of the run."""
@@ -131,9 +132,9 @@ class Request:
             raise unknown("on_singular", mode, ON_SINGULAR)
         return mode
 
-    def watched(self, kinds: Sequence[str]) -> tuple[str, ...]:
-        """Return the monitored quantities among the available kinds, in their order."""
-        return tuple(name for name in kinds if (name != "integrals" if self.watch is None else name in self.watch))
+    def watched(self, state: State) -> tuple[str, ...]:
+        """Return the monitored quantities of a state, in their order."""
+        return tuple(name for name in state.monitors if (name != "integrals" if self.watch is None else name in self.watch))
 
 
 Ivp = TypeVar("Ivp", contravariant=True)

@@ -119,6 +119,11 @@ def poisson_scales(ivp: PoissonIvp, h: float) -> tuple[float, float]:
     return _finite(h * _largest(ivp.value("field", y0))), 0.0
 
 
+def scales_of(members: Members, *, rated: bool) -> tuple[Array, Array]:
+    """Return the length and the rate of each member, shape(n,); the rate of a Poisson system is unknown, and 0."""
+    return constrained_scales_of(members, rated=rated) if members.ivp.on_manifold else poisson_scales_of(members)
+
+
 def in_coordinates(
     scales: tuple[float, float], leave: Leave, start: Sequence[Any], moved: int, *, timed: bool = False
 ) -> tuple[float, float]:

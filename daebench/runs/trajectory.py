@@ -1,7 +1,7 @@
 """Trajectories: the results of runs, as arrays of their own."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -13,18 +13,13 @@ from daebench.errors import BadInput, RunFailed, bounded
 from daebench.runs.interpolant import Interpolant
 from daebench.runs.result import Result
 from daebench.runs.solver_steps import SolverSteps
+from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.runs.trajectory_files import WRITERS, columns, dataset, write_trajectory
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
-
-CONSTRAINED = ("energy", "manifold", "integrals")
-"""Quantities that a run on a constrained problem can monitor."""
-
-POISSON = ("energy", "casimirs", "integrals")
-"""Quantities that a run on a Poisson system can monitor."""
 
 DOUBTED = "use a smaller h or tol, and check whether the motion has left the domain of H, or G has lost rank"
 """Advice for a run that reached its end with a number that is not finite."""
@@ -89,6 +84,8 @@ class Outcome(Result):
     """
 
     drawn_by: ClassVar[str] = "daebench.draw.trajectory"
+    state: ClassVar[State]
+    of_outputs: ClassVar[Mapping[str, Any]] = {"sensitivities": {}}  # what belongs to the stored states, as it is without them
 
     problem: str
     case: str
@@ -131,7 +128,7 @@ class Outcome(Result):
     def _not_finite(self) -> str | None:
         """Return which number is not finite, and when, as a sentence without a full stop; None if all are finite."""
         numbers = {name: (self.t, rows) for name, rows in self.states.items()}
-        numbers |= {f"the stage multiplier {name}": multipliers for name, multipliers in self._stage_multipliers.items()}
+        numbers |= {f"the stage multiplier {name}": multipliers for name, multipliers in self.stage_multipliers.items()}
         numbers |= {
             f"d{part}/d{name}": (self.t, rows.reshape(len(rows), -1))
             for name, by in self.sensitivities.items()
@@ -150,7 +147,30 @@ class Outcome(Result):
         raise NotImplementedError
 
     @property
-    def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
+    def vectors(self) -> tuple[Array, ...]:
+        """The vectors of the states, (p, q) or (y,), as the functions of a problem take them; each shape(n, ...)."""
+        return tuple(getattr(self, name) for name in self.state.vectors)
+
+    @property
+    def position(self) -> Array:
+        """Positions, or coordinates of a Poisson system, shape(n, ...)."""
+        return self.vectors[-1]
+
+    @classmethod
+    def parts(cls, rows: Array) -> dict[str, Any]:
+        """Return states as they are stored, shape(n, N), as contiguous vectors by name."""
+        names = cls.state.vectors
+        return dict(zip(names, map(np.ascontiguousarray, np.split(rows, len(names), axis=1)), strict=True))
+
+    def looked_at(self) -> Self:
+        """Return the run with the states that were looked at in place of those that are stored, if there are such."""
+        if self.looks is None:
+            return self
+        t, rows = self.looks
+        return replace(self, t=t, looks=None, **self.parts(rows), **self.of_outputs)
+
+    @property
+    def stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
         """Stage multipliers of steps by name, with their times."""
         return {}
 
@@ -292,6 +312,8 @@ class Trajectory(Outcome):
         Points at which G lost rank and the run went on.
     """
 
+    state = CONSTRAINED
+    of_outputs: ClassVar[Mapping[str, Any]] = {"sensitivities": {}, "lam": None, "raw": {}}
     q: Array
     p: Array
     lam: Array | None = None
@@ -304,7 +326,8 @@ class Trajectory(Outcome):
         return {"q": self.q, "p": self.p} | ({} if self.lam is None else {"lam": self.lam})
 
     @property
-    def _stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
+    def stage_multipliers(self) -> Mapping[str, tuple[Array, Array]]:
+        """Stage multipliers of steps by name, with their times."""
         return self.raw
 
 
@@ -318,6 +341,7 @@ class PoissonTrajectory(Outcome):
         States at the output times.
     """
 
+    state = POISSON
     y: Array
 
     @property

@@ -73,7 +73,7 @@ def _csv(path: Path, trajectory: Any) -> None:
 
 def _npz(path: Path, trajectory: Any) -> None:
     arrays: dict[str, Any] = {"t": trajectory.t, **trajectory.states}
-    for name, (t, values) in _stage_multipliers(trajectory).items():
+    for name, (t, values) in trajectory.stage_multipliers.items():
         arrays |= {f"raw_{name}": values, f"raw_{name}_t": t}
     for name, parts in trajectory.sensitivities.items():
         arrays |= {f"d{part}_d{name}": rows for part, rows in parts.items()}
@@ -105,17 +105,13 @@ def write_trajectory(path: Path, trajectory: Any) -> list[Path]:
     """
     with atomic(path) as scratch:
         WRITERS[path.suffix.lower()](scratch, trajectory)
-    raw = _stage_multipliers(trajectory)
+    raw = trajectory.stage_multipliers
     if not raw or path.suffix.lower() != ".csv":
         return [path]
     beside = path.with_suffix(".raw.csv")
     with atomic(beside) as scratch:
         _stage_multipliers_csv(scratch, raw)
     return [path, beside]
-
-
-def _stage_multipliers(trajectory: Any) -> Mapping[str, tuple[Array, Array]]:
-    return getattr(trajectory, "raw", {})
 
 
 def _stage_multipliers_csv(path: Path, raw: Mapping[str, tuple[Array, Array]]) -> None:

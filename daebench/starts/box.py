@@ -9,19 +9,18 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, unknown
-from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 
 Bounds = Mapping[str, tuple[float, float]]
 """Lower and upper bound of a coordinate or parameter by its name."""
 
 
-def coordinates(ivp: InitialValueProblem) -> dict[str, tuple[int, int]]:
+def coordinates(ivp: Ivp) -> dict[str, tuple[int, int]]:
     """Return the names of the coordinates of a start, each with its place: which vector, and which component."""
-    letters = "y" if isinstance(ivp, PoissonIvp) else "pq"
-    return {f"{letter}{i + 1}": (k, i) for k, letter in enumerate(letters) for i in range(len(ivp.start[k]))}
+    return {f"{letter}{i + 1}": (k, i) for k, letter in enumerate(ivp.state.vectors) for i in range(len(ivp.start[k]))}
 
 
-def columns(ivp: InitialValueProblem) -> dict[str, int]:
+def columns(ivp: Ivp) -> dict[str, int]:
     """Return the names of the coordinates of a state, each with its column in states as they are stored, (p, q) or y."""
     first = np.cumsum([0, *map(len, ivp.start)])
     return {name: int(first[vector]) + place for name, (vector, place) in coordinates(ivp).items()}
@@ -48,12 +47,12 @@ def bounds_of(name: str, given: Any, *, infinite: bool = False) -> tuple[float, 
     return lo, hi
 
 
-def box_of(ivp: InitialValueProblem, box: Bounds, allowed: str) -> tuple[tuple[Array, Array], ...]:
+def box_of(ivp: Ivp, box: Bounds, allowed: str) -> tuple[tuple[Array, Array], ...]:
     """Return lower and upper bounds of each vector of a start, infinite where a coordinate is not named.
 
     Parameters
     ----------
-    ivp : InitialValueProblem
+    ivp : Ivp
         The problem.
     box : mapping of str to (float, float)
         Bounds by the names of coordinates.
@@ -75,7 +74,7 @@ def box_of(ivp: InitialValueProblem, box: Bounds, allowed: str) -> tuple[tuple[A
     return vectors
 
 
-def require_bounded(ivp: InitialValueProblem, bounds: tuple[Array, Array], letter: str, why: str) -> None:
+def require_bounded(ivp: Ivp, bounds: tuple[Array, Array], letter: str, why: str) -> None:
     """Refuse a vector of which a component has no finite bounds.
 
     Raises
@@ -138,7 +137,7 @@ class Vary:
 
     box: Bounds = field(default_factory=dict)
 
-    def parameters(self, ivp: InitialValueProblem, n: int, seed: int) -> dict[str, Array]:
+    def parameters(self, ivp: Ivp, n: int, seed: int) -> dict[str, Array]:
         """Return the values of each parameter, shape(n,); those of a member are the same however many there are.
 
         Raises

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from daebench.errors import BadInput, require_known, whole
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import Ivp
 from daebench.starts.box import Bounds, Vary
 from daebench.starts.energy import Energy
 from daebench.starts.liouville import Liouville
@@ -16,7 +16,7 @@ DISTRIBUTIONS: Mapping[str, Any] = {"neighbourhood": Neighbourhood, "liouville":
 
 
 def draw_starts(
-    ivp: InitialValueProblem,
+    ivp: Ivp,
     distribution: str | Distribution = "neighbourhood",
     *,
     members: int | None = None,
@@ -38,7 +38,7 @@ def draw_starts(
 
     Parameters
     ----------
-    ivp : InitialValueProblem
+    ivp : Ivp
         The problem.
     distribution : str or Distribution
         Name in ``DISTRIBUTIONS``, or one of its classes with its settings.

@@ -8,7 +8,7 @@ import numpy as np
 
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.errors import BadInput, real
-from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.runs.ivp import Array, Ivp
 from daebench.starts.box import Bounds, box_of, excess, in_words
 from daebench.starts.convergence import explored, settled
 from daebench.starts.linear import Rows, gram, log_det
@@ -123,7 +123,7 @@ class Energy:
     E: float | None = None
     box: Bounds = field(default_factory=dict)
 
-    def draw(self, ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return n members with starts of this energy, each the same however many there are.
 
         Raises

@@ -8,7 +8,7 @@ import numpy as np
 
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.errors import BadInput
-from daebench.runs.ivp import Array, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
 from daebench.starts.box import Bounds, box_of, excess, in_words, require_bounded
 from daebench.starts.convergence import settled
@@ -124,7 +124,7 @@ class Liouville:
 
     box: Bounds = field(default_factory=dict)
 
-    def draw(self, ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return n members with starts in the box, each the same however many there are.
 
         Raises
@@ -134,7 +134,7 @@ class Liouville:
             the walk does not settle.
         """
         some = copies(ivp, n, h, parameters, seed)
-        if isinstance(ivp, PoissonIvp):
+        if not ivp.on_manifold:
             return self._uniform(some, seed)
         mechanics_of(some, "liouville")
         of_p, of_q = box_of(ivp, self.box, "pq")

@@ -7,7 +7,8 @@ import numpy as np
 
 from daebench.diagnostics.freedom import freedom
 from daebench.errors import BadInput
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
+from daebench.runs.make_ivp import constrained as require_constrained
 from daebench.runs.members import Members
 from daebench.starts.linear import Rows, gram, log_det, product, solved, times, transposed_times
 
@@ -119,11 +120,7 @@ def mechanics_of(members: Members, measure: str) -> Mechanics:
     return Mechanics(members)
 
 
-def constrained(ivp: InitialValueProblem, measure: str) -> ConstrainedIvp:
+def constrained(ivp: Ivp, measure: str) -> ConstrainedIvp:
     """Return an initial value problem as that of a constrained problem; raise :class:`BadInput` where it is a Poisson system's."""
-    if not isinstance(ivp, ConstrainedIvp):
-        raise BadInput(
-            f"{measure} is a distribution on a constraint manifold, and {ivp.problem} is a Poisson system, which has none; draw liouville, "
-            "uniform in a box of y, or a neighbourhood."
-        )
-    return ivp
+    why = "which has none; draw liouville, uniform in a box of y, or a neighbourhood"
+    return require_constrained(ivp, why, f"{measure} is a distribution on a constraint manifold, and ")

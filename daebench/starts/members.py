@@ -10,7 +10,7 @@ import numpy as np
 from daebench.diagnostics.consistency import projected
 from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.errors import BadInput, positive, real, unknown, whole
-from daebench.runs.ivp import Array, InitialValueProblem, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members, members
 from daebench.starts.box import coordinates
 
@@ -37,12 +37,12 @@ class Starts:
 class Distribution(Protocol):
     """A distribution of starts."""
 
-    def draw(self, ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return n members, each the same however many there are.
 
         Parameters
         ----------
-        ivp : InitialValueProblem
+        ivp : Ivp
             The problem, its parameters, and the start that others are distributed about.
         n : int, optional
             Number of members; a grid has its own.
@@ -60,7 +60,7 @@ class Distribution(Protocol):
         """
 
 
-def copies(ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None, seed: int) -> Members:
+def copies(ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None, seed: int) -> Members:
     """Return n members at the start of the problem.
 
     Raises
@@ -105,7 +105,7 @@ def consistent(some: Members, what: str) -> tuple[Members, str, dict[str, float]
 
     States of a Poisson system stay, and are to be inside of its domain; the sentence is on their Casimir functions.
     """
-    if isinstance(some.ivp, PoissonIvp):
+    if not some.ivp.on_manifold:
         return some, *casimirs(require_inside(some, what))
     projected = project_members(some)
     moved = {"moved_q": float(np.max(projected.moved_q)), "moved_p": float(np.max(projected.moved_p))}
@@ -113,7 +113,7 @@ def consistent(some: Members, what: str) -> tuple[Members, str, dict[str, float]
     return require_projected(projected, what), ends, moved
 
 
-def of_case(ivp: InitialValueProblem) -> str:
+def of_case(ivp: Ivp) -> str:
     """Return the problem and its case as words."""
     return f"{ivp.problem}, case {ivp.case}" if ivp.case else ivp.problem
 
@@ -157,15 +157,15 @@ def neighbour(ivp: Ivp, size: float, seed: int | list[int]) -> Ivp:
     """
     moved = beside(ivp, size, np.random.default_rng(seed).uniform(-1, 1, (1, ivp.size)))
     start = ivp.at(*(rows[0] for rows in moved))
-    return start if isinstance(start, PoissonIvp) else projected(start)[0]
+    return projected(start)[0] if start.on_manifold else start
 
 
-def beside(ivp: InitialValueProblem, size: float, xi: Array) -> tuple[Array, ...]:
+def beside(ivp: Ivp, size: float, xi: Array) -> tuple[Array, ...]:
     """Return initial values beside that of a problem, off the manifold: each coordinate changed by size xi s, as :func:`neighbour` has it.
 
     Parameters
     ----------
-    ivp : InitialValueProblem
+    ivp : Ivp
         The problem.
     size : float
         Relative size of the change.
@@ -197,7 +197,7 @@ class Neighbourhood:
 
     size: float = 0.01
 
-    def draw(self, ivp: InitialValueProblem, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return n members with such starts, each the same however many there are.
 
         Raises
@@ -235,14 +235,12 @@ class Grid:
         """Number of members."""
         return prod(np.size(values) for values in self.values.values())
 
-    def draw(
-        self, ivp: InitialValueProblem, n: int | None = None, h: Any = None, parameters: Mapping[str, Any] | None = None, seed: int = 0
-    ) -> Starts:
+    def draw(self, ivp: Ivp, n: int | None = None, h: Any = None, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return the members of the grid.
 
         Parameters
         ----------
-        ivp : InitialValueProblem
+        ivp : Ivp
             The problem.
         n : int, optional
             Number of members, if it is compared with that of the grid.
@@ -275,13 +273,13 @@ class Grid:
         words = " x ".join(f"{len(axis)} of {name} from {np.min(axis):g} to {np.max(axis):g}" for name, axis in axes.items())
         about = f"a grid of {size} members about {of_case(ivp)}, {words}"
         some, ends, measured = consistent(some, "a grid")
-        if isinstance(ivp, PoissonIvp):
+        if not ivp.on_manifold:
             return Starts(some, f"{about}{ends}.", measured)
         moved = {name: float(np.max(np.abs(some.start[k][:, i] - values))) for name, ((k, i), values) in of_start.items()}
         ends += "".join(f", {name} by at most {value:.2g}" for name, value in moved.items())
         return Starts(some, f"{about}{ends}.", {**measured, **{f"moved {name}": value for name, value in moved.items()}})
 
-    def _axes(self, ivp: InitialValueProblem) -> dict[str, Array]:
+    def _axes(self, ivp: Ivp) -> dict[str, Array]:
         """Return the values of each name as arrays."""
         if not self.values:
             raise BadInput("a grid needs values of at least one parameter, coordinate or h.")

@@ -16,7 +16,7 @@ from daebench.methods.ensemble.run import run_members
 from daebench.methods.ensemble.width import WIDTHS, best_width
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import Ivp
 from daebench.runs.machine import cores
 from daebench.runs.members import Members, members
 from daebench.runs.request import Request
@@ -84,7 +84,7 @@ def spread(ivp: Ivp, n: int) -> tuple[Any, ...]:
 def _row(problem: str, case: str | None, name: str, h: float, *, steps: int, repeat: int, folder: Path) -> dict[str, Any]:
     ivp = initial_value_problem(problem, case, None)
     method, some = method_of(ivp, name), members(ivp, spread(ivp, MEMBERS), h, {})
-    in_c = by_hand(folder, name, ivp, h, steps) if isinstance(ivp, ConstrainedIvp) else None
+    in_c = by_hand(folder, name, ivp, h, steps) if ivp.on_manifold else None
     times: dict[str, list[float]] = {"alone": [], "in_c": [], **{f"lanes{lanes}": [] for lanes in WIDTHS}}
     for _ in range(repeat):
         run = method.solve(ivp, Request(value=h, steps=steps, **BARE)).complete()

@@ -6,7 +6,7 @@ a short time a part of it looks like a drift. Only runs that drift are made long
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +81,7 @@ def held_verdicts(
     """
     told = np.array(verdicts, dtype="U12")
     drifting = np.flatnonzero(told == DRIFTS)
-    if not len(drifting) or "two_form" not in claimed(cast("Ivp", run.members.ivp), method):
+    if not len(drifting) or "two_form" not in claimed(run.members.ivp, method):
         return list(verdicts)
     asked = _longer(request, int(run.index[-1]))
     at_once = max(1, NUMBERS // (LONGER * len(run.index) * run.members.ivp.size))

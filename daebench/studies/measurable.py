@@ -7,7 +7,7 @@ from daebench.methods.fixed_step.constrained import FixedStep, accepted
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.outside.method import OutsideMethod
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import Ivp
 
 PoissonScheme = PoissonStep | Lifted
 """A fixed-step method for Poisson systems, with its claims."""
@@ -20,7 +20,7 @@ def measured(method: Any, ivp: Ivp, why: str) -> Any:
     """
     if isinstance(method, OutsideMethod) and method.knob != "h":
         raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         if ivp.arrays:
             raise BadInput(
                 f"{ivp.problem} with {ivp.facts.NODES} nodes is held as arrays, for which there is no reference solution {why}; "

@@ -187,7 +187,7 @@ def shadow(
     """
     actions = actions_of(method, compare=compare)
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
-    if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED or ivp.facts.FORCED or not ivp.facts.QUADRATIC:
+    if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED or ivp.facts.FORCED or not ivp.facts.QUADRATIC:
         raise BadInput(
             f"a shadow Hamiltonian needs a constrained system of at most 24 positions with constant energy that is quadratic in p, "
             f"and {ivp.problem} is not such a system."

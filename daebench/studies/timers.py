@@ -64,7 +64,7 @@ def hand_written(ivp: Ivp, rows: Sequence[dict[str, Any]], *, h: float, steps: i
     Each is written for one problem; there are none elsewhere. The linked kernel's row gets the ratio as its note.
     """
     measured = {row["method"]: row for row in rows if BY_HAND.get(row["method"]) == ivp.problem and not row.get("note")}
-    if not isinstance(ivp, ConstrainedIvp) or not measured:
+    if not ivp.on_manifold or not measured:
         return []
     if compiler() is None:
         return [{"method": "C", "note": "no C compiler found"}]

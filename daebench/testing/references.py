@@ -13,8 +13,8 @@ from daebench.reference.check.agreement import agreement
 from daebench.reference.check.convergence import Solve, convergence
 from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
-from daebench.reference.keep.state_layout import StateLayout
 from daebench.runs.external_state import external_state
+from daebench.runs.state import State
 
 Step = Callable[..., Any]
 """``step(p, q, h)`` returns p and q after a step of h, shape(d,) each; for a Poisson system ``step(y, h)`` returns y, shape(n,)."""
@@ -114,7 +114,7 @@ def assert_converges(
     """
     __tracebackhide__ = True
     reference = reference_trajectory(problem, case)
-    assert_solver_converges(_march(step, reference.kind), reference, order, t_end=t_end, h=h, halvings=halvings, slack=slack)
+    assert_solver_converges(_march(step, reference.state), reference, order, t_end=t_end, h=h, halvings=halvings, slack=slack)
 
 
 def assert_solver_converges(
@@ -164,16 +164,16 @@ def assert_solver_converges(
         raise AssertionError("\n".join([*faults, study.table()]))
 
 
-def _march(step: Step, kind: StateLayout) -> Solve:
+def _march(step: Step, state: State) -> Solve:
     def solve(*given: Any) -> Any:
         __tracebackhide__ = True
-        *state, h, t = given
-        shapes, rows, n = [part.shape for part in state], [], 0
+        *vectors, h, t = given
+        shapes, rows, n = [part.shape for part in vectors], [], 0
         for steps in np.rint(t / h):
             while n < steps:
-                state = external_state(step(*state, h), shapes, f"step must return {kind.told}")
+                vectors = external_state(step(*vectors, h), shapes, f"step must return {state.as_tuple}")
                 n += 1
-            rows.append([part.copy() for part in state])
+            rows.append([part.copy() for part in vectors])
         columns = [np.array(part) for part in zip(*rows, strict=True)]
         return columns if len(columns) > 1 else columns[0]
 

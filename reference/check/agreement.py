@@ -39,7 +39,7 @@ class Agreement:
 
     def _place(self, row: int) -> str:
         column = int(np.argmin(self.digits[row]))
-        name = [component for component in self.reference.text if component.rstrip("0123456789") in self.reference.kind.state][column]
+        name = [component for component in self.reference.text if component.rstrip("0123456789") in self.reference.state.columns][column]
         t, start = self.reference.t[self.rows[row]], -np.log10(EPS * self.reference.amplification[self.rows[row]])
         return f"{self.digits[row, column]:.1f} digits of {name} at t = {t:g}, where rounding of only the start leaves {start:.1f}."
 
@@ -61,14 +61,14 @@ def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreem
     BadInput
         If a time is not stored, the states belong to another kind of problem, or the shapes do not match.
     """
-    kind, rows = reference.kind, _rows(reference, _times(t))
-    if set(states) != set(kind.state):
-        raise BadInput(f"{reference.name} has states {kind.told}; give only {' and '.join(kind.external)}.")
-    sizes = [reference.values[part].shape[1] for part in kind.external]
-    duty = f"{' and '.join(kind.external)} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
-    given = states[kind.external[0]] if len(sizes) == 1 else [states[part] for part in kind.external]
-    trajectory = dict(zip(kind.external, external_state(given, [(len(rows), size) for size in sizes], duty), strict=True))
-    digits = [_digits(trajectory[part], reference.values[part][rows], reference.size(part)) for part in kind.state]
+    state, rows = reference.state, _rows(reference, _times(t))
+    if set(states) != set(state.columns):
+        raise BadInput(f"{reference.name} has states {state.as_tuple}; give only {state.listed}.")
+    sizes = [reference.values[part].shape[1] for part in state.vectors]
+    duty = f"{state.listed} {'are' if len(sizes) > 1 else 'is'} needed at all times t"
+    given = states[state.vectors[0]] if len(sizes) == 1 else [states[part] for part in state.vectors]
+    trajectory = dict(zip(state.vectors, external_state(given, [(len(rows), size) for size in sizes], duty), strict=True))
+    digits = [_digits(trajectory[part], reference.values[part][rows], reference.size(part)) for part in state.columns]
     return Agreement(reference, rows, np.hstack(digits))
 
 

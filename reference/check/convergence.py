@@ -141,9 +141,9 @@ def convergence(solve: Solve, reference: Reference, *, t_end: float, h: float, h
     rows = _common(reference, positive("t_end", t_end), positive("h", h), whole("halvings", halvings))
     t, sizes = reference.t[rows], [h / 2**k for k in range(halvings + 1)]
     solutions = list(map(partial(_solved, solve, reference, t), sizes))
-    state = reference.kind.state
-    errors = {part: np.array([_largest(solution[part] - reference.values[part][rows]) for solution in solutions]) for part in state}
-    return Convergence(reference, t, np.array(sizes), errors, {part: _floor(reference, part, rows) for part in state})
+    parts = reference.state.columns
+    errors = {part: np.array([_largest(solution[part] - reference.values[part][rows]) for solution in solutions]) for part in parts}
+    return Convergence(reference, t, np.array(sizes), errors, {part: _floor(reference, part, rows) for part in parts})
 
 
 def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDArray[np.intp]:
@@ -170,14 +170,14 @@ def _common(reference: Reference, t_end: float, h: float, halvings: int) -> NDAr
 
 def _solved(solve: Solve, reference: Reference, t: Array, h: float) -> dict[str, Array]:
     __tracebackhide__ = True
-    kind = reference.kind
+    state = reference.state
     try:
-        solution = solve(*(reference.values[part][0].copy() for part in kind.external), h, t.copy())
+        solution = solve(*(reference.values[part][0].copy() for part in state.vectors), h, t.copy())
     except Exception as error:
         error.add_note(f"This was raised in the run with h = {h:g}.")
         raise
-    shapes = [(len(t), reference.values[part].shape[1]) for part in kind.external]
-    return dict(zip(kind.external, external_state(solution, shapes, f"solve must return {kind.told} at the times t"), strict=True))
+    shapes = [(len(t), reference.values[part].shape[1]) for part in state.vectors]
+    return dict(zip(state.vectors, external_state(solution, shapes, f"solve must return {state.as_tuple} at the times t"), strict=True))
 
 
 def _largest(error: Array) -> float:

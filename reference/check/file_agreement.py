@@ -154,7 +154,7 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
     if between < 0:
         raise BadInput(f"between = {between} must be at least 0.")
     reference = store.load(name, folder)
-    given = read(Path(path), reference.kind)
+    given = read(Path(path), reference.state)
     _require_components(given, reference)
     inside = _inside(given, reference)
     chosen = _chosen(given.values["t"][inside], reference.t, between)

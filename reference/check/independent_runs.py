@@ -22,7 +22,7 @@ from daebench.reference.check.recomputation import (
 )
 from daebench.reference.check.verification import Check, at_most
 from daebench.reference.keep.record import EPS, Reference
-from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 
 FINEST = 512
@@ -207,5 +207,5 @@ def _table(reference: Reference, ida: str, states: Parts) -> Iterator[Check]:
 
 def _by_tolerance(ivp: Ivp, ida: str, tol: float, t_end: float, n: int) -> Solution:
     """Return the run of IDA with output at the first n stored times."""
-    on_singular = None if isinstance(ivp, ConstrainedIvp) and ivp.on_singular == "least-squares" else "continue"
+    on_singular = None if ivp.singular else "continue"
     return solved(ivp, ida, Request(value=tol, t_end=t_end, points=n, watch=(), on_singular=on_singular))

@@ -56,7 +56,7 @@ class Stored:
     @cached_property
     def parts(self) -> dict[str, list[list[Any]]]:
         """Rows of each part."""
-        columns_by_part: dict[str, list[list[Any]]] = {part: [] for part in self.definition.kind.names}
+        columns_by_part: dict[str, list[list[Any]]] = {part: [] for part in self.definition.ivp.state.stored}
         for name, column in self.reference.text.items():
             if name != "t":
                 columns_by_part[name.rstrip("0123456789")].append([mp.mpf(x) for x in column])
@@ -65,7 +65,9 @@ class Stored:
     @cached_property
     def states(self) -> list[list[Any]]:
         """Rows of the parts of the state, concatenated."""
-        return [[x for part in row for x in part] for row in zip(*(self.parts[part] for part in self.definition.kind.state), strict=True)]
+        return [
+            [x for part in row for x in part] for row in zip(*(self.parts[part] for part in self.definition.ivp.state.columns), strict=True)
+        ]
 
 
 def checks(stored: Stored) -> Iterator[Check]:
@@ -110,7 +112,7 @@ def _explained(stored: Stored, name: str, k: int) -> Any:
     x, evaluate = stored.states[k], stored.mathematics.conserved
     here = evaluate(x)[name]
     change = [mp.mpf(0)] * len(here)
-    for j, error in enumerate(np.concatenate([stored.reference.bound[part][k] for part in stored.definition.kind.state])):
+    for j, error in enumerate(np.concatenate([stored.reference.bound[part][k] for part in stored.definition.ivp.state.columns])):
         beside = evaluate([*x[:j], x[j] + float(error), *x[j + 1 :]])[name]
         change = [old + abs(b - a) for old, a, b in zip(change, here, beside, strict=True)]
     return max(change) or mp.mpf("1e-60")
@@ -122,15 +124,15 @@ def _derived(stored: Stored) -> Iterator[Check]:
     At the start the state is the exact one, whose rounding no bound covers. Near a rank loss, the effect of rounding the stored state
     is added to the bound.
     """
-    kind, reference = stored.definition.kind, stored.reference
+    state, reference = stored.definition.ivp.state, stored.reference
     states = [[x for part in stored.definition.start_numbers() for x in part], *stored.states[1:]]
-    exact = [stored.mathematics.parts(x) for x in states] if kind.derived else []
-    for part in kind.derived:
+    exact = [stored.mathematics.parts(x) for x in states] if state.derived else []
+    for part in state.derived:
         rounded = HALF_UNIT * reference.size(part) * (suffered(reference, part) - 1)
         rows = zip(stored.parts[part], exact, reference.bound[part] + rounded[:, None], strict=True)
         ratios = [max(abs(x - y) / mp.mpf(float(b)) for x, y, b in zip(row, parts[part], bound, strict=True)) for row, parts, bound in rows]
         k = max(range(len(ratios)), key=ratios.__getitem__)
-        what = f"{part} against {part}{kind.told}, in units of its bound"
+        what = f"{part} against {part}{state.as_tuple}, in units of its bound"
         yield at_most(what, 1.0, float(ratios[k]), f" at t = {reference.t[k]:g}")
 
 

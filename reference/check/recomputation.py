@@ -8,7 +8,7 @@ import numpy as np
 from daebench.diagnostics.unit_rows import condition
 from daebench.reference.check.verification import Check, Digits, at_most
 from daebench.reference.keep.record import EPS, Reference
-from daebench.runs.ivp import Array, ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
@@ -27,7 +27,7 @@ STRANG, MIDPOINT = "strang/kahan_li8", "midpoint/kahan_li8"
 
 def own_name(ivp: Ivp, *, crosses: bool = False) -> str:
     """Return the name of our own method for a problem; for a motion that passes a rank loss, that of a method that can."""
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         return GAUSS if crosses else RATTLE
     return STRANG if ivp.facts.SPLITTINGS else MIDPOINT
 
@@ -39,7 +39,7 @@ def coarsest(name: str) -> int:
 
 def ida_names(ivp: Ivp) -> tuple[str, ...]:
     """Return the names of IDA in the formulations that reach furthest: with multipliers as derivatives, or with Casimir functions."""
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         return "ida:index2", "ida:ggl"
     return ("ida:casimirs", "ida:ode") if ivp.casimirs else ("ida:ode",)
 
@@ -49,12 +49,10 @@ def solved(ivp: Ivp, name: str, request: Request) -> Solution:
 
     A method for Poisson systems is used even if it is not a Poisson integrator for this system, because only its accuracy matters here.
     """
-    from daebench.methods.names import POISSON, parse
+    from daebench.methods.names import kind_of, parse
 
-    if isinstance(ivp, PoissonIvp):
-        run: Solution = parse(name, kind=POISSON, anyway=True).solve(ivp, request)
-    else:
-        run = parse(name, compensated=name == RATTLE).solve(ivp, replace(request, multipliers=True))
+    method = parse(name, kind=kind_of(ivp), compensated=name == RATTLE, anyway=True)
+    run: Solution = method.solve(ivp, replace(request, multipliers=ivp.on_manifold))
     return run
 
 
@@ -131,7 +129,7 @@ def suffered(reference: Reference, part: str) -> Array:
     if part != "lam":
         return np.ones(len(reference.t))
     ivp = reference.ivp()
-    if isinstance(ivp, ConstrainedIvp) and ivp.on_singular == "least-squares":
+    if ivp.on_manifold and ivp.singular:
         return np.array([condition(ivp, q) for q in reference.values["q"]])
     return reference.conditioning
 

@@ -159,11 +159,11 @@ def _unseen(reference: Reference, digits: list[Digits]) -> str:
     """Return a sentence on the alterations that no check can detect."""
     if not digits:
         return ""
-    state = reference.kind.state
-    finest = max(min(entry.visible for entry in digits if entry.part == part) for part in state)
+    parts = reference.state.columns
+    finest = max(min(entry.visible for entry in digits if entry.part == part) for part in parts)
     names = ", ".join({"g": "constraints", "Gv": "their derivatives"}.get(name, name) for name in reference.certificate["drift"])
     return (
-        f"A change of {' and '.join(state)} along the motion, which keeps {names} to the certificate's drift, is seen from {finest:.1e} "
+        f"A change of {' and '.join(parts)} along the motion, which keeps {names} to the certificate's drift, is seen from {finest:.1e} "
         f"of the motion; a smaller one takes a recomputation in quadruple precision: daebench reference build {reference.name}. "
         "How it was made, its checks, the table of IDA but for its row at 1e-12, and amplifications between are taken as they are."
         f"{_passed(reference)}"

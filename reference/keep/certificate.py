@@ -114,10 +114,10 @@ def columns(certified: Certified) -> dict[str, list[str]]:
 
 def drifts(computations: Computations, text: dict[str, list[str]]) -> dict[str, float]:
     """Return the largest change of conserved quantities, and the largest modulus of vanishing ones, from stored digits with 50 digits."""
-    made, kind = computations.mathematics, computations.definition.kind
+    made, state = computations.mathematics, computations.definition.ivp.state
     with mp.workdps(WORK_DIGITS):
-        state = [column for name, column in text.items() if name.rstrip("0123456789") in kind.state]
-        evaluations = [made.conserved([mp.mpf(x) for x in row]) for row in zip(*state, strict=True)]
+        columns = [column for name, column in text.items() if name.rstrip("0123456789") in state.columns]
+        evaluations = [made.conserved([mp.mpf(x) for x in row]) for row in zip(*columns, strict=True)]
         return {name: _short(max(_changes([evaluation[name] for evaluation in evaluations], name in made.zero))) for name in evaluations[0]}
 
 

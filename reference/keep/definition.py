@@ -12,10 +12,8 @@ import sympy as sp
 from daebench.methods.catalogue import find_problem
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.records.seals import digest
-from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.ivp import Ivp
 from daebench.systems.constrained import ConstrainedHamiltonian
-from daebench.systems.lattice import PoissonLattice
 from daebench.systems.poisson import PoissonSystem
 
 
@@ -42,20 +40,14 @@ class Definition:
         return f"{self.ivp.problem}-{self.ivp.case}"
 
     @property
-    def kind(self) -> StateLayout:
-        """Parts of a state."""
-        return KINDS[self.ivp.facts.KIND]
-
-    @property
     def derivation(self) -> Any:
         """Quantities derived from the problem's definition."""
         return self.ivp.source.derivation
 
-    @cached_property
+    @property
     def problem(self) -> Any:
         """The problem's definition: a ConstrainedHamiltonian, or a PoissonSystem; a lattice is written out as one."""
-        problem = self.derivation.problem
-        return problem.expanded(problem.sites) if isinstance(problem, PoissonLattice) else problem
+        return self.derivation.problem
 
     @cached_property
     def parameters(self) -> dict[sp.Symbol, sp.Rational]:
@@ -71,12 +63,12 @@ class Definition:
     def start(self) -> list[list[sp.Expr]]:
         """Initial values as exact expressions, one list for each part of the state: q and p, or y."""
         case = self.problem.cases[self.ivp.case]
-        return [self.settled(getattr(case, part)) for part in self.kind.state]
+        return [self.settled(getattr(case, part)) for part in self.ivp.state.columns]
 
     @property
     def crosses(self) -> bool:
         """Whether the motion may pass a rank loss of G: the case continues there, and closed form and chart do not need G."""
-        if not isinstance(self.problem, ConstrainedHamiltonian) or self.problem.cases[self.ivp.case].on_singular != "continue":
+        if not self.ivp.on_manifold or self.problem.cases[self.ivp.case].on_singular != "continue":
             return False
         return self.problem.closed_form is not None and self.problem.chart is not None
 
@@ -94,12 +86,12 @@ class Definition:
         problem = self.problem
         case = problem.cases[self.ivp.case]
         return {
-            **{part: list(map(str, getattr(problem, part))) for part in self.kind.state},
-            **_law(problem),
+            **{part: list(map(str, getattr(problem, part))) for part in self.ivp.state.columns},
+            **(_energy_and_constraints(problem) if self.ivp.on_manifold else _structure(problem)),
             **_forces(self.derivation.definition),
             "parameters": {name: repr(value) for name, value in self.ivp.parameters.items()},
             "structure": dict(self.structure),
-            **{f"{part}0": list(map(str, getattr(case, part))) for part in self.kind.state},
+            **{f"{part}0": list(map(str, getattr(case, part))) for part in self.ivp.state.columns},
             "integrals": {name: str(integral) for name, integral in problem.integrals.items()},
         }
 
@@ -114,11 +106,14 @@ def hash_of(text: Mapping[str, Any]) -> str:
     return digest(json.dumps(text, sort_keys=True))
 
 
-def _law(problem: ConstrainedHamiltonian | PoissonSystem) -> dict[str, Any]:
-    """Return the expressions that determine the equations of motion, as text of SymPy."""
-    if isinstance(problem, PoissonSystem):
-        casimirs = {name: str(casimir) for name, casimir in problem.casimirs.items()}
-        return {"B": str(sp.Matrix(problem.B).tolist()), "H": str(problem.H), "casimirs": casimirs}
+def _structure(problem: PoissonSystem) -> dict[str, Any]:
+    """Return the expressions that determine the equations of motion of a Poisson system, as text of SymPy."""
+    casimirs = {name: str(casimir) for name, casimir in problem.casimirs.items()}
+    return {"B": str(sp.Matrix(problem.B).tolist()), "H": str(problem.H), "casimirs": casimirs}
+
+
+def _energy_and_constraints(problem: ConstrainedHamiltonian) -> dict[str, Any]:
+    """Return the expressions that determine the equations of motion on a manifold, as text of SymPy."""
     energy = {"H": str(problem.H)} if problem.H is not None else {"M": str(sp.Matrix(problem.M).tolist()), "U": str(problem.U)}
     return {**energy, "g": [str(constraint) for constraint in problem.g]}
 

@@ -141,7 +141,7 @@ def _travelled(ivp: Ivp, reference: Reference, k: int, t: Array) -> tuple[Refere
     distances, places = np.unique(np.abs(t - reference.t[k]), return_inverse=True)
     signed = distances if t[0] > reference.t[k] else -distances
     solution = integrated(start, signed)
-    growth = _growth(start, reference.kind.state, solution, signed[-1:])
+    growth = _growth(start, reference.state.columns, solution, signed[-1:])
     return replace(solution, states={part: rows[places] for part, rows in solution.states.items()}), growth
 
 

@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import Any
 
 from daebench.reference.keep.folders import NAME
-from daebench.reference.keep.state_layout import KINDS, StateLayout
 from daebench.runs.schema import (
     DIGEST,
     LARGEST,
@@ -25,6 +24,7 @@ from daebench.runs.schema import (
     numbers,
     shown,
 )
+from daebench.runs.state import STATES, State
 
 NUMBER = re.compile(r"-?\d{1,40}(\.\d{0,80})?(e[-+]?\d{1,4})?", re.ASCII)
 """A stored number."""
@@ -47,18 +47,18 @@ def require_form(certificate: Mapping[str, Any], text: Mapping[str, Sequence[str
     WrongField
         If a field is missing, or is not of its type, range or shape.
     """
-    kind, sizes = _sizes(list(text))
+    state, sizes = _sizes(list(text))
     rows = _require_numbers(text)
-    _certificate(kind, sizes, rows, list(text)).read(certificate)
+    _certificate(state, sizes, rows, list(text)).read(certificate)
 
 
-def _sizes(columns: Sequence[str]) -> tuple[StateLayout, dict[str, int]]:
+def _sizes(columns: Sequence[str]) -> tuple[State, dict[str, int]]:
     """Return the parts that columns have, and their numbers of components."""
-    for kind in KINDS.values():
-        sizes = {part: sum(re.fullmatch(rf"{part}[0-9]+", name) is not None for name in columns) for part in kind.names}
+    for state in STATES.values():
+        sizes = {part: sum(re.fullmatch(rf"{part}[0-9]+", name) is not None for name in columns) for part in state.stored}
         expected = ["t", *(f"{part}{i + 1}" for part, size in sizes.items() for i in range(size))]
-        if all(sizes[part] for part in kind.state) and len({sizes[part] for part in kind.state}) == 1 and list(columns) == expected:
-            return kind, sizes
+        if all(sizes[part] for part in state.columns) and len({sizes[part] for part in state.columns}) == 1 and list(columns) == expected:
+            return state, sizes
     raise WrongField(f"columns are {shown(', '.join(columns))}, and must be t, and q, p and lam, or y, each with its number")
 
 
@@ -77,9 +77,9 @@ def _require_numbers(text: Mapping[str, Sequence[str]]) -> int:
     return rows
 
 
-def _certificate(kind: StateLayout, sizes: Mapping[str, int], rows: int, columns: list[str]) -> Fields:
+def _certificate(state: State, sizes: Mapping[str, int], rows: int, columns: list[str]) -> Fields:
     """Return what the certificate of such columns is."""
-    errors = Fields(dict.fromkeys(kind.names, NOT_NEGATIVE), open=True)
+    errors = Fields(dict.fromkeys(state.stored, NOT_NEGATIVE), open=True)
     check = Fields({"against": SENTENCE, "largest_difference": errors}, open=True)
     growth = numbers(rows, of=POSITIVE)
     ida: dict[str, Kind] = {"method": Text(), "tol": POSITIVE, "t_end": POSITIVE, "t_reached": NOT_NEGATIVE, "error": errors}

@@ -10,8 +10,8 @@ import numpy as np
 from daebench.errors import BadInput
 from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.reference.keep.state_layout import StateLayout, layout_of_columns
-from daebench.runs.ivp import Array, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
+from daebench.runs.state import State, state_of_columns
 
 EPS = 2.0**-53
 """Relative rounding of a number in double precision."""
@@ -67,9 +67,9 @@ class Reference:
         return {name: int(value) for name, value in self.certificate["definition"]["structure"].items()}
 
     @cached_property
-    def kind(self) -> StateLayout:
+    def state(self) -> State:
         """Parts of a row."""
-        return layout_of_columns(self.text)
+        return state_of_columns(self.text)
 
     @cached_property
     def t(self) -> Array:
@@ -79,7 +79,7 @@ class Reference:
     @cached_property
     def values(self) -> dict[str, Array]:
         """Every part rounded to double precision, shape(n, components): "q", "p" and "lam", or "y" of a Poisson system."""
-        return {part: self._columns(part) for part in self.kind.names}
+        return {part: self._columns(part) for part in self.state.stored}
 
     @property
     def q(self) -> Array:
@@ -104,7 +104,7 @@ class Reference:
     @cached_property
     def bound(self) -> dict[str, Array]:
         """Largest error of every stored number, in the shapes of ``values``."""
-        return {part: np.array(self.certificate["bound"][part]) for part in self.kind.names}
+        return {part: np.array(self.certificate["bound"][part]) for part in self.state.stored}
 
     @cached_property
     def amplification(self) -> Array:
@@ -177,9 +177,9 @@ class Reference:
 
     def require_sizes(self, ivp: Ivp) -> None:
         """Accept an initial value problem whose states have as many components as the stored ones; raise BadInput for another."""
-        sizes = {"q": getattr(ivp, "d", 0), "p": getattr(ivp, "d", 0), "lam": getattr(ivp, "m", 0), "y": ivp.size}
+        sizes = dict(zip(ivp.state.vectors, map(len, ivp.start), strict=True)) | {"lam": ivp.m}
         for part, values in self.values.items():
-            if values.shape[-1] != sizes[part] or isinstance(ivp, PoissonIvp) != (part == "y"):
+            if values.shape[-1] != sizes.get(part):
                 raise BadInput(
                     f"{self.name} has {values.shape[-1]} components of {part}, and {ivp.problem} not; build the reference again."
                 )
@@ -194,7 +194,7 @@ class Reference:
         row : int
             Index of the row, from 0.
         """
-        changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.kind.state}
+        changes: dict[str, Any] = {f"{part}0": self.values[part][row] for part in self.state.columns}
         return replace(ivp, **changes)
 
     def _part(self, part: str) -> Array:

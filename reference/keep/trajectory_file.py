@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from daebench.errors import BadInput
-from daebench.reference.keep.state_layout import StateLayout
 from daebench.runs.ivp import Array
+from daebench.runs.state import State
 
 NAME = re.compile(r"([a-z]+)([1-9]\d*)")
 """A component: its part and its number, from 1."""
@@ -77,14 +77,14 @@ def split(name: str) -> tuple[str, int]:
     return name_match[1], int(name_match[2]) - 1
 
 
-def read(path: Path, kind: StateLayout) -> TrajectoryFile:
+def read(path: Path, state: State) -> TrajectoryFile:
     """Return the trajectory of a file.
 
     Parameters
     ----------
     path : Path
         The file.
-    kind : StateLayout
+    state : State
         Determines which columns are components; others are ignored.
 
     Raises
@@ -93,10 +93,10 @@ def read(path: Path, kind: StateLayout) -> TrajectoryFile:
         If it is not a file, is empty, has no column t or no component, has a row of another length, contains a value that is not a finite
         number, or has times that are negative or decrease.
     """
-    header, rows, lines = _rows(path, kind)
+    header, rows, lines = _rows(path, state)
     names = [name.strip() for name in header]
-    known = [name == "t" or _is_component(name, kind) for name in names]
-    _require_header(path, names, known, kind)
+    known = [name == "t" or _is_component(name, state) for name in names]
+    _require_header(path, names, known, state)
     for row, line in zip(rows, lines, strict=True):
         if len(row) != len(names):
             raise BadInput(f"{path}, line {line}: {len(row)} numbers for the {len(names)} columns of the header; give one for each.")
@@ -106,7 +106,7 @@ def read(path: Path, kind: StateLayout) -> TrajectoryFile:
     return trajectory
 
 
-def _rows(path: Path, kind: StateLayout) -> tuple[list[str], list[list[str]], list[int]]:
+def _rows(path: Path, state: State) -> tuple[list[str], list[list[str]], list[int]]:
     """Return the header, the rows that are not blank, and their lines."""
     if not path.exists():
         raise BadInput(f"{path}: there is no such file; give the path of a CSV file.")
@@ -121,31 +121,31 @@ def _rows(path: Path, kind: StateLayout) -> tuple[list[str], list[list[str]], li
                     rows.append(row)
                     lines.append(reader.line_num)
     except (UnicodeDecodeError, csv.Error) as error:
-        raise BadInput(f"{path} is not a CSV file ({error}); {_header(kind)}.") from error
+        raise BadInput(f"{path} is not a CSV file ({error}); {_header(state)}.") from error
     if not rows:
-        raise BadInput(f"{path} is empty; {_header(kind)}.")
+        raise BadInput(f"{path} is empty; {_header(state)}.")
     if len(rows) == 1:
         raise BadInput(f"{path} has a header and no rows; write one row for each time.")
     return rows[0], rows[1:], lines[1:]
 
 
-def _is_component(name: str, kind: StateLayout) -> bool:
+def _is_component(name: str, state: State) -> bool:
     name_match = NAME.fullmatch(name)
-    return name_match is not None and name_match[1] in kind.names
+    return name_match is not None and name_match[1] in state.stored
 
 
-def _header(kind: StateLayout) -> str:
+def _header(state: State) -> str:
     """Return a description of the first line."""
-    first, *others = kind.names
+    first, *others = state.stored
     columns = ", ".join([f"{first}1, {first}2, ...", *(f"{part}1, ..." for part in others)])
     return f"the first line names the columns: t and any of {columns}, separated by commas"
 
 
-def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], kind: StateLayout) -> None:
+def _require_header(path: Path, names: Sequence[str], known: Sequence[bool], state: State) -> None:
     if "t" not in names:
-        raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {_header(kind)}.")
+        raise BadInput(f"{path}, line 1: there is no column t among {_told(names)}; {_header(state)}.")
     if sum(known) == names.count("t"):
-        raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {_header(kind)}.")
+        raise BadInput(f"{path}, line 1: there is no component to compare among {_told(names)}; {_header(state)}.")
     twice = next((name for name in compress(names, known) if names.count(name) > 1), None)
     if twice is not None:
         raise BadInput(f"{path}, line 1: column {twice} occurs twice; name each column once.")

@@ -50,9 +50,9 @@ def amplification(computations: Computations, certified: Certified) -> Growth:
     certified : Certified
         Its certified part.
     """
-    n, largest, kind = len(certified.t), sizes(certified.states), computations.definition.kind
+    n, largest, state = len(certified.t), sizes(certified.states), computations.definition.ivp.state
     first = certified.states.parts
-    S = np.concatenate([np.full(len(first[part][0]), largest[part]) for part in kind.state])
+    S = np.concatenate([np.full(len(first[part][0]), largest[part]) for part in state.columns])
     Q = np.linalg.qr(computations.mathematics.directions / S[:, None])[0]
     base, columns = computations.own(), []
     for k, direction in enumerate((S[:, None] * Q).T):

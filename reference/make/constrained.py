@@ -16,7 +16,8 @@ from daebench.reference.keep.definition import Definition
 from daebench.reference.make.coordinates import Along, Local, Own
 from daebench.reference.make.multiprecision import Functions
 from daebench.reference.make.stages import Rows, Vector
-from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.ivp import Array
+from daebench.runs.make_ivp import constrained
 from daebench.systems.constrained import Chart
 from daebench.systems.definition_parts import extent
 
@@ -39,8 +40,7 @@ class Constrained:
 
     def __init__(self, definition: Definition) -> None:
         self.definition, self.functions = definition, Functions(definition)
-        ivp = definition.ivp
-        assert isinstance(ivp, ConstrainedIvp)
+        ivp = constrained(definition.ivp)
         posed = combined(ivp) if ivp.on_singular == "least-squares" else ivp
         self.redundant = posed is not ivp
         self.independent = replace(definition, ivp=posed) if self.redundant else definition
@@ -81,9 +81,8 @@ class Constrained:
     @cached_property
     def directions(self) -> Array:
         """A basis of the tangent space at the start, shape(2 d, 2 (d - rank G))."""
-        ivp = self.definition.ivp
-        assert isinstance(ivp, ConstrainedIvp)
-        return np.roll(tangent_basis(ivp, ivp.p0, ivp.q0), self.d, axis=0)  # positions first
+        ivp = constrained(self.definition.ivp)
+        return np.roll(tangent_basis(ivp, *ivp.start), self.d, axis=0)  # positions first
 
     def exact(self, times: Sequence[Any]) -> Rows:
         """Return the closed form at times, the first 0."""

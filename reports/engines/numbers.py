@@ -21,7 +21,7 @@ from daebench.reports.engines.documentation import sentences_of
 from daebench.reports.engines.motions import BY_KEY, MOTIONS, T_END, Motion
 from daebench.reports.engines.truth import compared, truth
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, Trajectory
+from daebench.runs.trajectory import Trajectory
 
 REPEAT = 3
 """Number of runs, of which the shortest time is taken."""
@@ -78,7 +78,7 @@ def _unused(*_: Any) -> Any:
 def solved(contender: Contender, motion: Motion, value: float, t_end: float, *, outputs: bool) -> Trajectory:
     """Return a run of a contender, with all outputs and monitors, or bare, for its time."""
     spacing = (max(motion.spacing, value) if contender.knob == "h" else motion.spacing) if outputs else t_end
-    watch = CONSTRAINED if outputs else ()
+    watch = motion.ivp.state.monitors if outputs else ()
     if contender.engine != OWN:
         run = contender.method(value).solve(motion.ivp, Request(value=spacing, steps=round(t_end / spacing), every=1, watch=watch))
         assert isinstance(run, Trajectory)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,7 @@ from daebench.methods.names import method_of
 from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MOTIONS, SEED, STARTS, Motion
-from daebench.runs.ivp import Array, Ivp
+from daebench.runs.ivp import Array
 from daebench.runs.members import Members
 from daebench.runs.members import members as members_of
 from daebench.runs.request import Request
@@ -127,7 +127,7 @@ def priced(motion: Motion, some: Members) -> pd.DataFrame:
 def nanoseconds(some: Members, method: str, steps: int, **settings: Any) -> float:
     """Return the CPU time of a step and start, ns."""
     asked = timed_request(float(some.h), steps)
-    runs = [run_members(method_of(cast("Ivp", some.ivp), method), some, asked, threads=1, **settings) for _ in range(REPEAT)]
+    runs = [run_members(method_of(some.ivp, method), some, asked, threads=1, **settings) for _ in range(REPEAT)]
     return 1e9 * min(float(run.seconds / run.steps.sum()) for run in runs)
 
 
@@ -142,7 +142,7 @@ def measured(motion: Motion, some: Members, method: str, fraction: int, ratio: i
     h = ratio * motion.h / fraction
     steps = int(motion.t_end / h + 1e-9)
     asked = energy_request(h, steps, max(1, steps // OUTPUTS))
-    solver = method_of(cast("Ivp", some.ivp), method)
+    solver = method_of(some.ivp, method)
     run = run_members(solver, replace(some, h=h), asked)
     sizes, verdicts, ended = np.full(len(some), np.inf), np.full(len(some), FAILED, dtype="U12"), ended_members(run)
     if len(ended):

@@ -12,7 +12,7 @@ from daebench.reports.methods.families import method
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, Trajectory
+from daebench.runs.trajectory import Trajectory
 from daebench.studies.claims.check import order_finding
 from daebench.studies.claims.constrained import ConstrainedBench
 
@@ -82,7 +82,7 @@ def sweep(name: str) -> Swept:
 
 def monitored(ivp: ConstrainedIvp, fixed_step: FixedStep, h: float) -> Trajectory:
     """Return the run along which constraints and energy are monitored, uncompiled; it may have stopped."""
-    return fixed_step.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=CONSTRAINED))
+    return fixed_step.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=ivp.state.monitors))
 
 
 def timed(ivp: ConstrainedIvp, name: str, h: float) -> Trajectory:

@@ -5,7 +5,7 @@ import pytest
 
 from daebench.cli.integer import whole as whole_option
 from daebench.errors import LONGEST, BadInput, Overdue, RunFailed, bounded, positive, real, whole
-from daebench.methods.outside.call import CONSTRAINED, Code
+from daebench.methods.outside.call import Code
 from daebench.methods.outside.limit import Limit
 from daebench.methods.run import run
 from daebench.methods.solvers.native import run as native
@@ -132,7 +132,7 @@ def test_the_time_of_a_code_ends_in_the_code_alone():
     method = methods_of_nothing(step)
     code = Code("mine", lambda: step, method, Limit(100.0))
     with pytest.raises(Exception, match="the limit of 100 s is reached"):
-        code.step(CONSTRAINED, [np.zeros(1), np.zeros(1)], 0.1)
+        code.step([np.zeros(1), np.zeros(1)], 0.1)
     assert rung == ["caller", "code"]
     assert not code.alarm.armed
 

@@ -18,7 +18,7 @@ from daebench.errors import BadInput, InvalidProblem
 from daebench.methods.catalogue import find_problem, problems
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.pages.animation import gif, mp4, page, smil
+from daebench.pages.animation import film, page, smil
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.raster import frames
 from daebench.pages.animation.recorded_run import RecordedRun, recorded_run
@@ -313,7 +313,7 @@ def test_the_drawing_moves_through_all_frames_and_is_the_same_bytes_again(animat
 def test_the_gif_has_all_frames_and_its_masses_move(animated, tmp_path):
     from PIL import Image
 
-    gif.write(tmp_path / "a.gif", animated, quiet)
+    film.write_gif(tmp_path / "a.gif", animated, quiet)
     with Image.open(tmp_path / "a.gif") as image:
         assert image.n_frames == 21
         assert image.info["duration"] == 40
@@ -349,19 +349,19 @@ def test_a_film_for_slides_has_the_size_and_the_title_that_were_asked_for(animat
 
 
 def test_frames_of_a_gif_last_whole_hundredths_of_a_second():
-    assert [gif.possible(fps) for fps in (25, 30, 60, 1)] == pytest.approx([25, 100 / 3, 50, 1])
+    assert [film.gif_rate(fps) for fps in (25, 30, 60, 1)] == pytest.approx([25, 100 / 3, 50, 1])
 
 
 def test_the_film_has_all_frames(animated, tmp_path):
     ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="no films: imageio-ffmpeg is not installed")
-    mp4.write(tmp_path / "a.mp4", animated, quiet)
+    film.write_video(tmp_path / "a.mp4", animated, quiet)
     count, seconds = ffmpeg.count_frames_and_secs(str(tmp_path / "a.mp4"))
     assert count == 21
     assert seconds == pytest.approx(0.84, abs=0.05)
 
 
 def test_without_ffmpeg_a_film_is_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(mp4, "find_spec", lambda name: None)
+    monkeypatch.setattr(film, "find_spec", lambda name: None)
     with pytest.raises(BadInput, match=r"needs the package imageio-ffmpeg; install daebench\[video\]"):
         animation(NAME, methods=["rattle"], h=0.1, t_end=1, out=tmp_path / "a.mp4")
     assert list(tmp_path.iterdir()) == []

@@ -11,8 +11,8 @@ from daebench.errors import BadInput
 from daebench.reference.check.file_agreement import BETWEEN, Place, agreement
 from daebench.reference.keep import store
 from daebench.reference.keep.definition import define
-from daebench.reference.keep.state_layout import CONSTRAINED
 from daebench.reference.keep.trajectory_file import read
+from daebench.runs.state import CONSTRAINED
 
 NAME = "planar_pendulum-rotating"
 COMPONENTS = ("q1", "q2", "p1", "p2", "lam1")

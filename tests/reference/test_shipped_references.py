@@ -75,7 +75,7 @@ def test_each_is_whole_and_of_the_definition_of_today(name):
     assert found.certificate["definition"]["sha256"] == define(found.problem, found.case).hash
     assert {*np.arange(1, np.floor(EXPECTED[name]) + 1), EXPECTED[name]} <= set(found.t)
     ivp = found.ivp()
-    for part in found.kind.state:  # the start in doubles has the rounding of its expressions, most of it in those of the ring
+    for part in found.state.columns:  # the start in doubles has the rounding of its expressions, most of it in those of the ring
         np.testing.assert_allclose(found.values[part][0], getattr(ivp, f"{part}0"), rtol=5e-16, atol=5 * EPS * max(1.0, found.size(part)))
 
 

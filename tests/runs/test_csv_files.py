@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from daebench.draw.figures import save_table
-from daebench.reference.keep.state_layout import KINDS
 from daebench.reference.keep.trajectory_file import read
 from daebench.runs.csv_files import read_text, text_cell, write_frame, write_numbers, write_rows
+from daebench.runs.state import STATES
 from daebench.runs.trajectory_files import write_trajectory
 from daebench.studies.grid import export
 
@@ -145,7 +145,7 @@ def test_a_trajectory_is_read_back_to_the_last_digit(daebench, plain_functions, 
     words = ("--case", "fig1.2", "--method", "rattle", "--h", 0.1, "--steps", 3, "--raw", "--out", tmp_path / "run.csv")
     assert daebench("run", "spherical_pendulum", *words)[0] == 0
     (run,) = written
-    found = read(tmp_path / "run.csv", KINDS["constrained"])
+    found = read(tmp_path / "run.csv", STATES["constrained"])
     for part in ("q", "p"):
         for i, column in enumerate(getattr(run, part).T):
             np.testing.assert_array_equal(found.values[f"{part}{i + 1}"], column)

@@ -77,7 +77,7 @@ def test_a_saved_run_comes_back_with_all_it_had(run, request, tmp_path):
     assert again.about() == json.loads(json.dumps(run.about()))
     assert again.to_frame().equals(run.to_frame())
     assert again.ivp.facts.FINGERPRINT == run.ivp.facts.FINGERPRINT
-    assert {k: v[1].tolist() for k, v in again._stage_multipliers.items()} == {k: v[1].tolist() for k, v in run._stage_multipliers.items()}
+    assert {k: v[1].tolist() for k, v in again.stage_multipliers.items()} == {k: v[1].tolist() for k, v in run.stage_multipliers.items()}
 
 
 def test_a_copy_in_another_process_has_its_numbers_and_no_functions(swing):

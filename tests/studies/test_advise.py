@@ -221,7 +221,8 @@ def test_a_plan_expects_compilation_of_what_is_new_once_for_all_compositions(pro
     """What is expected is less of methods that have been run, and of further compositions of a method."""
     case = daebench.initial_value_problem(problem).case
     question = Question(problem=problem, case=case, accuracy=1e-3, t_end=1.0)
-    names = ["strang/suzuki4", "strang/kahan_li8", "strang"] if question.poisson else ["rattle/suzuki4", "rattle/kahan_li8", "rattle"]
+    scheme = "rattle" if question.ivp.on_manifold else "strang"
+    names = [f"{scheme}/suzuki4", f"{scheme}/kahan_li8", scheme]
     expected = {}
     for tried in (False, True):
         monkeypatch.setattr("daebench.studies.advise.choice.tried", lambda *_, tried=tried: tried)

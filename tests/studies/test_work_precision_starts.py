@@ -15,6 +15,7 @@ from daebench.methods.ensemble import heyoka_batches
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.records.store import opened
 from daebench.reference.solution import reference_solution
+from daebench.runs.state import CONSTRAINED
 from daebench.starts.draw import draw_starts
 from daebench.studies.ensemble.references import bounds_of, member_references
 from daebench.studies.grid.export import table_of
@@ -305,7 +306,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(daebench, tmp_path, options, se
 
 def test_of_no_use_is_an_ensemble_where_nothing_gives_references(monkeypatch):
     monkeypatch.setattr("daebench.studies.ensemble.references.refusal", lambda members: "heyoka is not there.")
-    monkeypatch.setattr("daebench.studies.ensemble.references.COMPOSITIONS", (("rk4/kahan_li8",), ()))
+    monkeypatch.setattr("daebench.studies.ensemble.references.COMPOSITIONS", {CONSTRAINED: ("rk4/kahan_li8",)})
     members = draw_starts(initial_value_problem("planar_pendulum"), members=2, h=1.0).members
     with pytest.raises(BadInput, match=r"planar_pendulum has no references for many starts: heyoka is not there\. ."):
         member_references(members, 1.0, 4, 0.1)

@@ -4,7 +4,6 @@ import uncompiled
 
 from daebench.compiler.files import Function
 from daebench.compiler.work import WORK
-from daebench.runs.trajectory import CONSTRAINED
 
 KINDS = {name: name for name in ("H_p", "H_q", "g", "G")} | {"K_y": "H_q", "L_q": "H_q", "L_qv": "second", "two_form": "second"}
 KINDS |= dict.fromkeys(("H_pp", "H_qq", "H_qp", "Gv_p", "Gv_q", "curvature", "a_p"), "second")
@@ -16,7 +15,7 @@ KINDS |= dict.fromkeys(("solve_stages", "solve_stages_but_one", "solve_stages_tw
 def tally(monkeypatch, method, ivp, request):
     """Return the work of a run by kind, counted call by call."""
     monkeypatch.setattr(type(method), "kernel", uncompiled.kernel)
-    kernel, found = method.kernel(ivp, "float64", request.watched(CONSTRAINED), count=True), dict.fromkeys(WORK, 0)
+    kernel, found = method.kernel(ivp, "float64", request.watched(ivp.state), count=True), dict.fromkeys(WORK, 0)
     method.solve(ivp, request)  # reads the files, and makes the operations that are called
     wrapped = {}
     for space in [vars(kernel), *kernel.FILES.read.values()]:

@@ -46,7 +46,7 @@ def _origin(reference: "Reference", evaluation: "At") -> str:
 def _rows(reference: "Reference", evaluation: "At") -> list[tuple[str, str, float]]:
     text = _texts(reference, evaluation)
     rows = []
-    for part in reference.kind.names:
+    for part in reference.state.stored:
         bound = reference.bound[part][evaluation.row[0]] if evaluation.stored[0] else evaluation.bound[part][0]
         rows += [(f"{part}{i + 1}", value, float(bound[i])) for i, value in enumerate(text[part])]
     return rows

@@ -54,6 +54,6 @@ def _row(name: str, folder: Path | None) -> dict[str, Any]:
         "rows": len(reference.t),
         "horizon": reference.horizon,
         "double_horizon": reference.certificate["horizon"]["double"],
-        "bound": float(reference.bound[reference.kind.state[0]][-1].max()),
+        "bound": float(reference.bound[reference.state.columns[0]][-1].max()),
         "truth": reference.certificate["made"]["method"],
     }

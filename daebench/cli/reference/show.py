@@ -23,7 +23,7 @@ def show(name: Name, folder: Folder = None, as_json: Json = False) -> None:
     definition = {key: value for key, value in certificate["definition"].items() if value}
     print_table(["", ""], [[key, _text(value)] for key, value in definition.items()], "definition")
     print_table(["", ""], [["kept in", home], *_facts(reference)], "what is known")
-    parts = reference.kind.names
+    parts = reference.state.stored
     checks = [
         [str(check["against"]), *(f"{check['largest_difference'][part]:.2g}" for part in parts)] for check in certificate["made"]["checks"]
     ]

@@ -22,7 +22,6 @@ from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.constrained_checks import check_smooth
 from daebench.systems.files.package import digest_of_packages
-from daebench.systems.poisson import PoissonSystem
 
 MOST = 200
 """Most positions, or coordinates, of a problem whose declarations are checked at points around the start."""
@@ -84,7 +83,7 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
         except DaebenchError as error:
             text = str(error)
             fault = text if ivp.problem in text else f"{ivp.problem}, case {ivp.case!r}: {text}"
-        note = NOTES[what](declared) if what in NOTES and isinstance(declared, ConstrainedIvp) else ""
+        note = NOTES[what](declared) if what in NOTES and declared.on_manifold else ""
         findings.append(Held(ivp.case, what, fault, note))
         if fault and what in BASIC:
             break
@@ -113,17 +112,17 @@ def require_sound(ivp: Ivp) -> None:
 def _checks(ivp: Ivp) -> Mapping[str, Check]:
     """Return the checks for a problem, by name."""
     checks: dict[str, Check] = {}
-    if isinstance(ivp, ConstrainedIvp) and ivp.arrays:
+    if ivp.on_manifold and ivp.arrays:
         return {START: start}
     problem = ivp.source.derivation.problem
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         checks[SMOOTH] = poisson_smooth
     else:
         checks |= {HESSIAN: multipliers} if problem.M is None else {MASS: mass}
         checks |= {SMOOTH: smooth, START: start, RANK: independent}
     if ivp.size > 2 * MOST or not hasattr(problem, "closed_form"):
         return checks
-    if isinstance(ivp, ConstrainedIvp) and problem.integrals:
+    if ivp.on_manifold and problem.integrals:
         checks["first integrals"] = declared_checks.integrals
     if problem.closed_form is not None:
         checks["closed form"] = declared_checks.closed_form
@@ -230,9 +229,8 @@ def smooth(ivp: ConstrainedIvp) -> str:
 def poisson_smooth(ivp: PoissonIvp) -> str:
     """Return the function of a Poisson system that is not finite at the start; "" if all are finite."""
     problem = ivp.source.derivation.problem
-    if isinstance(problem, PoissonSystem):
-        check_smooth("H", problem.H, problem.y)
-        check_smooth("B", problem.B, problem.y)
+    check_smooth("H", problem.H, problem.y)
+    check_smooth("B", problem.B, problem.y)
     functions = {"H": "H", "field": "B grad H"} | ({} if ivp.arrays else {"field_y": "the derivative of B grad H"})
     for name, what in functions.items():
         if not np.all(np.isfinite(ivp.value(name, ivp.y0 if ivp.arrays else tuple(ivp.y0)))):

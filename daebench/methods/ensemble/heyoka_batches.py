@@ -8,7 +8,7 @@ from daebench.diagnostics.combined import combined
 from daebench.errors import BadInput
 from daebench.methods.names import method_of
 from daebench.methods.solvers.heyoka_ode import FIRST, compact, equations_of
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
 
 MOST_STEPS = 100_000
@@ -24,7 +24,7 @@ def refusal(members: Members) -> str | None:
     return why
 
 
-def batch_of(ivp: InitialValueProblem, tol: float) -> Any:
+def batch_of(ivp: Ivp, tol: float) -> Any:
     """Return heyoka's integrator of a batch, ``taylor_adaptive_batch``, of the size that it recommends for this processor.
 
     Its unknowns are q and p, or y; large problems are compiled as loops, as :data:`daebench.methods.solvers.heyoka_ode.COMPACT` says.
@@ -32,7 +32,7 @@ def batch_of(ivp: InitialValueProblem, tol: float) -> Any:
     """
     import heyoka as hy
 
-    ivp = combined(ivp) if isinstance(ivp, ConstrainedIvp) and ivp.singular else ivp
+    ivp = combined(ivp) if ivp.on_manifold and ivp.singular else ivp
     zeros = np.zeros((ivp.size, hy.recommended_simd_size()))
     return hy.taylor_adaptive_batch(equations_of(ivp), zeros, tol=tol, compact_mode=compact(ivp.size))
 

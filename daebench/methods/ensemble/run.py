@@ -19,12 +19,11 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid, require_memory_of_members
-from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.machine import cores
 from daebench.runs.members import Members, flat
 from daebench.runs.request import Request
-from daebench.runs.scales import constrained_scales_of, poisson_scales_of
-from daebench.runs.trajectory import CONSTRAINED, POISSON, Array
+from daebench.runs.scales import scales_of
+from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.claims import MAPPED
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
 from daebench.schemes.kernels.newton import SINGULAR
@@ -105,11 +104,10 @@ class _Ensemble:
             raise BadInput(f"members have {members.weights.shape[1]} weights each, and {composed}; give as many, one for each substep.")
         self.grid: Grid = method.grid(self.ivp, self.request)
         require_memory_of_members(self.grid.rows, self.ivp.size, len(members))
-        constrained = isinstance(self.ivp, ConstrainedIvp)
-        self.watch = self.request.watched(CONSTRAINED if constrained else POISSON) if watch is None else watch
+        self.watch = self.request.watched(self.ivp.state) if watch is None else watch
         self.names = monitored_names(self.watch, self.ivp)
         self._losses: Any = None
-        self.mode: str = method.on_singular(self.ivp, self.request) if constrained else ""  # type: ignore[attr-defined]
+        self.mode: str = method.on_singular(self.ivp, self.request)
 
     def width(self, wanted: int | None) -> int:
         """Return how many members are run at once on one core."""
@@ -179,10 +177,7 @@ class _Ensemble:
         """Return what the scheme computes in at the start of each member, NaN where it has no place there; and lengths and rates."""
         if self.method.form not in MAPPED:
             states = np.concatenate(self.members.start, axis=1)
-            if isinstance(self.ivp, ConstrainedIvp):
-                rated = self.method.member.claims.any_form  # type: ignore[attr-defined]
-                return states, constrained_scales_of(self.members, rated=rated)
-            return states, poisson_scales_of(self.members)
+            return states, scales_of(self.members, rated=self.method.rated)
         rows, scales = [], []
         for i in range(len(self.members)):
             ivp = self.members.member(i)

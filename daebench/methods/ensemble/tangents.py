@@ -15,7 +15,7 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.dual_kernel import seeds
 from daebench.methods.fixed_step.stepping import IN_SHORT, Linked
 from daebench.runs.directions import Directions, require_tuples
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import Ivp
 from daebench.runs.machine import cores
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
@@ -99,7 +99,7 @@ def tangent_growth(
     require_tuples(method.name, ivp)
     if not method.compiled or members.parameters or np.ndim(members.h):
         raise BadInput("tangent vectors need members with one step size and the same parameters, and a compiled kernel.")
-    mode = method.on_singular(ivp, Request(value=members.h)) if isinstance(ivp, ConstrainedIvp) else ""  # type: ignore[attr-defined]
+    mode = method.on_singular(ivp, Request(value=members.h))
     kernel = method.kernel(ivp, "tangent1", (), count=False, singular=mode)
     pivots = (np.inf, 0.0, 0.0) if mode else np.inf
     growth, ends = np.full((len(members), intervals), np.nan), np.zeros((len(members), 6))
@@ -144,7 +144,7 @@ def tangent_vectors(members: Members, units: Array, seed: int) -> Array:
         Seed of the directions.
     """
     v = np.random.default_rng(seed).standard_normal((len(members), len(units))) / units
-    if isinstance(members.ivp, ConstrainedIvp):
+    if members.ivp.on_manifold:
         C = constraint_jacobian(members.ivp, *members.start) / units
         size = np.linalg.norm(C, axis=2, keepdims=True)
         normals = np.linalg.pinv(C / np.where(size > 0, size, 1.0)) @ (C / np.where(size > 0, size, 1.0))
@@ -152,9 +152,7 @@ def tangent_vectors(members: Members, units: Array, seed: int) -> Array:
     return np.asarray(v / np.linalg.norm(v * units, axis=1, keepdims=True), dtype=float)
 
 
-def _grown(
-    linked: Linked, ivp: InitialValueProblem, vector: Array, h: float, units: Array, every: int, pivots: Any, growth: Array
-) -> tuple[float, ...]:
+def _grown(linked: Linked, ivp: Ivp, vector: Array, h: float, units: Array, every: int, pivots: Any, growth: Array) -> tuple[float, ...]:
     """Fill the growth of one member; return the intervals done, the steps after these, those tried, and status, residual and pivot."""
     direction = Directions({}, np.zeros((len(ivp.par), 1)), vector[:, None], np.ones(1))
     begin = seeds(ivp, direction, lambda moved: linked.enter, len(linked.par) - len(ivp.par))

@@ -19,7 +19,7 @@ from daebench.methods.fixed_step.dual_kernel import DualKernel, seeds, width
 from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.runs.directions import directions, require_names, require_tuples
 from daebench.runs.grid import Grid
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.claims import MAPPED
@@ -27,7 +27,7 @@ from daebench.schemes.kernels.claims import MAPPED
 if TYPE_CHECKING:
     from daebench.compiler.link import Linker
 
-Ivp = TypeVar("Ivp", bound=InitialValueProblem)
+Ivp = TypeVar("Ivp", bound=ConstrainedIvp | PoissonIvp)
 Result = TypeVar("Result")
 
 INTEGRATE, FIRST = (("daebench.schemes.kernels.loop", name) for name in ("integrate", "first"))
@@ -60,6 +60,15 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     @abstractmethod
     def name(self) -> str:
         """Name in the grammar of methods."""
+
+    @property
+    def rated(self) -> bool:
+        """Whether its steps need the rate of the motion, see :mod:`daebench.runs.scales`."""
+        return False
+
+    def on_singular(self, ivp: Ivp, request: Request) -> str:
+        """Return what to do where G loses rank; "" if it does not matter, as on a Poisson system."""
+        return ""
 
     @abstractmethod
     def refusal(self, ivp: Ivp) -> str | None:

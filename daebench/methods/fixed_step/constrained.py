@@ -6,24 +6,27 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
-from daebench.compiler.constrained.representation import in_loops
+import numpy as np
+
+from daebench.compiler.constrained.representation import WRITTEN_OUT, in_loops
 from daebench.compiler.work import WORK
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.constraint_structure import require_reached
-from daebench.methods.fixed_step.mixed_precision import MIXED, require_mixed
 from daebench.methods.fixed_step.parts import Parts
 from daebench.methods.fixed_step.rank_loss import RankRun
-from daebench.methods.fixed_step.stage_multipliers import stage_multipliers
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
 from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Method, Request
 from daebench.runs.scales import constrained_scales, in_coordinates
-from daebench.runs.trajectory import CONSTRAINED, Trajectory
+from daebench.runs.trajectory import Array, Trajectory
 from daebench.schemes.kernels.claims import CHARTED
 from daebench.schemes.kernels.language import ROUNDINGS
+
+MEAN = "mean"
+"""Name of the mean of the last multiplier of a step and the first of the next: (mu_{n-1} + lam_n)/2 of RATTLE."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,11 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     def _solves(self) -> bool:
         """Whether systems of constraints are solved, in its own coordinates: those of a chart and of ``stiff`` have none."""
         return self.form not in (*CHARTED, "stiff")
+
+    @property
+    def rated(self) -> bool:
+        """Whether its steps need the rate of the motion, as those of a scheme for any H do."""
+        return self.member.claims.any_form
 
     def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
         """Return what to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter.
@@ -113,7 +121,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         return (*super().data, *[(float(self.sweeps), self.roundings)] * self._asked)
 
     def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
-        scales = constrained_scales(ivp, h, rated=self.member.claims.any_form)
+        scales = constrained_scales(ivp, h, rated=self.rated)
         if self.form not in CHARTED:
             return scales
         return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
@@ -123,7 +131,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
         """Return the trajectory; if the scheme stops early, the states so far and the reason."""
-        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(CONSTRAINED))
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
         outcome, (t, rows) = run.outcome(), run.states()
         d, m = int(ivp.facts.D), int(ivp.facts.M)
         p, q = rows[:, :d].copy(), rows[:, d:].copy()
@@ -158,8 +166,8 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def _require(self, ivp: ConstrainedIvp, request: Request) -> None:
         self.on_singular(ivp, request)
-        if request.precision == MIXED:
-            require_mixed(self, ivp)
+        if request.precision == "mixed":
+            _require_mixed(self, ivp)
         if "tolerance" in self.member.options:
             require_reached(self.name, {**self.member.options, **self.options}["tolerance"], request.precision)
 
@@ -187,3 +195,43 @@ def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, wh
     if refusal := method.refusal(ivp):
         raise BadInput(refusal)
     return method
+
+
+def _require_mixed(method: FixedStep, ivp: ConstrainedIvp) -> None:
+    """Refuse to compute in mixed precision where forces are not a function U_q(q), or their rounding would enter an iteration.
+
+    The increments of an iteration do not become smaller than the rounding of the functions that it evaluates. With forces in single
+    precision it therefore does not converge in double precision.
+    """
+    if why := _obstacle(method, ivp):
+        raise BadInput(f"{method.name} on {ivp.problem} cannot compute in mixed precision: {why}; use float64 or float32.")
+
+
+def _obstacle(method: FixedStep, ivp: ConstrainedIvp) -> str:
+    """Return why forces cannot be computed in single precision alone, or ""."""
+    if ivp.facts.EXTENDED or ivp.facts.FORCED:
+        return "it needs a system without forces that depend on time or velocity"
+    if not ivp.facts.SEPARABLE:
+        return "it needs H = 1/2 p^T M^-1 p + U(q) with constant M"
+    if ivp.arrays or int(ivp.facts.D) > WRITTEN_OUT:
+        return "its forces are computed in loops, of which there are none in single precision"
+    if method.form:
+        return f"forces are not computed apart in the form {method.form}"
+    if "H_q" in method.iterated(ivp):
+        return "the scheme evaluates forces in an iteration, which does not converge beyond single precision"
+    return ""
+
+
+def stage_multipliers(nodes: Mapping[str, float], rows: Array, h: float, m: int) -> dict[str, tuple[Array, Array]]:
+    """Return times and values, shape(n, m), of each stage multiplier, and of the mean where two steps meet.
+
+    A multiplier of node c belongs to t_n + c h; ``rows``, shape(steps, k m), are what the steps returned, one after another. ``mean`` is
+    there if the first multiplier belongs to the start of a step and the last to its end: of first order each with RATTLE, the mean of the
+    two that meet at t_n is of second.
+    """
+    n = np.arange(len(rows), dtype=float)
+    series = {name: ((n + c) * h, rows[:, k * m : (k + 1) * m]) for k, (name, c) in enumerate(nodes.items())}
+    ends = list(nodes.items())
+    if len(ends) > 1 and ends[0][1] == 0.0 and ends[-1][1] == 1.0:
+        series[MEAN] = (n[1:] * h, (series[ends[-1][0]][1][:-1] + series[ends[0][0]][1][1:]) / 2)
+    return series

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from daebench.runs.directions import STEP, Directions, imaginary, moved_by, number_of_directions
-from daebench.runs.ivp import InitialValueProblem
+from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import Array
 
 
@@ -28,13 +28,13 @@ class Seeds:
     par: tuple[Any, ...]
 
 
-def width(ivp: InitialValueProblem, names: Sequence[str]) -> int:
+def width(ivp: Ivp, names: Sequence[str]) -> int:
     """Return in how many directions a kernel carries derivatives: 1, 2, or 4, 8, 12, ..., as vectors of the processor are wide."""
     needed = number_of_directions(ivp, names)
     return needed if needed < 3 else -(-needed // 4) * 4
 
 
-def seeds(ivp: InitialValueProblem, chosen: Directions, enter: Any, data: int) -> Seeds:
+def seeds(ivp: Ivp, chosen: Directions, enter: Any, data: int) -> Seeds:
     """Return the derivatives that a run begins with.
 
     Parameters

@@ -12,10 +12,10 @@ from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.poisson import require_poisson
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.monitored_errors import output_maxima
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Method, Request
-from daebench.runs.trajectory import POISSON, Array, Outcome, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Array, Outcome, PoissonTrajectory, Trajectory
 
 
 @dataclass(frozen=True)
@@ -71,10 +71,10 @@ class Lifted:
         """Return the names of the conserved quantities that the method claims to keep to round-off: the Casimir functions, or none."""
         return tuple(ivp.facts.CASIMIRS) if self.is_poisson(ivp) else ()
 
-    def refusal(self, ivp: InitialValueProblem) -> str | None:
+    def refusal(self, ivp: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
-        if not isinstance(ivp, PoissonIvp):
-            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; leave out {LIFTED}:."
+        if ivp.on_manifold:
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is {ivp.state.words}; leave out {LIFTED}:."
         if not ivp.facts.LIFT:
             return f"{self.name} needs a constrained system that maps to {ivp.problem}, which declares none; use strang."
         up = above(ivp)
@@ -103,7 +103,7 @@ class Lifted:
         """
         self.check(ivp, request)
         trajectory = _mapped_down(self.name, ivp, self.method.solve(above(ivp), replace(request, watch=())))
-        return replace(trajectory, maxima=output_maxima(ivp, request.watched(POISSON), trajectory.y))
+        return replace(trajectory, maxima=output_maxima(ivp, request.watched(ivp.state), trajectory.y))
 
     def flow(self, ivp: PoissonIvp, h: float, steps: int) -> Callable[[Sequence[complex]], Array]:
         """Return the map y -> y of ``steps`` steps for complex states, exact to first order in the imaginary part.

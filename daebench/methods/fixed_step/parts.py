@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from daebench.errors import BadInput, real, require_known, unknown
-from daebench.methods.fixed_step.chain_refusals import unwritten
+from daebench.compiler.cache import generated
+from daebench.errors import BadInput, InvalidProblem, real, require_known, unknown
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
 from daebench.methods.registry import registry
@@ -153,7 +153,7 @@ class Parts:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         needs, facts = self.member.claims, ivp.facts
         if ivp.arrays:
-            why = unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
+            why = _unwritten(ivp, self.file, form=self.form, stages=self.member.stages, projection=self.projection)
             return f"{self.name} on the {ivp.facts.NODES} nodes of {ivp.problem}: {why}" if why else None
         if needs.separable_only and not facts.SEPARABLE:
             needed, why = f"{self.name} needs H = 1/2 p^T M^-1 p + U(q) with constant M", getattr(facts, "IN_TIME", "")
@@ -196,3 +196,21 @@ def takes_form(form: str) -> list[str]:
     """Return the names of the schemes for a form of the system: in canonical coordinates, also those for Hamiltonian ODEs."""
     claims = {name: member.claims for name, (_, member) in registry().items()}
     return [name for name, its in claims.items() if its.any_form or (form == "canonical" and its.canonical)]
+
+
+def _unwritten(ivp: "ConstrainedIvp", file: str, **structure: Any) -> str:
+    """Return why a scheme's file cannot be written as loops over the nodes of a chain, or ""; kept with generated modules."""
+
+    def build() -> str:
+        from daebench.compiler.link import Linker, Options
+
+        linker = Linker(ivp.source.derivation, Options(**structure), f"daebench.schemes.{file}")
+        why = ""
+        try:
+            linker.module("", [("daebench.schemes.kernels.loop", "integrate")])
+        except InvalidProblem as error:
+            why = str(error)
+        return f'"""Whether {file} is loops over nodes of {ivp.problem}."""\n\nWHY = {why!r}\n'
+
+    key = f"{ivp.source.key} {file} {sorted(structure.items())} loops"
+    return str(generated(f"{ivp.problem}_{file}_loops", key, build).WHY)

@@ -19,7 +19,7 @@ from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.scales import in_coordinates, poisson_scales
-from daebench.runs.trajectory import POISSON, PoissonTrajectory
+from daebench.runs.trajectory import PoissonTrajectory
 from daebench.schemes.kernels.claims import CLASSES, PoissonClaims
 
 RUN_AWAY = "use a smaller h, and check whether the motion itself diverges there"
@@ -108,8 +108,8 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     def refusal(self, ivp: InitialValueProblem) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         claims, facts = self.member, ivp.facts
-        if facts.KIND != "poisson":
-            return f"{self.name} is for Poisson systems, and {ivp.problem} is a constrained problem; use rattle."
+        if ivp.on_manifold:
+            return f"{self.name} is for Poisson systems, and {ivp.problem} is {ivp.state.words}; use rattle."
         if self.form == "darboux" and not facts.DARBOUX:
             return f"{self.name} needs canonical coordinates, which {ivp.problem} does not declare; leave out darboux:."
         if claims.poisson == "split" and not facts.SPLITTINGS:
@@ -155,7 +155,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
         """Return the trajectory; if the scheme stops early, the states so far and the reason."""
-        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(POISSON))
+        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
         outcome, (t, y) = run.outcome(), run.states()
         return PoissonTrajectory(**outcome, t=t, y=y, sensitivities=self._sensitivities(run, len(t), y=slice(ivp.size)))
 

@@ -14,7 +14,7 @@ from daebench.compiler.linear.health import SINGULAR
 from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.formulations.table import FORMULATIONS, OPTIONS
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import ConstrainedIvp, Ivp
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., float]
@@ -42,7 +42,7 @@ class Posed:
 
     formulation: str
     multipliers: str
-    ivp: InitialValueProblem
+    ivp: Ivp
     par: Array
     y0: Array
     yp0: Array

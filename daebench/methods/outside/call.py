@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from daebench.errors import BadInput, Overdue, RunFailed, in_words
 from daebench.methods.outside.limit import Alarm, Limit
 from daebench.methods.solvers.stopped import Stopped
 from daebench.runs.external_state import external_state
+from daebench.runs.state import STATES
 
 Array = NDArray[np.float64]
 
@@ -20,28 +20,8 @@ Guard = Callable[[], AbstractContextManager[None]]
 """Turns what goes wrong in a file of the user's own into a :class:`RunFailed` that names its line."""
 
 
-@dataclass(frozen=True)
-class Kind:
-    """How callables are called for problems of one kind.
-
-    Parameters
-    ----------
-    step, solve : str
-        How one step, and a whole run, are called.
-    result : str
-        What they return.
-    vectors : int
-        Number of vectors in a state.
-    """
-
-    step: str
-    solve: str
-    result: str
-    vectors: int
-
-
-CONSTRAINED = Kind("step(p, q, h)", "solve(p, q, h, t)", "p and q", 2)
-POISSON = Kind("step(y, h)", "solve(y, h, t)", "y", 1)
+STATE_OF = {len(state.vectors): state for state in STATES.values()}
+"""States by their number of vectors, by which a callable is called."""
 
 
 class Code:
@@ -76,7 +56,7 @@ class Code:
         """Return a context in which a call that takes too long is ended."""
         return self.alarm.after(self.limit.left)
 
-    def step(self, kind: Kind, state: Sequence[Array], h: float) -> tuple[list[Array], float]:
+    def step(self, vectors: Sequence[Array], h: float) -> tuple[list[Array], float]:
         """Return the state after a step, and the seconds that the code took for it.
 
         The callable is given copies, and must leave them as they are. Stopped is raised where it raises something or the time is over,
@@ -84,24 +64,25 @@ class Code:
         """
         if not self.limit.left:
             raise Stopped(self.limit.over)
-        given = [vector.copy() for vector in state]
+        given, state = [vector.copy() for vector in vectors], STATE_OF[len(vectors)]
         result, seconds = self._timed(self.callable, *given, h)
-        if any(a.tobytes() != b.tobytes() for a, b in zip(given, state, strict=True)):
-            raise BadInput(f"{self.name}: {kind.step} changes its arguments; return new arrays, and do not change the given ones.")
-        duty = f"{self.name}: {kind.step} must return {kind.result}"
-        return external_state(result, [vector.shape for vector in state], duty), seconds
+        call = f"{self.name}: step({state.arguments}, h)"
+        if any(a.tobytes() != b.tobytes() for a, b in zip(given, vectors, strict=True)):
+            raise BadInput(f"{call} changes its arguments; return new arrays, and do not change the given ones.")
+        return external_state(result, [vector.shape for vector in vectors], f"{call} must return {state.listed}"), seconds
 
-    def solve(self, kind: Kind, state: Sequence[Array], h: float, t: Array) -> tuple[list[Array], float]:
+    def solve(self, vectors: Sequence[Array], h: float, t: Array) -> tuple[list[Array], float]:
         """Return the states of a whole run at the times t, shape(k, ...) each, and the seconds that the code took for it."""
-        result, seconds = self._timed(self.callable, *(vector.copy() for vector in state), h, t)
-        duty = f"{self.name}: {kind.solve} must return {kind.result} at the {len(t)} times t"
-        return external_state(result, [(len(t), len(vector)) for vector in state], duty), seconds
+        result, seconds = self._timed(self.callable, *(vector.copy() for vector in vectors), h, t)
+        state = STATE_OF[len(vectors)]
+        duty = f"{self.name}: solve({state.arguments}, h, t) must return {state.listed} at the {len(t)} times t"
+        return external_state(result, [(len(t), len(vector)) for vector in vectors], duty), seconds
 
-    def of_complex(self, state: Sequence[Any], h: float) -> Any:
+    def of_complex(self, vectors: Sequence[Any], h: float) -> Any:
         """Return what one step makes of complex vectors; what the code raises is raised as it is, for it need not take them."""
         with self.guard():  # for what the code prints, not for what it raises
             try:
-                return self._armed(self.callable, *(vector.copy() for vector in state), h)[0]
+                return self._armed(self.callable, *(vector.copy() for vector in vectors), h)[0]
             except Exception as error:  # noqa: BLE001 - raised below
                 raised = error
         raise raised
@@ -136,7 +117,7 @@ class Code:
 
 
 def stepped(
-    code: Code, kind: Kind, state: Sequence[Array], h: float, most: int, seconds: float, keep: Callable[[Array], None]
+    code: Code, vectors: Sequence[Array], h: float, most: int, seconds: float, keep: Callable[[Array], None]
 ) -> tuple[Sequence[Array], float, BaseException | None]:
     """Take so many steps, or as many as are taken in so many seconds of wall time; the last one may have numbers that are not finite.
 
@@ -147,12 +128,12 @@ def stepped(
     with code.limited():
         try:
             for _ in range(most):
-                state, one = code.step(kind, state, h)
-                row = np.concatenate(state)
+                vectors, one = code.step(vectors, h)
+                row = np.concatenate(vectors)
                 keep(row)
                 took += one
                 if time.perf_counter() > until or not np.isfinite(row).all():
                     break
         except (Stopped, BadInput, KeyboardInterrupt) as error:
-            return state, took, error
-    return state, took, None
+            return vectors, took, error
+    return vectors, took, None

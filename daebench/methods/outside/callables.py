@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.stepping import CHUNK_SECONDS as CHUNK_SECONDS
-from daebench.methods.outside.call import CONSTRAINED, POISSON, Code, Guard, Kind, stepped
+from daebench.methods.outside.call import Code, Guard, stepped
 from daebench.methods.outside.described import described, fresh
 from daebench.methods.outside.limit import Limit
 from daebench.methods.outside.method import OutsideMethod, Stated, Step
 from daebench.methods.outside.record import Block
 from daebench.runs.grid import Grid
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 
 Steps = NDArray[np.int64]
@@ -66,31 +66,32 @@ def method_of_callable(code: Any, name: str = "", content: str = "", guard: Guar
     )
 
 
-def kind_for(name: str, taken: int, ivp: Ivp) -> Kind:
-    """Return how a callable that takes so many arguments is called on a problem; BadInput is raised if it is for the other kind."""
-    kind = CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON
-    if taken not in (kind.vectors + 1, kind.vectors + 2):
-        raise BadInput(f"{name} takes {taken} arguments; on {ivp.problem} give {kind.step} that returns {kind.result}, or {kind.solve}.")
-    return kind
+def takes_one_step(name: str, taken: int, ivp: Ivp) -> bool:
+    """Return whether a callable of so many arguments takes one step on a problem, or a whole run; refuse one for another kind of state."""
+    state, n = ivp.state, len(ivp.start)
+    if taken not in (n + 1, n + 2):
+        calls = f"step({state.arguments}, h) that returns {state.listed}, or solve({state.arguments}, h, t)"
+        raise BadInput(f"{name} takes {taken} arguments; on {ivp.problem} give {calls}.")
+    return taken == n + 1
 
 
 def _blocks(anew: Callable[[], Step], name: str, taken: int, guard: Guard, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
-    kind = kind_for(name, taken, ivp)
+    steps = takes_one_step(name, taken, ivp)
     code = Code(name, anew, guard, Limit(request.seconds_limit))
-    if taken == kind.vectors + 1:
+    if steps:
         require_step_size(name, grid)
-        yield from _steps(code, kind, ivp, grid)
+        yield from _steps(code, ivp, grid)
     else:
-        yield _whole(code, kind, ivp, grid, request.value)
+        yield _whole(code, ivp, grid, request.value)
 
 
-def _steps(code: Code, kind: Kind, ivp: Ivp, grid: Grid) -> Iterator[Block]:
+def _steps(code: Code, ivp: Ivp, grid: Grid) -> Iterator[Block]:
     """Take all steps, in blocks of about a fifth of a second."""
     state: Sequence[NDArray[np.float64]] = ivp.start
     done = 0
     while done < grid.steps:
         rows = list[NDArray[np.float64]]()
-        state, seconds, stopped = stepped(code, kind, state, grid.h, grid.steps - done, CHUNK_SECONDS, rows.append)
+        state, seconds, stopped = stepped(code, state, grid.h, grid.steps - done, CHUNK_SECONDS, rows.append)
         yield block_after(done, np.array(rows).reshape(len(rows), ivp.size), seconds)
         if stopped is not None:  # after the states before it, which are not to be lost
             raise stopped
@@ -111,7 +112,7 @@ def _mapping(anew: Callable[[], Step], name: str, guard: Guard) -> Step:
         with code.limited():
             if any(map(np.iscomplexobj, state)):
                 return code.of_complex(state, h)
-            after, _ = code.step(CONSTRAINED if len(state) == CONSTRAINED.vectors else POISSON, state, h)
+            after, _ = code.step(state, h)
         return after if len(after) > 1 else after[0]
 
     return step
@@ -123,11 +124,11 @@ def require_step_size(name: str, grid: Grid) -> None:
         raise BadInput(f"{name}: knob = 'tol' is for solve(p, q, tol, t), or solve(y, tol, t) on a Poisson system; one step takes h.")
 
 
-def _whole(code: Code, kind: Kind, ivp: Ivp, grid: Grid, value: float) -> Block:
+def _whole(code: Code, ivp: Ivp, grid: Grid, value: float) -> Block:
     """Return what a whole run gives at the outputs."""
     steps = outputs(grid)
     with code.limited():
-        states, seconds = code.solve(kind, ivp.start, value, grid.times(steps))
+        states, seconds = code.solve(ivp.start, value, grid.times(steps))
     return Block(steps, np.concatenate(states, axis=1), seconds)
 
 

@@ -8,15 +8,14 @@ from functools import partial
 from typing import Any
 
 from daebench.errors import BadInput, foreign, unknown
-from daebench.methods.outside.call import CONSTRAINED, POISSON
 from daebench.methods.outside.stated import Stated
 
 Step = Callable[..., Any]
 """``step(p, q, h)`` or ``step(y, h)``, of real or complex vectors."""
 
 ADVICE = (
-    f"give {CONSTRAINED.step} that returns {CONSTRAINED.result}, {CONSTRAINED.solve} that returns them at the times t, "
-    f"{POISSON.step} or {POISSON.solve} on a Poisson system, or an object with a method step"
+    "give step(p, q, h) that returns p and q, solve(p, q, h, t) that returns them at the times t, "
+    "step(y, h) or solve(y, h, t) on a Poisson system, or an object with a method step"
 )
 """Kinds of code that may be given."""
 

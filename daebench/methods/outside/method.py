@@ -14,7 +14,7 @@ from daebench.methods.outside.sampled import SampledRun
 from daebench.methods.outside.stated import Stated as Stated
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid, require_memory
-from daebench.runs.ivp import ConstrainedIvp, Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
@@ -126,10 +126,10 @@ class OutsideMethod:
         record = Record(self.name, ivp, request, self.grid(ivp, request), every_step=self.every_step, knob=self.knob)
         outcome = record.outcome(self.blocks)
         t, rows = record.states()
-        if not isinstance(ivp, ConstrainedIvp):
-            return PoissonTrajectory(**outcome, t=t, y=rows)
-        p, q = rows[:, : ivp.d].copy(), rows[:, ivp.d :].copy()
-        return Trajectory(**outcome, t=t, q=q, p=p, lam=ivp.along("lam", p, q) if request.multipliers else None)
+        states = ivp.trajectory.parts(rows)
+        if request.multipliers and ivp.on_manifold:
+            states["lam"] = ivp.along("lam", states["p"], states["q"])
+        return ivp.trajectory(**outcome, t=t, **states)
 
 
 def _chained(fresh: Callable[[], Step], h: float, steps: int, *vectors: Any) -> Any:

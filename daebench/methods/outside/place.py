@@ -10,7 +10,7 @@ import numpy as np
 
 from daebench.methods.fixed_step import stepping
 from daebench.methods.outside import callables
-from daebench.methods.outside.callables import block_after, kind_for, outputs, require_step_size
+from daebench.methods.outside.callables import block_after, outputs, require_step_size, takes_one_step
 from daebench.methods.outside.limit import Limit
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.process import MOST_NUMBERS, Exited, Place, Process, borrowed, give_back, lent
@@ -55,26 +55,26 @@ def _never(why: str, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
 
 
 def _of_file(place: Place, taken: int, ivp: Ivp, grid: Grid, request: Request) -> Iterator[Block]:
-    kind = kind_for(place.name, taken, ivp)
+    steps_alone = takes_one_step(place.name, taken, ivp)
     with lent(place) as process:
         limit = Limit(request.seconds_limit)
         process.ask({"do": "fresh"}, np.empty(0), limit)
-        if taken == kind.vectors + 1:
+        if steps_alone:
             require_step_size(place.name, grid)
-            yield from _steps(process, kind.vectors, ivp, grid, limit)
+            yield from _steps(process, ivp, grid, limit)
             return
         steps = outputs(grid)
         given = np.concatenate([*ivp.start, grid.times(steps)])
-        about = {"do": "whole", "vectors": kind.vectors, "h": request.value, "size": ivp.size}
+        about = {"do": "whole", "vectors": len(ivp.start), "h": request.value, "size": ivp.size}
         answer, numbers = process.ask(about, given, limit)
         yield Block(steps, numbers.reshape(len(steps), ivp.size), answer["seconds"])
 
 
-def _steps(process: Process, vectors: int, ivp: Ivp, grid: Grid, limit: Limit) -> Iterator[Block]:
+def _steps(process: Process, ivp: Ivp, grid: Grid, limit: Limit) -> Iterator[Block]:
     """Take all steps, in blocks of about a fifth of a second."""
     state, done, room = np.concatenate(ivp.start), 0, max(1, MOST_NUMBERS // ivp.size)
     while done < grid.steps:
-        question = {"vectors": vectors, "h": grid.h, "most": min(grid.steps - done, room), "chunk": callables.CHUNK_SECONDS}
+        question = {"vectors": len(ivp.start), "h": grid.h, "most": min(grid.steps - done, room), "chunk": callables.CHUNK_SECONDS}
         rows, seconds, stopped = process.rows(question, state, ivp.size, limit)
         yield block_after(done, rows, seconds)
         done += len(rows)

@@ -21,7 +21,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.record import Block
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import Ivp
 from daebench.runs.json_values import strict
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array
@@ -191,8 +191,7 @@ LONGEST_LINE = 2**24
 
 
 def _question(ivp: Ivp, grid: Grid) -> str:
-    names = ("p", "q") if isinstance(ivp, ConstrainedIvp) else ("y",)
-    start = {name: vector.tolist() for name, vector in zip(names, ivp.start, strict=True)}
+    start = {name: vector.tolist() for name, vector in zip(ivp.state.vectors, ivp.start, strict=True)}
     about = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters)}
     return json.dumps(about | {"h": grid.h, "steps": grid.steps, "every": grid.every} | start)
 

@@ -12,9 +12,9 @@ from daebench.methods.fixed_step.stepping import REASONS
 from daebench.methods.monitored_errors import monitored_errors, monitored_names
 from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
-from daebench.runs.ivp import ConstrainedIvp, Ivp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON, Array
+from daebench.runs.trajectory import Array
 
 NOT_FINITE, (MONITORED_NOT_FINITE, SMALLER) = REASONS[3][0], REASONS[4]
 """Why a run stops at numbers that are not finite, in a state and in what is monitored, and what to do."""
@@ -61,7 +61,7 @@ class Record:
     def __init__(self, name: str, ivp: Ivp, request: Request, grid: Grid, *, every_step: bool, knob: str = "h") -> None:
         self.knob = knob
         self.name, self.ivp, self.request, self.grid, self.every_step = name, ivp, request, grid, every_step
-        self.monitored = request.watched(CONSTRAINED if isinstance(ivp, ConstrainedIvp) else POISSON)
+        self.monitored = request.watched(ivp.state)
         self.start = np.concatenate(ivp.start)[None]
         self.steps, self.rows = [np.zeros(1, dtype=np.int64)], [self.start]
         self.last_step, self.last = 0, self.start[0]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import BadInput, RunFailed, foreign, in_words
 from daebench.methods.outside import frames
-from daebench.methods.outside.call import CONSTRAINED, POISSON, Code, Kind, stepped
+from daebench.methods.outside.call import Code, stepped
 from daebench.methods.outside.described import described, fresh
 from daebench.methods.outside.limit import Limit
 from daebench.methods.solvers.stopped import Stopped
@@ -163,40 +163,40 @@ class _Python:
         self._code = Code(self._name, self._fresh, partial(self._naming, RunFailed), _limit(question), cpu=True)
         return {}, None
 
-    def _begun(self, question: Question) -> tuple[Code, Kind]:
+    def _begun(self, question: Question) -> Code:
         assert self._code is not None
         self._code.limit = _limit(question)
-        return self._code, CONSTRAINED if question["vectors"] == CONSTRAINED.vectors else POISSON
+        return self._code
 
     def steps(self, question: Question, numbers: Array) -> Answer:
         """Take steps from a state, whose rows go into the shared memory."""
-        code, kind = self._begun(question)
+        code = self._begun(question)
         self._shared.clear()
-        state, most, seconds = np.split(numbers, kind.vectors), question["most"], question["chunk"]
-        _, took, stopped = stepped(code, kind, state, question["h"], most, seconds, self._shared.keep)
+        state, most, seconds = np.split(numbers, question["vectors"]), question["most"], question["chunk"]
+        _, took, stopped = stepped(code, state, question["h"], most, seconds, self._shared.keep)
         if isinstance(stopped, KeyboardInterrupt):
             stopped = Stopped(f"the code raises {in_words(stopped)}")
         return {"seconds": took} | (_told(stopped) if stopped is not None else {}), None
 
     def whole(self, question: Question, numbers: Array) -> Answer:
         """Return the states of a whole run."""
-        code, kind = self._begun(question)
+        code = self._begun(question)
         start, t = numbers[: question["size"]], numbers[question["size"] :]
         with code.limited():
-            states, seconds = code.solve(kind, np.split(start, kind.vectors), question["h"], t)
+            states, seconds = code.solve(np.split(start, question["vectors"]), question["h"], t)
         return {"seconds": seconds}, np.concatenate(states, axis=1)
 
     def step(self, question: Question, numbers: NDArray[Any]) -> Answer:
         """Return what one step makes of real vectors, or of complex ones."""
-        code, kind = self._begun(question)
-        state = np.split(numbers, kind.vectors)
+        code = self._begun(question)
+        state = np.split(numbers, question["vectors"])
         with code.limited():
             if not np.iscomplexobj(numbers):
-                return {}, np.concatenate(code.step(kind, state, question["h"])[0])
+                return {}, np.concatenate(code.step(state, question["h"])[0])
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # what is dropped is seen by its effect
                 result = code.of_complex(state, question["h"])
-        parts = [np.asarray(part) for part in (result if kind.vectors > 1 else [result])]
+        parts = [np.asarray(part) for part in (result if question["vectors"] > 1 else [result])]
         if [part.shape for part in parts] != [vector.shape for vector in state]:
             raise TypeError(f"it returns {foreign(type(result).__name__)}")
         return {}, np.concatenate(parts)

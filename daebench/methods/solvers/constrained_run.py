@@ -20,7 +20,7 @@ from daebench.runs.directions import directions
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, Passage, Trajectory
+from daebench.runs.trajectory import Passage, Trajectory
 
 
 class OnConstrained(ToleranceMethod):
@@ -89,7 +89,7 @@ def _trajectory(ivp: ConstrainedIvp, dae: Dae, request: Request, run: Driven, pa
     q, v = dae.unpack(run.Y)
     p = dae.momenta(q, v)
     p[0] = ivp.p0  # as given, without the round-off of p = M v
-    monitored = request.watched(CONSTRAINED)
+    monitored = request.watched(ivp.state)
     return Trajectory(
         **run.outcome,
         t=run.t[selection],

@@ -17,7 +17,7 @@ from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.optional import not_installed
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import HEYOKA
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import InitialValueProblem, Ivp
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -55,13 +55,13 @@ class HeyokaTaylor(OnReducedOde):
         """Whether it takes combinations of redundant constraints: it solves for lam by elimination."""
         return True
 
-    def lacks(self, ivp: InitialValueProblem) -> str | None:
+    def lacks(self, ivp: Ivp) -> str | None:
         """Return why there are no series: heyoka is not installed, or the equations are written as loops."""
         if missing := not_installed(self.name):
             return missing
         if ivp.arrays:
             return f"{self.name} needs the equations as expressions, and {ivp.problem} has them as loops; use scipy:DOP853."
-        if ivp.singular and not (isinstance(ivp, ConstrainedIvp) and redundant(ivp)):
+        if ivp.on_manifold and ivp.singular and not redundant(ivp):
             return f"{self.name} solves for lam by elimination, not by least squares; use scipy:DOP853."
         return None
 

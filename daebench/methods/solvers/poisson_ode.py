@@ -7,7 +7,7 @@ from daebench.methods.solvers.drive import Advance
 from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.poisson_run import OnPoisson, refused
 from daebench.methods.solvers.reduced import OnReducedOde
-from daebench.runs.ivp import InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Ivp, PoissonIvp
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class PoissonOde(OnPoisson):
         """Name in the grammar of methods."""
         return self.solver.name
 
-    def refusal(self, ivp: InitialValueProblem) -> str | None:
+    def refusal(self, ivp: Ivp) -> str | None:
         """Return why the method cannot be used on this problem, as a sentence, or None."""
         return refused(self.name, ivp, dense=self.solver.dense) or self.solver.lacks(ivp)
 

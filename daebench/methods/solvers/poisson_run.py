@@ -10,7 +10,7 @@ from daebench.methods.solvers.drive import ToleranceMethod, check, check_record,
 from daebench.runs.directions import directions
 from daebench.runs.ivp import InitialValueProblem, PoissonIvp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import POISSON, PoissonTrajectory
+from daebench.runs.trajectory import PoissonTrajectory
 
 LARGEST = 2000
 """Coordinates up to which a solver may work with the whole Jacobian."""
@@ -18,8 +18,8 @@ LARGEST = 2000
 
 def refused(name: str, ivp: InitialValueProblem, *, dense: bool) -> str | None:
     """Return why a method of this name cannot run, if the system is not a Poisson system or is too large for its Jacobian, or None."""
-    if ivp.facts.KIND != "poisson":
-        return f"{name} is asked for as a method for Poisson systems, and {ivp.problem} is a constrained problem."
+    if ivp.on_manifold:
+        return f"{name} is asked for as a method for Poisson systems, and {ivp.problem} is {ivp.state.words}."
     if dense and ivp.size > LARGEST:
         return (
             f"{name} solves with the whole Jacobian, and {ivp.problem} has {ivp.size} coordinates, more than {LARGEST}; "
@@ -67,6 +67,6 @@ class OnPoisson(ToleranceMethod):
             dae = varied_poisson(dae, directions(ivp, request.sensitivities))
         run = drive(self, dae, request, began=began)
         y = dae.states(run.Y)
-        maxima = output_maxima(ivp, request.watched(POISSON), y)
+        maxima = output_maxima(ivp, request.watched(ivp.state), y)
         sensitivities = dae.sensitivities(run.Y[run.kept]) if isinstance(dae, VariedPoisson) else {}
         return PoissonTrajectory(**run.outcome, t=run.t[run.kept], y=y[run.kept], maxima=maxima, sensitivities=sensitivities)

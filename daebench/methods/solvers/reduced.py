@@ -9,7 +9,7 @@ from daebench.methods.formulations.chain import refused
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.constrained_run import OnConstrained
 from daebench.methods.solvers.least_squares import reduced
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import ConstrainedIvp, Ivp
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class OnReducedOde(OnConstrained):
         """Return why there is no ODE to solve, as a sentence, or None: a long chain has none, every other problem has one."""
         return refused(self.name, ivp) or self.lacks(ivp)
 
-    def lacks(self, ivp: InitialValueProblem) -> str | None:
+    def lacks(self, ivp: Ivp) -> str | None:
         """Return what else the solver lacks to solve the ODE of a problem, as a sentence, or None."""
         return None
 

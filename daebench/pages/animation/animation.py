@@ -12,11 +12,11 @@ from daebench.draw.scene import Layout, layout_of
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.pages.animation import gif, mp4, page, smil
+from daebench.pages.animation import film, page, smil
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.recorded_run import recorded_run, requested
 from daebench.runs.files import check_place
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.option import Option
 from daebench.runs.outputs import described, require_own, writing
 from daebench.runs.provenance import definition
@@ -103,8 +103,8 @@ class Format:
 FORMATS = {
     ".html": Format(page.most_frames, lambda path, animated, _: page.write(path, animated)),
     ".svg": Format(smil.most_frames, lambda path, animated, _: smil.write(path, animated)),
-    ".gif": Format(lambda *_: gif.MOST_FRAMES, gif.write, pixels=True),
-    ".mp4": Format(lambda *_: mp4.MOST_FRAMES, mp4.write, pixels=True),
+    ".gif": Format(lambda *_: film.MOST_GIF_FRAMES, film.write_gif, pixels=True),
+    ".mp4": Format(lambda *_: film.MOST_VIDEO_FRAMES, film.write_video, pixels=True),
 }
 """The kinds of files, by ending."""
 
@@ -213,7 +213,7 @@ def animation(
 
 def _rate(path: Path, fps: float) -> float:
     """Return the frames a second that a file can have, next to those that are asked for."""
-    return gif.possible(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
+    return film.gif_rate(_within("fps", fps)) if path.suffix.lower() == ".gif" else _within("fps", fps)
 
 
 def _part(callback: Told, start: float, share: float, label: str) -> Progress:
@@ -237,7 +237,7 @@ def _form(path: Path, title: str, size: tuple[int, int] | None, *, overwrite: bo
     if title and path.suffix.lower() == ".svg":
         raise BadInput(f"--out {path}: a drawing has no title; leave out the title, or write .html, .gif or .mp4.")
     if path.suffix.lower() == ".mp4":
-        mp4.require()
+        film.require_ffmpeg()
     with writing(MAKER, overwrite=overwrite):
         for target in (path, _numbers(path)):
             check_place(target)
@@ -280,9 +280,8 @@ def _layout(ivp: Ivp) -> Layout:
     """Return what is drawn of an initial value problem; refuse one that declares no picture."""
     layout = layout_of(ivp)
     if layout is None:
-        what = "y" if isinstance(ivp, PoissonIvp) else "q"
         raise BadInput(
             f"{ivp.problem} declares no picture to animate; add picture=Picture(rods=..., masses=..., fixed=...) "
-            f"with points in {what} to its definition, see daebench.Picture. All problems of daebench have one."
+            f"with points in {ivp.state.position} to its definition, see daebench.Picture. All problems of daebench have one."
         )
     return layout

@@ -10,9 +10,9 @@ from daebench.diagnostics.along import errors_along
 from daebench.methods.fixed_step.stepping import Run, next_piece
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import EPS
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Progress, Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON, Array, Trajectory
+from daebench.runs.trajectory import Array
 
 WITHIN = 8
 """Outputs of a tolerance-driven method for each time that is shown."""
@@ -64,12 +64,12 @@ def _latest(t: Array, times: Array) -> Any:
 
 def requested(ivp: Ivp, method: Any, value: float, times: Array) -> Request:
     """Return the request to a method for output at these times."""
-    kinds, t_end = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED, float(times[-1])
+    t_end = float(times[-1])
     if method.knob == "tol":
         return Request(value=value, t_end=t_end, points=WITHIN * (len(times) - 1) + 1, watch=())
     steps = t_end / value if value > 0 else 0.0
     every = 0 if _has_steps(method) else max(1, int(min(steps, 2.0**52) / MOST_OUTPUTS))
-    return Request(value=value, t_end=t_end, every=every, watch=kinds)
+    return Request(value=value, t_end=t_end, every=every, watch=ivp.state.monitors)
 
 
 def _has_steps(method: Any) -> bool:
@@ -116,16 +116,14 @@ def _reach(run: Run, goal: int) -> None:
 
 def _at_start(ivp: Ivp, names: Sequence[str]) -> list[float]:
     """Return the monitored quantities at the start: how far it is off the manifold, and else 0."""
-    if isinstance(ivp, PoissonIvp):
-        return [0.0] * len(names)
-    off = {"g": ivp.value("g", ivp.q0), "Gv": ivp.value("Gv", ivp.p0, ivp.q0)}
-    return [float(np.abs(off[name]).max()) if name in off else 0.0 for name in names]
+    vanishing = {"g": ivp.start[1:], "Gv": ivp.start} if ivp.on_manifold else {}
+    return [float(np.abs(ivp.value(name, *vanishing[name])).max()) if name in vanishing else 0.0 for name in names]
 
 
 def _named(ivp: Ivp, names: Sequence[str], maxima: Array) -> dict[str, Array]:
     """Return columns of maxima by name in ``LABELS``: of several Casimir functions or integrals the largest."""
     labels = {"energy": "energy_error", "g": "g", "Gv": "Gv"}
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         labels |= dict.fromkeys(ivp.casimirs, "casimir_error") | dict.fromkeys(ivp.integrals, "integral_error")
     columns: dict[str, Array] = {}
     for name, column in zip(names, maxima.T, strict=True):
@@ -139,5 +137,4 @@ def _sampled(ivp: Ivp, run: Any, times: Array) -> RecordedRun:
     at = np.unique([*_latest(run.t, times), len(run.t) - 1])
     since = np.concatenate([[0], at[:-1] + 1])
     errors = {name: np.maximum.reduceat(values, since) for name, values in errors_along(ivp, run).items()}
-    states = run.q if isinstance(run, Trajectory) else run.y
-    return RecordedRun(run.method, run.knob, run.value, run.t[at], states[at], errors, "outputs", run.failure)
+    return RecordedRun(run.method, run.knob, run.value, run.t[at], run.position[at], errors, "outputs", run.failure)

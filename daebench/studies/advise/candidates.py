@@ -4,12 +4,13 @@ import math
 from collections.abc import Sequence
 
 from daebench.errors import BadInput
+from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.advise.question import Question
 from daebench.studies.grid.claimed import claimed
 from daebench.studies.grid.feasibility import feasible
 from daebench.studies.measurable import claimed_order
 
-CONSTRAINED = (
+ON_MANIFOLD = (
     *("rattle", "symplectic_euler", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "lobatto3/kahan_li8"),
     *("strang", "strang/suzuki4", "rk4", "rk4+proj", "local:rk4", "local:gauss3", "local:gauss4"),
     *("radau3_ggl", "generalized_alpha", "rattle_conformal"),
@@ -17,11 +18,13 @@ CONSTRAINED = (
 )
 """Methods for constrained problems: one to three of each family."""
 
-POISSON = (
+ON_POISSON = (
     *("symplectic_euler", "strang", "strang/suzuki4", "strang/kahan_li8", "midpoint", "midpoint/suzuki4", "midpoint/kahan_li8", "rk4"),
     *("heyoka:taylor", "cvode:adams", "ida:ode", "scipy:DOP853"),
 )
 """Methods for Poisson systems."""
+
+METHODS = {CONSTRAINED: ON_MANIFOLD, POISSON: ON_POISSON}
 
 SHARP = 1e-4
 """Accuracy from which on methods of high order are tried first."""
@@ -50,7 +53,7 @@ def candidates(question: Question, methods: Sequence[str] | None, also: Sequence
     BadInput
         If none is left, or one of those that are named is unknown.
     """
-    usual = POISSON if question.poisson else CONSTRAINED
+    usual = METHODS[question.ivp.state]
     names = list(dict.fromkeys((*(usual if methods is None else methods), *also)))
     for name in (*(methods or ()), *also):
         question.solver(name)

@@ -142,7 +142,7 @@ def plan(work: Work, names: Sequence[str]) -> tuple[str, list[float]]:
     kernels = {(name.partition("/")[0], "/" in name): name for name in reversed(names)}  # all compositions of a method have those of one
     prices = [EACH + (new.get(name, 0.0) if name in kernels.values() else 0.0) for name in names]
     search, after = min(PATIENCE + max(prices) / 2, sum(prices)), EACH * len(names)
-    if new and not asked.poisson:
+    if new and asked.ivp.on_manifold:
         after += AFTERWARDS + KERNELS * min(new.values())
     work.searching = search / (search + after)
     runs = f"{len(names)} methods, {len(new)} of them new, at finer and finer steps or tolerances"

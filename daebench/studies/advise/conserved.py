@@ -52,7 +52,7 @@ class Kept:
 
 def long_run(question: Question, method: str, value: float, make: Make) -> Row:
     """Return the row of the run over ten times the horizon."""
-    metrics = ("energy", "casimirs" if question.poisson else "manifold")
+    metrics = ("energy", question.ivp.state.conserved)
     return make(replace(question.run(method, value, repeat=0, times=LONGER, metrics=metrics), outputs=OUTPUTS))
 
 
@@ -63,7 +63,7 @@ def keeps(question: Question, method: str, value: float, make: Make) -> dict[str
     over = f"over {LONGER * question.t_end:g} s"
     ended = not row["failure"]
     found = {"energy": _energy(row, over, ended=ended, claim="energy" in claims)}
-    if not question.poisson:
+    if question.ivp.on_manifold:
         off = float(np.max([row["g"], row["Gv"]]))
         found["constraints"] = Kept("constraints", "constraints" in claims, ended and off <= ROUND_OFF, off, f"|g|, |G v| {over}")
     elif np.isfinite(row["casimirs"]):

@@ -13,7 +13,7 @@ from daebench.errors import BadInput, InconsistentStart, positive, real, unknown
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.studies.grid.claimed import THINGS
 from daebench.studies.grid.run_specification import FEWEST, GridRun
 from daebench.studies.grid.start_runs import StartRuns
@@ -100,21 +100,14 @@ class Question:
         for name in self.keep:
             if name not in THINGS:
                 raise unknown("thing to keep", name, THINGS)
-        lacking = {"constraints"} if self.poisson else {"casimirs"}
-        if isinstance(self.ivp, PoissonIvp) and not self.ivp.casimirs:
-            lacking.add("casimirs")
-        if absent := lacking & set(self.keep):
-            raise BadInput(f"{self.problem} has no {' and no '.join(sorted(absent))} to conserve; leave that out.")
+        has = {"constraints": bool(self.ivp.m), "casimirs": bool(self.ivp.casimirs)}
+        if absent := [name for name in sorted(self.keep) if not has.get(name, True)]:
+            raise BadInput(f"{self.problem} has no {' and no '.join(absent)} to conserve; leave that out.")
 
     @cached_property
     def ivp(self) -> Ivp:
         """The initial value problem."""
         return initial_value_problem(self.problem, self.case, dict(self.parameters), on_singular=self.on_singular)
-
-    @property
-    def poisson(self) -> bool:
-        """Whether it is a Poisson system."""
-        return isinstance(self.ivp, PoissonIvp)
 
     @property
     def size(self) -> float:
@@ -124,7 +117,7 @@ class Question:
     @property
     def part(self) -> str:
         """Part of the state that the accuracy refers to: "q" or "y"."""
-        return "y" if self.poisson else "q"
+        return self.ivp.state.position
 
     @cached_property
     def outputs(self) -> int:
@@ -188,7 +181,7 @@ class Question:
     @property
     def metrics(self) -> tuple[str, ...]:
         """What is measured of every run."""
-        return (self.part, "energy", "casimirs" if self.poisson else "manifold")
+        return (self.part, "energy", self.ivp.state.conserved)
 
     def _fields(self, method: str, value: float, times: float) -> dict[str, Any]:
         named = {"problem": self.problem, "case": self.case, "method": method, "value": value, "t_end": times * self.t_end}

@@ -20,17 +20,15 @@ from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, s
 from daebench.diagnostics.integrals import energy_error
 from daebench.errors import DaebenchError
 from daebench.reference.motion import certified_for
-from daebench.runs.ivp import Array, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 from daebench.studies.certificate import rounding
 from daebench.studies.certificate.convergence import FALLS, contraction, leading, with_convergence
 from daebench.studies.certificate.setting import Setting
 from daebench.studies.claims.bench import Bench
 from daebench.studies.claims.check import order_finding
-from daebench.studies.claims.constrained import ConstrainedBench
-from daebench.studies.claims.measured_run import MOST_STATES
-from daebench.studies.claims.poisson import PoissonBench
+from daebench.studies.claims.measured_run import BENCHES, MOST_STATES
 from daebench.studies.comparison.position_error import PositionError, position_errors
 from daebench.studies.orders.series import Series
 from daebench.studies.orders.step_sizes import COMMON
@@ -105,8 +103,7 @@ def measure(ivp: Ivp, method: Any, setting: Setting, *, guessed: bool = False) -
         raise NotSolved(f"{method.name} does not converge to the motion of {ivp.problem}, case {ivp.case}, but to another one, or none.")
     setting = replace(setting, counts=tuple(point.steps // COMMON for point in rounding.points(series)))
     runs = [_runs(start, method, setting) for start in (ivp, rounded(ivp))]
-    bench_of: Any = PoissonBench if isinstance(ivp, PoissonIvp) else ConstrainedBench
-    bench: Bench[Any, Any] = bench_of(ivp, method, runs[0].checked)
+    bench: Bench[Any, Any] = BENCHES[ivp.state](ivp, method, runs[0].checked)
     findings = [with_convergence(order, series), *bench.findings()]
     numbers, elsewhere = _of_runs(ivp, method, runs)
     within = rounding.of_runs(numbers, elsewhere, bench, setting.steps)
@@ -117,7 +114,7 @@ def measure(ivp: Ivp, method: Any, setting: Setting, *, guessed: bool = False) -
 
 
 def _runs(ivp: Ivp, method: Any, setting: Setting) -> _Runs:
-    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
+    watch = ivp.state.monitors
     every = max(1, setting.checked_steps // MOST_STATES)
     checked = method.solve(ivp, Request(value=setting.h, steps=setting.checked_steps, every=every, watch=watch)).complete()
     error = method.solve(ivp, Request(value=setting.h, steps=setting.error_steps, watch=()))
@@ -127,11 +124,12 @@ def _runs(ivp: Ivp, method: Any, setting: Setting) -> _Runs:
 
 def rounded(ivp: Ivp) -> Any:
     """Return a problem with a start that is rounded elsewhere: its numbers by one unit in the last place, up and down in turn."""
-    start: dict[str, Any] = {}
-    for name, part in zip(("y0",) if isinstance(ivp, PoissonIvp) else ("p0", "q0"), ivp.start, strict=True):
-        directions = np.where(np.arange(len(part)) % 2, -np.inf, np.inf)
-        start[name] = np.where(part == 0, part, np.nextafter(part, directions))
-    return replace(ivp, **start)
+
+    def moved(vector: Array) -> Array:
+        directions = np.where(np.arange(len(vector)) % 2, -np.inf, np.inf)
+        return np.where(vector == 0, vector, np.nextafter(vector, directions))
+
+    return ivp.at(*map(moved, ivp.start))
 
 
 def _of_runs(ivp: Ivp, method: Any, runs: Sequence[_Runs]) -> list[Numbers]:

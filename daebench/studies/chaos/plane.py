@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput, real, unknown, whole
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
+from daebench.runs.make_ivp import constrained
 from daebench.runs.members import Members, members
 from daebench.runs.scales import constrained_scales_of
 from daebench.runs.texts import bounds, number, words
@@ -76,7 +77,7 @@ class Plane:
 
 
 def plane_of(
-    ivp: InitialValueProblem,
+    ivp: Ivp,
     names: Mapping[str, tuple[float, float] | None] | None,
     *,
     cells: int,
@@ -126,9 +127,9 @@ def plane_of(
     some = members(ivp, start, h, {})
     level = _level(ivp, energy)
     reasons = np.full(cells * cells, "", dtype="U40")
-    if ivp.facts.KIND == "poisson" and ivp.facts.DOMAIN:
+    if not ivp.on_manifold and ivp.facts.DOMAIN:
         reasons[~some.along("inside", some.start[0]).astype(bool)] = OUTSIDE
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         start = Cells(ivp, some, list(values), level, cells).settled(reasons)
     there = np.flatnonzero(reasons == "")
     if not len(there):
@@ -145,7 +146,7 @@ def _most_common(reasons: NDArray[np.str_]) -> tuple[str, int]:
     return str(words[np.argmax(counts)]), int(np.max(counts))
 
 
-def _about(ivp: InitialValueProblem, bounds: Bounds, cells: int, there: int, level: float | None, cut: tuple[str, float] | None) -> str:
+def _about(ivp: Ivp, bounds: Bounds, cells: int, there: int, level: float | None, cut: tuple[str, float] | None) -> str:
     ranges = " and ".join(f"{name} from {lo:g} to {hi:g}" for name, (lo, hi) in bounds.items())
     of_energy = "" if level is None else f", all of energy {level:.6g}"
     where = "" if cut is None else f", at {cut[0]} = {cut[1]:g}"
@@ -156,12 +157,11 @@ def _centres(lo: float, hi: float, cells: int) -> Array:
     return lo + (hi - lo) * (np.arange(cells) + 0.5) / cells
 
 
-def _level(ivp: InitialValueProblem, energy: float | str | None) -> float | None:
+def _level(ivp: Ivp, energy: float | str | None) -> float | None:
     """Return the energy that all starts are to have, or None."""
     if energy is None:
         return None
-    if isinstance(ivp, PoissonIvp):
-        raise BadInput(f"{ivp.problem} is a Poisson system, whose starts are not moved to an energy; leave out the energy.")
+    constrained(ivp, "whose starts are not moved to an energy; leave out the energy")
     if energy == "case":
         return float(ivp.value("H", *ivp.start))
     if isinstance(energy, str):
@@ -169,7 +169,7 @@ def _level(ivp: InitialValueProblem, energy: float | str | None) -> float | None
     return real("energy", energy)
 
 
-def _bounds(ivp: InitialValueProblem, names: Mapping[str, tuple[float, float] | None] | None) -> dict[str, tuple[float, float]]:
+def _bounds(ivp: Ivp, names: Mapping[str, tuple[float, float] | None] | None) -> dict[str, tuple[float, float]]:
     """Return the names of two coordinates with their bounds."""
     known = coordinates(ivp)
     chosen = dict(names) if names is not None else dict.fromkeys(_independent(ivp))
@@ -181,12 +181,12 @@ def _bounds(ivp: InitialValueProblem, names: Mapping[str, tuple[float, float] | 
     return {name: bounds_of(name, given) if given is not None else _about_start(ivp, name) for name, given in chosen.items()}
 
 
-def _independent(ivp: InitialValueProblem) -> list[str]:
+def _independent(ivp: Ivp) -> list[str]:
     """Return the first two coordinates, positions first, that can be changed independently along the manifold at the start."""
     known = coordinates(ivp)
     names = [*(name for name in known if name[0] != "p"), *(name for name in known if name[0] == "p")]
     ends = np.cumsum([0, *map(len, ivp.start)])
-    basis = tangent_basis(ivp, *ivp.start) if isinstance(ivp, ConstrainedIvp) else np.eye(int(ends[-1]))
+    basis = tangent_basis(ivp, *ivp.start) if ivp.on_manifold else np.eye(ivp.size)
     chosen: list[str] = []
     for name in names:
         rows = [basis[ends[vector] + place] for vector, place in (known[other] for other in (*chosen, name))]
@@ -197,11 +197,11 @@ def _independent(ivp: InitialValueProblem) -> list[str]:
     raise BadInput(f"{ivp.problem} has no two independent coordinates, and thus no plane of starts.")
 
 
-def _about_start(ivp: InitialValueProblem, name: str) -> tuple[float, float]:
+def _about_start(ivp: Ivp, name: str) -> tuple[float, float]:
     """Return bounds about the start, as far off as it is large."""
     vector, place = coordinates(ivp)[name]
     centre = float(ivp.start[vector][place])
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         reach = float(np.max(np.abs(ivp.start[vector]))) / 2 or 1.0
         return centre - reach, centre + reach
     length, rate = (float(x[0]) for x in constrained_scales_of(members(ivp, tuple(v[None] for v in ivp.start), 1.0, {}), rated=True))

@@ -10,7 +10,6 @@ from daebench.errors import BadInput, positive, whole
 from daebench.methods.ensemble.tangents import tangent_growth, tangent_vectors
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
-from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.option import Option
 from daebench.runs.request import Progress, Request
@@ -142,7 +141,7 @@ def _units(members: Members) -> Array:
     :func:`daebench.runs.scales.constrained_scales`, since starts may be at rest.
     """
     sizes = [float(np.sqrt(np.mean(vector**2))) for vector in members.start]
-    if isinstance(members.ivp, ConstrainedIvp):
+    if members.ivp.on_manifold:
         length, rate = constrained_scales_of(members, rated=True)
         mass = np.max(np.abs(members.along("mass", *members.start)), axis=(1, 2))
         sizes[0] = max(sizes[0], float(np.median(mass * length * rate)))

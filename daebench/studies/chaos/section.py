@@ -11,7 +11,7 @@ from daebench.diagnostics.freedom import freedom
 from daebench.errors import BadInput, real, unknown
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 from daebench.starts.box import columns, coordinates
 from daebench.studies.chaos.plane import Plane
@@ -46,9 +46,7 @@ class Section:
     up: Array
 
 
-def surface(
-    ivp: InitialValueProblem, given: Mapping[str, float] | None, plane: Mapping[str, Any] | None, energy: Any
-) -> tuple[str, float] | None:
+def surface(ivp: Ivp, given: Mapping[str, float] | None, plane: Mapping[str, Any] | None, energy: Any) -> tuple[str, float] | None:
     """Return the coordinate and the value of a section, or None where none is asked for.
 
     Raises
@@ -73,9 +71,9 @@ def surface(
     return name, real(name, value)
 
 
-def _of_two_degrees(ivp: InitialValueProblem) -> bool:
+def _of_two_degrees(ivp: Ivp) -> bool:
     """Return whether it is a constrained problem of two degrees of freedom whose energy is constant."""
-    if not isinstance(ivp, ConstrainedIvp) or ivp.facts.EXTENDED:
+    if not ivp.on_manifold or ivp.facts.EXTENDED:
         return False
     found = freedom(ivp)
     return (found.degrees if found else ivp.d - ivp.m) == 2

@@ -96,6 +96,18 @@ class Bench(ABC, Generic[Ivp, Run]):
     def defects(self) -> list[Finding]:
         """Return the findings on the map of n steps."""
 
+    def judged(self, name: str) -> Finding:
+        """Return the finding on a property of the map: "symmetric" or "symplectic"."""
+        return self.form() if name == "symplectic" else self.symmetric()
+
+    @abstractmethod
+    def symmetric(self) -> Finding:
+        """Return the finding on whether the map undoes itself, with -h or with reversed momenta."""
+
+    @abstractmethod
+    def form(self) -> Finding:
+        """Return the finding on what the exact map leaves unchanged: the two-form on the tangent space, or B."""
+
     @abstractmethod
     def conserved(self) -> Mapping[str, tuple[bool | None, float]]:
         """Return which errors along the run are claimed to be rounding, and the sizes of these quantities."""

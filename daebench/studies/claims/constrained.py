@@ -59,7 +59,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
     def defects(self) -> list[Finding]:
         """Return the findings on symmetry, on symplecticity, and on the Poisson map of the problem's chart."""
         facts = self.ivp.facts
-        form = [self.contraction()] if facts.DAMPED else [self.symplectic(), *([self.volume()] if facts.FORCED else [])]
+        form = [self.contraction()] if facts.DAMPED else [self.form(), *([self.volume()] if facts.FORCED else [])]
         return [self.symmetric(), *form, *self.poisson()]
 
     def symmetric(self) -> Finding:
@@ -113,7 +113,7 @@ class ConstrainedBench(Bench[ConstrainedIvp, Trajectory]):
             note = note or f"by exp(integral of the divergence) = {left:.6g}, off by {halved:.1e} with h/2."
         return finding("contracts the volume", False, measured, bound, note or f"by exp(integral of the divergence) = {left:.6g}.")
 
-    def symplectic(self) -> Finding:
+    def form(self) -> Finding:
         """Return the finding on the two-form on the tangent space of the manifold."""
         try:
             carried = self._linearised

@@ -1,19 +1,22 @@
 """The run of a method along which its claims are measured, and the step size where none is given."""
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from daebench.reference.solution import reach
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON
+from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.studies.claims.bench import Bench
 from daebench.studies.claims.constrained import ConstrainedBench
 from daebench.studies.claims.poisson import PoissonBench
 
 MOST_STATES = 1000
 """States of the run that sizes are taken from, about."""
+
+BENCHES: Mapping[State, Callable[..., Bench[Any, Any]]] = {CONSTRAINED: ConstrainedBench, POISSON: PoissonBench}
 
 
 def bench_of(ivp: Ivp, method: Any, h: float, steps: int) -> Bench[Any, Any]:
@@ -26,11 +29,10 @@ def bench_of(ivp: Ivp, method: Any, h: float, steps: int) -> Bench[Any, Any]:
     RunFailed
         If it stops early.
     """
-    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
-    request = Request(value=h, steps=steps, every=max(1, steps // MOST_STATES), watch=watch)
+    request = Request(value=h, steps=steps, every=max(1, steps // MOST_STATES), watch=ivp.state.monitors)
     method.check(ivp, request)
     run = method.solve(ivp, request).complete()
-    return PoissonBench(ivp, method, run) if isinstance(ivp, PoissonIvp) else ConstrainedBench(ivp, method, run)
+    return BENCHES[ivp.state](ivp, method, run)
 
 
 def default_step(ivp: Ivp, parts: float = 16) -> float:

@@ -34,7 +34,7 @@ class PoissonBench(Bench[PoissonIvp, PoissonTrajectory]):
 
     def defects(self) -> list[Finding]:
         """Return the findings on symmetry and on the Poisson map."""
-        return [self.symmetric(), self.poisson()]
+        return [self.symmetric(), self.form()]
 
     def symmetric(self) -> Finding:
         """Return the finding on Phi_{-h} o Phi_h = 1, over n steps each."""
@@ -49,7 +49,7 @@ class PoissonBench(Bench[PoissonIvp, PoissonTrajectory]):
         _, home = tangent(back, y1)
         return float(sum(np.linalg.norm(part) for part in (y0, np.abs(out) @ np.abs(y0), np.abs(home) @ np.abs(y1))))
 
-    def poisson(self) -> Finding:
+    def form(self) -> Finding:
         """Return the finding on HLW (4.2) at the step size and, where there is a solution, at two larger ones: the worst of the three."""
         claimed = self.method.is_poisson(self.ivp)
         defects = {h: self._poisson(h) for h in (multiple * self.run.value for multiple in MULTIPLES)}

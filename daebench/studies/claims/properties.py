@@ -14,9 +14,9 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import MOST_STEPS
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
-from daebench.studies.claims.bench import DEFECT_STEPS, NAMES, NOT_APPLICABLE, Finding
+from daebench.studies.claims.bench import DEFECT_STEPS, NAMES, NOT_APPLICABLE
 from daebench.studies.claims.check import order_finding
 from daebench.studies.claims.measured_run import bench_of
 from daebench.studies.claims.second import constant_force, on_second, unseen
@@ -60,9 +60,8 @@ def defect(name: str, ivp: Ivp, method: Any, h: float, steps: int) -> str:
     """
     if steps > DEFECT_STEPS:
         raise BadInput(f"steps = {steps} is more than {DEFECT_STEPS}, the most over which the defect of a map is measured; take fewer.")
-    bench: Any = bench_of(ivp, method, h, steps)
-    of_form = bench.poisson if isinstance(ivp, PoissonIvp) else bench.symplectic
-    finding: Finding = of_form() if name == "symplectic" else bench.symmetric()
+    bench = bench_of(ivp, method, h, steps)
+    finding = bench.judged(name)
     where = f"on {ivp.problem}, case {ivp.case}"
     if finding.verdict == NOT_APPLICABLE:
         raise BadInput(f"{method.name} cannot be {name} {where}: {finding.note}")

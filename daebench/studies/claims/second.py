@@ -12,6 +12,7 @@ from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
+from daebench.runs.make_ivp import constrained
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED, Finding
 from daebench.studies.claims.measured_run import bench_of, default_step
 from daebench.studies.measurable import claimed_order
@@ -46,7 +47,7 @@ JUDGED = ("order", "symmetric", "symplectic")
 
 def unseen(ivp: Ivp) -> list[str]:
     """Return what a problem cannot show of a scheme, one sentence each."""
-    if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED:
+    if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED:
         return []
     return [f"{ivp.problem} cannot show {words}." for words in _unseen(ivp)]
 
@@ -81,7 +82,7 @@ def _constant(values: Array) -> bool:
 
 def constant_force(ivp: Ivp) -> bool:
     """Return whether the force of a problem is the same everywhere, so that a scheme may evaluate it anywhere."""
-    if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED or not ivp.facts.SEPARABLE:
+    if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED or not ivp.facts.SEPARABLE:
         return False
     return _constant(_along(ivp, "H_q"))
 
@@ -89,9 +90,7 @@ def constant_force(ivp: Ivp) -> bool:
 @cache
 def curved() -> ConstrainedIvp:
     """Return the second problem."""
-    ivp = initial_value_problem(CURVED, None, PARAMETERS)
-    assert isinstance(ivp, ConstrainedIvp)
-    return ivp
+    return constrained(initial_value_problem(CURVED, None, PARAMETERS))
 
 
 def on_second(ivp: Ivp, method: Any, names: Sequence[str] = JUDGED) -> list[Finding]:
@@ -105,8 +104,8 @@ def judged(ivp: ConstrainedIvp, method: Any, names: Sequence[str] = JUDGED) -> l
     """Return the findings on some properties on a problem, by a few steps; their names have the problem."""
     h = default_step(ivp, PARTS)
     try:
-        bench: Any = bench_of(ivp, method, h, STEPS)
-        rows = [row for name in names for row in (_order(ivp, method, h) if name == "order" else [getattr(bench, name)()])]
+        bench = bench_of(ivp, method, h, STEPS)
+        rows = [row for name in names for row in (_order(ivp, method, h) if name == "order" else [bench.judged(name)])]
     except RunFailed as failure:
         nothing = float("nan")
         rows = [Finding(name, None, nothing, nothing, UNDETERMINED, note=str(failure)) for name in names]

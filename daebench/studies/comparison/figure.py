@@ -12,7 +12,7 @@ from daebench.diagnostics.along import LABELS, errors_along, thinned
 from daebench.draw.figures import WIDTH, drawing, grid_of_axes, legend_below, save, save_picture, save_table
 from daebench.draw.methods import name_of, strokes_of
 from daebench.runs.ivp import Ivp
-from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Outcome
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,14 +56,14 @@ class Look:
     colors: Sequence[str] = ()
 
 
-def write(out: Path, ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], table: pd.DataFrame) -> list[Path]:
+def write(out: Path, ivp: Ivp, runs: Sequence[Outcome], table: pd.DataFrame) -> list[Path]:
     """Write comparison.csv and the figure with its data to a folder; return the paths of table and figure."""
     save_table(out / "comparison.csv", table)
     curves = _all_curves(ivp, runs)
     return [out / "comparison.csv", save(figure(ivp, runs, curves, Look()), out, "comparison_drift", curves)]
 
 
-def write_picture(path: Path, ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], look: Look) -> list[Path]:
+def write_picture(path: Path, ivp: Ivp, runs: Sequence[Outcome], look: Look) -> list[Path]:
     """Write the figure alone to FILE.pdf, .svg or .png, and its data beside it to FILE.csv; return their paths."""
     curves = _all_curves(ivp, runs)
     save_picture(figure(ivp, runs, curves, look), path)
@@ -72,7 +72,7 @@ def write_picture(path: Path, ivp: Ivp, runs: Sequence[Trajectory | PoissonTraje
     return [path, data]
 
 
-def figure(ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.DataFrame, look: Look) -> "Figure":
+def figure(ivp: Ivp, runs: Sequence[Outcome], curves: pd.DataFrame, look: Look) -> "Figure":
     """Return the picture: a panel for each error, below each other or, where the picture is wide, side by side."""
     panels = [column for column in LABELS if column in curves.columns]
     width, height = look.size or (WIDTH, 1.0 + 2.0 * len(panels))
@@ -88,17 +88,17 @@ def figure(ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.
     return drawn
 
 
-def _all_curves(ivp: Ivp, runs: Sequence[Trajectory | PoissonTrajectory]) -> pd.DataFrame:
+def _all_curves(ivp: Ivp, runs: Sequence[Outcome]) -> pd.DataFrame:
     return pd.concat([_curves(ivp, run) for run in runs], ignore_index=True)
 
 
-def _curves(ivp: Ivp, run: Trajectory | PoissonTrajectory) -> pd.DataFrame:
+def _curves(ivp: Ivp, run: Outcome) -> pd.DataFrame:
     """Return what is drawn of one run, thinned by keeping the largest error of each group of neighbours."""
     t, errors = thinned(run.t, errors_along(ivp, run))
     return pd.DataFrame({"method": run.method, "t": t, **errors})
 
 
-def _panel(axis: Any, runs: Sequence[Trajectory | PoissonTrajectory], curves: pd.DataFrame, column: str, look: Look) -> None:
+def _panel(axis: Any, runs: Sequence[Outcome], curves: pd.DataFrame, column: str, look: Look) -> None:
     strokes = strokes_of(run.method for run in runs)
     for k, run in enumerate(runs):
         curve = curves[(curves["method"] == run.method) & (curves[column] > 0)]

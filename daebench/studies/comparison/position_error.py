@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from daebench.errors import DaebenchError, RunFailed
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.motion import certified_for, own_run
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Array, Outcome
 
-Run = Trajectory | PoissonTrajectory
 Places = NDArray[np.intp]
-Known = Callable[[Run, Places], tuple[Array, float, str]]
+Known = Callable[[Outcome, Places], tuple[Array, float, str]]
 """From a run and some of its outputs to the states there, what these may be wrong by, and what they are."""
 
 OUTPUTS = 64
@@ -56,7 +55,7 @@ STOPPED = PositionError(NAN, NAN, "")
 """Of a run that did not come to its end."""
 
 
-def position_errors(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Run]) -> list[PositionError]:
+def position_errors(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Outcome]) -> list[PositionError]:
     """Return the error of each run of a comparison.
 
     The reference is the certified one where it has this definition, case, parameters and start and reaches the end; else the problem's
@@ -64,30 +63,29 @@ def position_errors(ivp: Ivp, methods: Sequence[Any], runs: Sequence[Run]) -> li
     the last is twice the difference of these two, which is as large as its error for a method of order 1, and larger for others. Where a
     reference is lost itself, as on a chaotic motion, the error is not known.
     """
-    part = "y" if isinstance(ivp, PoissonIvp) else "q"
-    known = _common(ivp, [run for run in runs if _whole(run)], part)
+    known = _common(ivp, [run for run in runs if _whole(run)])
     errors = []
     for method, run in zip(methods, runs, strict=True):
         if not _whole(run):
             errors.append(STOPPED)
         elif known:
             where = _places(run)
-            errors.append(_held(getattr(run, part)[where], *known(run, where)))
+            errors.append(_held(run.position[where], *known(run, where)))
         else:
-            errors.append(_against_itself(ivp, method, run, part))
+            errors.append(_against_itself(ivp, method, run))
     return errors
 
 
-def _whole(run: Run) -> bool:
+def _whole(run: Outcome) -> bool:
     return run.failure is None and len(run.t) > 1
 
 
-def _places(run: Run) -> Places:
+def _places(run: Outcome) -> Places:
     """Return which outputs are compared: evenly spaced, the last among them, the start not."""
     return np.unique(np.linspace(0, len(run.t) - 1, OUTPUTS + 1).round().astype(int))[1:]
 
 
-def _common(ivp: Ivp, runs: Sequence[Run], part: str) -> Known | None:
+def _common(ivp: Ivp, runs: Sequence[Outcome]) -> Known | None:
     """Return the reference for all runs; None if there is none."""
     if not runs:
         return None
@@ -102,7 +100,9 @@ def _common(ivp: Ivp, runs: Sequence[Run], part: str) -> Known | None:
             return None
         words = known.words
 
-    def found(run: Run, where: Places) -> tuple[Array, float, str]:
+    part = ivp.state.position
+
+    def found(run: Outcome, where: Places) -> tuple[Array, float, str]:
         rows = np.searchsorted(times, run.t[where])
         return known.states[part][rows], float(np.max(known.bound[part][rows])), words
 
@@ -117,7 +117,7 @@ def _held(states: Array, known: Array, bound: float, words: str) -> PositionErro
     return PositionError(max(off, bound), bound, words)
 
 
-def _against_itself(ivp: Ivp, method: Any, run: Run, part: str) -> PositionError:
+def _against_itself(ivp: Ivp, method: Any, run: Outcome) -> PositionError:
     """Return the error of a run against finer runs of the same method."""
     words = f"own run with {run.knob}/{FINER[run.knob][1]}"
     try:
@@ -127,12 +127,12 @@ def _against_itself(ivp: Ivp, method: Any, run: Run, part: str) -> PositionError
     if near.failure or nearer.failure:
         return PositionError(NAN, NAN, f"unknown: {words} stops early")
     where = _places(run)
-    known = getattr(nearer, part)[where]
-    bound = SAFETY * float(np.max(np.abs(getattr(near, part)[where] - known)))
-    return _held(getattr(run, part)[where], known, bound, words)
+    known = nearer.position[where]
+    bound = SAFETY * float(np.max(np.abs(near.position[where] - known)))
+    return _held(run.position[where], known, bound, words)
 
 
-def _finer(run: Run, divisor: int) -> Request:
+def _finer(run: Outcome, divisor: int) -> Request:
     """Return what asks for the outputs of a run with its step size or tolerance divided."""
     if run.knob == "tol":
         return Request(value=run.value / divisor, t_end=float(run.t[-1]), points=len(run.t), watch=(), count=False)

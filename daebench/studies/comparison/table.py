@@ -11,9 +11,9 @@ from daebench.diagnostics.energy_verdict import energy_scales, size
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
 from daebench.methods.solvers.optional import not_installed
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request, resolution_value
-from daebench.runs.trajectory import CONSTRAINED, POISSON, PoissonTrajectory, Trajectory
+from daebench.runs.trajectory import Outcome
 from daebench.studies.comparison.position_error import position_errors
 from daebench.studies.held_verdict import held_verdict
 
@@ -157,20 +157,19 @@ def _not_begun(ivp: Ivp, method: Any, request: Request, failure: str) -> Any:
     about: dict[str, Any] = {"problem": ivp.problem, "case": ivp.case, "parameters": dict(ivp.parameters), "failure": failure}
     about |= {"method": method.name, "knob": method.knob, "value": request.value, "t": np.zeros(1), "steps": 0, "seconds": float("nan")}
     about["maxima"] = {"energy": float("nan")}
-    if isinstance(ivp, PoissonIvp):
-        return PoissonTrajectory(y=ivp.y0[None, :], ivp=ivp, **about)
-    return Trajectory(p=ivp.p0[None, :], q=ivp.q0[None, :], ivp=ivp, **about)
+    states = ivp.trajectory.parts(np.concatenate(ivp.start)[None])
+    return ivp.trajectory(**states, ivp=ivp, **about)
 
 
 def _request(ivp: Ivp, method: Any, h: float | None, tol: float, t_end: float) -> Request:
-    watch = POISSON if isinstance(ivp, PoissonIvp) else CONSTRAINED
+    watch = ivp.state.monitors
     if method.knob == "tol" or h is None:
         return Request(value=tol, t_end=t_end, watch=watch, keep_interrupted=True)
     every = max(1, int(t_end / h / MOST_STATES)) if h > 0 and np.isfinite(t_end / h) else 1
     return Request(value=h, t_end=t_end, every=every, watch=watch, keep_interrupted=True)
 
 
-def row(ivp: Ivp, trajectory: Trajectory | PoissonTrajectory, drift: Drift) -> dict[str, Any]:
+def row(ivp: Ivp, trajectory: Outcome, drift: Drift) -> dict[str, Any]:
     """Return the columns of a comparison for one run and the verdict on its energy.
 
     ``energy_error`` is the largest modulus, ``energy_size`` the same over the mean kinetic energy, the other columns of the energy and

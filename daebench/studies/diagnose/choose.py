@@ -9,6 +9,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of, parse
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.make_ivp import constrained
 from daebench.studies.diagnose.battery import map_of
 from daebench.studies.diagnose.effects import PROBLEMS
 from daebench.studies.diagnose.verdict import CORRECT, UNSURE, Diagnosis, diagnose
@@ -60,8 +61,7 @@ def _on_each(method: Any, scheme: str, h: float | None, tell: Tell) -> Iterator[
         tell(k / len(names), f"{method} on {name}")
         parameters = PROBLEMS.get(name)
         try:
-            ivp = initial_value_problem(name, None, parameters)
-            if isinstance(ivp, ConstrainedIvp) and _takes(method, ivp):
+            if _takes(method, constrained(initial_value_problem(name, None, parameters))):
                 yield diagnose(method, name, parameters=parameters, scheme=scheme, h=h, measure=False)
         except DaebenchError:
             continue

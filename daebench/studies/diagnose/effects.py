@@ -17,6 +17,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.outside.callables import method_of_callable
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
 from daebench.studies.claims.measured_run import bench_of, default_step
 from daebench.studies.diagnose.battery import EPS, LARGE, map_of, uncompiled
@@ -150,8 +151,7 @@ def _number(value: float | str) -> str:
 
 def effects(fault: str, problem: str) -> dict[str, float | str]:
     """Return what the common form of a fault does on one of :data:`PROBLEMS`."""
-    ivp = initial_value_problem(problem, None, PROBLEMS[problem])
-    assert isinstance(ivp, ConstrainedIvp)
+    ivp = constrained(initial_value_problem(problem, None, PROBLEMS[problem]))
     return measured(ivp, as_method(ivp, next(iter(FAULTY_STEPS[fault].values())), fault), LARGE / GENTLER * default_step(ivp))
 
 

@@ -10,7 +10,6 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.outside.method import OutsideMethod
-from daebench.runs.ivp import ConstrainedIvp
 from daebench.studies.diagnose.agreement import (
     CONFIRMED,
     NEAR,
@@ -153,7 +152,7 @@ def diagnose(
     ('fault', ('velocity_not_projected',), '')
     """
     ivp = initial_value_problem(problem, case, parameters)
-    if not isinstance(ivp, ConstrainedIvp) or ivp.arrays:
+    if not ivp.on_manifold or ivp.arrays:
         raise BadInput(f"the faults are not known on {ivp.problem}; give a constrained problem with few positions.")
     if ivp.facts.EXTENDED or redundant(ivp):
         what = "is in time or under forces" if ivp.facts.EXTENDED else "has redundant constraints"

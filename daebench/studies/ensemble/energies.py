@@ -11,7 +11,7 @@ from daebench.diagnostics.drift import DRIFTS, UNDETERMINED
 from daebench.diagnostics.energy import energy_verdicts
 from daebench.diagnostics.energy_verdict import may_be_a_part, scales_along, size
 from daebench.methods.ensemble.result import EnsembleRun
-from daebench.runs.ivp import Array, PoissonIvp
+from daebench.runs.ivp import Array
 from daebench.runs.members import Members
 
 AT_ONCE = 2**14
@@ -41,19 +41,18 @@ def along_members(some: Members, t: Array, states: Array) -> Along:
     n, m, _ = states.shape
     H, T = np.empty((2, n, m))
     off, way = np.zeros((2, m))
-    poisson = isinstance(some.ivp, PoissonIvp)
     length = max(2, AT_ONCE // m)
     for k in range(0, n, length):
         vectors = some.ivp.vectors(states[k : k + length + 1])
         H[k : k + length + 1] = some.along("H", *vectors)
-        if not poisson:
+        if some.ivp.on_manifold:
             v = some.along("H_p", *vectors)
             T[k : k + length + 1] = np.sum(vectors[0] * v, axis=2) / 2
             if len(v) > 1:
                 of_part = jump_and_way(t[k : k + length + 1], vectors[-1], v)
                 off, way = np.maximum(off, of_part[0]), np.maximum(way, of_part[1])
     jump = np.divide(off, way, out=np.zeros_like(way), where=way > 0)
-    return Along(some.ivp.vectors(states)[-1], np.ascontiguousarray(H.T), None if poisson else np.ascontiguousarray(T.T), jump)
+    return Along(some.ivp.vectors(states)[-1], np.ascontiguousarray(H.T), np.ascontiguousarray(T.T) if some.ivp.on_manifold else None, jump)
 
 
 def energy_columns(t: Array, along: Along, largest: Array, steps: int) -> dict[str, Any]:

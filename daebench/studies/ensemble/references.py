@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,21 +14,19 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.names import method_of
 from daebench.reference.motion import CONSERVED
 from daebench.reference.solution import EPS, SAFETY
-from daebench.runs.ivp import Array, Ivp, PoissonIvp
+from daebench.runs.ivp import Array
 from daebench.runs.members import Members
 from daebench.runs.request import Request
+from daebench.runs.state import CONSTRAINED, POISSON
 
 TIGHT, LOOSE = 2.2e-16, 1e-14
 """Tolerance of heyoka's run that is used, and of the one whose difference from it tells how good it is."""
 
-COMPOSITIONS = ("rattle/kahan_li8", "lobatto3/kahan_li8"), ("strang/kahan_li8", "midpoint/kahan_li8")
-"""Compositions of order 8 for constrained problems and for Poisson systems; the first that takes the problem is used."""
+COMPOSITIONS = {CONSTRAINED: ("rattle/kahan_li8", "lobatto3/kahan_li8"), POISSON: ("strang/kahan_li8", "midpoint/kahan_li8")}
+"""Compositions of order 8 by the state of the problem; the first that takes it is used."""
 
 FINE, LESS_FINE = 3, 2
 """Parts of a step that the composition takes in the run that is used, and in that whose difference from it tells how good it is."""
-
-PARTS = {"constrained": ("p", "q"), "poisson": ("y",)}
-"""Parts of a state, in their order."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ def member_references(members: Members, t_end: float, outputs: int, h: float) ->
         words = f"heyoka in batches (tol {TIGHT:g})"
     else:
         used, other, words = _composed(members, t_end, outputs, h, why)
-    names = PARTS["poisson" if isinstance(members.ivp, PoissonIvp) else "constrained"]
+    names = members.ivp.state.vectors
     states, others = (dict(zip(names, members.ivp.vectors(rows), strict=True)) for rows in (used, other))
     lost = _lost(members, [states[name] for name in names])
     bound = {name: np.where(lost, np.inf, bounds_of(states[name], others[name])) for name in names}
@@ -123,8 +121,8 @@ def _composed(members: Members, t_end: float, outputs: int, h: float, why: str) 
 
 def _composition(members: Members, why: str) -> FixedStepMethod[Any, Any]:
     """Return the first composition that takes the problem; ``why`` is why heyoka does not."""
-    refusals, ivp = [why], cast("Ivp", members.ivp)
-    for name in COMPOSITIONS[isinstance(ivp, PoissonIvp)]:
+    refusals, ivp = [why], members.ivp
+    for name in COMPOSITIONS[ivp.state]:
         try:
             method: FixedStepMethod[Any, Any] = method_of(ivp, name)
             if (refused := method.refusal(ivp)) is None:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from daebench.diagnostics.drift import FAILED
 from daebench.draw.bands import LEVELS, column
 from daebench.methods.ensemble.result import EnsembleRun
-from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
 from daebench.runs.request import Request
 from daebench.runs.result import Result
 from daebench.runs.trajectory import Array
@@ -76,7 +75,7 @@ class Ensemble(Result):
         return self._part(1)
 
     def _part(self, k: int) -> Array:
-        if isinstance(self.ivp, PoissonIvp):
+        if not self.ivp.on_manifold:
             raise AttributeError(f"{self.ivp.problem} is a Poisson system, which has states y.")
         part: Array = self.ivp.vectors(self.run.states)[k]
         return part
@@ -108,7 +107,7 @@ class Ensemble(Result):
     @cached_property
     def spread(self) -> Array:
         """Distance of positions, or of y, from their mean over the members that go on, as a root of the mean square, shape(k,)."""
-        x = self.q if isinstance(self.ivp, ConstrainedIvp) else self.run.states
+        x = self.ivp.vectors(self.run.states)[-1]
         with np.errstate(all="ignore"):
             mean = np.nansum(x, axis=1, keepdims=True) / np.sum(~np.isnan(x), axis=1, keepdims=True)  # NaN where no member goes on
             squares = np.sum((x - mean) ** 2, axis=2)
@@ -154,9 +153,7 @@ class Ensemble(Result):
     @property
     def kept(self) -> str:
         """Conserved quantity other than the energy: "g", "casimirs", or "" for a Poisson system without Casimir functions."""
-        if isinstance(self.ivp, PoissonIvp):
-            return "casimirs" if self.ivp.casimirs else ""
-        return "g"
+        return "g" if self.ivp.on_manifold else "casimirs" if self.ivp.casimirs else ""
 
     def members(self, states: Array) -> dict[str, Any]:
         """Return a table of states, one row per member: q1, ... p1, ... or y1, ..., and the parameters that differ between members."""

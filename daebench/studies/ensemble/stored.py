@@ -9,10 +9,8 @@ import numpy as np
 from daebench.errors import BadInput
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.records.store import Store
-from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
-from daebench.runs.trajectory import CONSTRAINED, POISSON
 from daebench.studies.grid.member_runs import MemberRuns, joined, packed
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.specification_key import key_of
@@ -72,7 +70,7 @@ def _pieces(settings: Mapping[str, Any], some: Members, asked: Request) -> Itera
         raise BadInput(f"{of_one} numbers of states of each member are more than a row of a store can have; take fewer --points.")
     h = np.broadcast_to(some.h, (n,))
     numbers = np.concatenate([*(vectors.T for vectors in some.start), h[None], *(values[None] for values in some.parameters.values())])
-    watch = asked.watched(CONSTRAINED if isinstance(some.ivp, ConstrainedIvp) else POISSON)
+    watch = asked.watched(some.ivp.state)
     size = max(1, min(PIECE, NUMBERS // of_one))
     for first in range(0, n, size):
         part = slice(first, min(n, first + size))

@@ -27,7 +27,7 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
     """
     if method.knob != "h":
         return frozenset()
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         return _on_poisson(ivp, method)
     assert isinstance(method, FixedStep | OutsideMethod)
     if isinstance(method, FixedStep) and method.refusal(ivp):
@@ -69,7 +69,7 @@ def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
 
 def _claimed(ivp: Ivp, name: str) -> frozenset[str]:
     try:
-        (method,) = methods_of(ivp, [name], anyway=isinstance(ivp, PoissonIvp))
+        (method,) = methods_of(ivp, [name], anyway=not ivp.on_manifold)
     except BadInput:
         return frozenset()
     return claimed(ivp, method)

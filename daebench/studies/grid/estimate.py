@@ -7,7 +7,6 @@ from typing import Any
 
 from daebench.records.code import code_version
 from daebench.records.store import Store
-from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.parameter_rows import made_together
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification import specification_of
@@ -124,7 +123,7 @@ def _kernels(specification: GridRun) -> int:
 def compiling_seconds(specification: GridRun) -> float:
     """Return about how long the compilation of the kernels of a run takes, s."""
     ivp, solver = specification.ivp, specification.solver
-    size = len(ivp.y0) if isinstance(ivp, PoissonIvp) else ivp.d + ivp.m
+    size = len(ivp.start[-1]) + ivp.m
     stages = getattr(getattr(solver, "member", None), "stages", 1)
     return _kernels(specification) * float(min(MOST_COMPILE, max(LEAST_COMPILE, COMPILE_SECONDS * stages * size**2)))
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.branch import largest_jump
-from daebench.diagnostics.energy_verdict import energy_scales, size
-from daebench.diagnostics.integrals import energy_error, integral_errors, states_of
+from daebench.diagnostics.energy_verdict import energy_scales, kinetic_energy, size
+from daebench.diagnostics.integrals import energy_error, integral_errors
 from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.motion import OwnRun
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 from daebench.studies.claims.bench import DEFECT_STEPS
 from daebench.studies.grid.reference import certified_of, own_of, require_reference
@@ -61,7 +61,7 @@ class Measured:
     @property
     def states(self) -> tuple[Array, ...]:
         """States at the outputs: p and q, or y."""
-        return states_of(self.run)
+        return self.run.vectors
 
     @cached_property
     def compared(self) -> NDArray[np.bool_]:
@@ -130,9 +130,8 @@ class Metric:
     def refusal(self, specification: GridRun) -> str | None:
         """Return why a run cannot be measured by it, as a sentence, or None."""
         ivp = specification.ivp
-        poisson = isinstance(ivp, PoissonIvp)
-        if not (self.poisson if poisson else self.constrained):
-            return f"{self.name} is not measured on {ivp.problem}, which is {'a Poisson system' if poisson else 'a constrained problem'}."
+        if not (self.constrained if ivp.on_manifold else self.poisson):
+            return f"{self.name} is not measured on {ivp.problem}, which is {ivp.state.words}."
         if not self.measures(specification.solver):
             return f"{self.name} is for fixed-step methods, and {specification.method} is not one; leave out one of them."
         try:
@@ -153,7 +152,7 @@ def _error(part: str) -> Callable[[Measured], Columns]:
 
 def _phase(measured: Measured) -> Columns:
     """Return by how much time the run is early or late, at most: its error along the motion over the speed there."""
-    reference, parts = measured.reference_solution, ("y",) if isinstance(measured.ivp, PoissonIvp) else ("p", "q")
+    reference, parts = measured.reference_solution, measured.ivp.state.vectors
     rates = _rates(measured.ivp, *(reference.states[part] for part in parts))
     off = np.concatenate([measured.part(part) - reference.states[part] for part in parts], axis=1)
     speed = np.sum(rates**2, axis=1)
@@ -164,7 +163,7 @@ def _phase(measured: Measured) -> Columns:
 
 def _rates(ivp: Ivp, *states: Array) -> Array:
     """Return p' and q' of HLW (1.18), or y', one row a state."""
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         return np.asarray(ivp.along("field", *states), dtype=float)
     p, q = states
     lam, G = (np.asarray(ivp.along(name, *arguments), dtype=float) for name, arguments in (("lam", (p, q)), ("G", (q,))))
@@ -190,23 +189,21 @@ def _energy(measured: Measured) -> Columns:
 
 def _energy_scale(measured: Measured) -> float:
     """Return what an error of the energy is large or small against: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
-    if isinstance(measured.run, PoissonTrajectory):
-        return float(np.max(np.abs(measured.ivp.along("H", measured.run.y))))
-    p = measured.run.p
-    return float(np.max(np.abs(np.sum(p * np.asarray(measured.ivp.along("H_p", p, measured.run.q), dtype=float), axis=1))))
+    T = kinetic_energy(measured.ivp, *measured.states)
+    return float(np.max(np.abs(measured.ivp.along("H", *measured.states) if T is None else 2 * T)))
 
 
 def _jump(measured: Measured) -> Columns:
     """Return the largest jump of a step; NaN where not every step was looked at."""
     run = measured.run
-    if isinstance(run, PoissonTrajectory) or len(run.t) <= run.steps:
+    if not measured.ivp.on_manifold or len(run.t) <= run.steps:
         return {"jump": NAN}
-    return {"jump": largest_jump(run.t, run.q, np.asarray(measured.ivp.along("H_p", run.p, run.q), dtype=float))}
+    return {"jump": largest_jump(run.t, run.position, np.asarray(measured.ivp.along("H_p", *run.vectors), dtype=float))}
 
 
 def _horizon(measured: Measured) -> Columns:
     """Return the last time up to which the error of the position, or of the state, is at most a part of its size."""
-    part = "y" if isinstance(measured.ivp, PoissonIvp) else "q"
+    part = measured.ivp.state.position
     reference = measured.reference_solution.states[part]
     off = np.max(np.abs(measured.part(part) - reference), axis=1) > LOST * np.max(np.abs(reference))
     t = measured.run.t[measured.compared]
@@ -223,13 +220,13 @@ def _maxima(*names: str) -> Callable[[Measured], Columns]:
 
 
 def _casimirs(measured: Measured) -> Columns:
-    maxima = [value for name, value in measured.run.maxima.items() if name in getattr(measured.ivp, "casimirs", ())]
+    maxima = [value for name, value in measured.run.maxima.items() if name in measured.ivp.casimirs]
     return {"casimirs": float(max(maxima, default=NAN))}
 
 
 def defect_of(ivp: Ivp, solver: Any, h: float) -> float:
     """Return the symplecticity defect of a few steps of a method with fixed steps, or on a Poisson system the Poisson defect."""
-    if isinstance(ivp, PoissonIvp):
+    if not ivp.on_manifold:
         return float(poisson_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.y0, lambda y: ivp.value("B", y)))
     basis = tangent_basis(ivp, ivp.p0, ivp.q0)
     return float(symplecticity_defect(solver.flow(ivp, h, DEFECT_STEPS), ivp.p0, ivp.q0, basis))

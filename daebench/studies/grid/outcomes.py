@@ -12,7 +12,7 @@ from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.rank import TOO_LARGE
 from daebench.errors import DaebenchError
 from daebench.methods.fixed_step.stepping import REASONS
-from daebench.runs.ivp import Array, PoissonIvp
+from daebench.runs.ivp import Array
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.parameter_runs import ParameterRuns
@@ -168,4 +168,4 @@ def _scale(problem: str, case: str, parameters: tuple[tuple[str, float], ...]) -
         ivp = ivp_of(problem, case, parameters, "")
     except DaebenchError:
         return float("nan")  # the run has failed, and says so
-    return float("nan") if isinstance(ivp, PoissonIvp) else residual_scales(ivp, ivp.p0, ivp.q0)[0]
+    return residual_scales(ivp, *ivp.start)[0] if ivp.on_manifold else float("nan")

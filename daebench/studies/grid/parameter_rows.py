@@ -13,7 +13,7 @@ from daebench.errors import DaebenchError
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
-from daebench.runs.ivp import Array, Ivp, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import members
 from daebench.runs.request import Request
 from daebench.studies.ensemble.energies import along_run, ended_members, energy_columns
@@ -33,7 +33,7 @@ Indices = NDArray[np.int64]
 
 def made_together(solver: Any, ivp: Ivp) -> bool:
     """Return whether runs of a method are made as members of an ensemble: those of fixed steps on problems without arrays are."""
-    return isinstance(solver, FixedStepMethod) and not ivp.arrays and getattr(ivp, "on_singular", "") != "least-squares"
+    return isinstance(solver, FixedStepMethod) and not ivp.arrays and not ivp.singular
 
 
 def parameter_row(specification: ParameterRuns, alone: Callable[[GridRun], Row]) -> Row:
@@ -125,6 +125,6 @@ def _measured(specification: ParameterRuns, run: EnsembleRun, ended: Indices) ->
     if "manifold" in specification.metrics:
         columns |= {name: run.maxima[name][ended].tolist() for name in ("g", "Gv")}
     if "jump" in specification.metrics:
-        every_step = len(t) > run.index[-1] and not isinstance(run.members.ivp, PoissonIvp)
+        every_step = len(t) > run.index[-1] and run.members.ivp.on_manifold
         columns["jump"] = along.jump.tolist() if every_step else [NAN] * len(ended)
     return columns

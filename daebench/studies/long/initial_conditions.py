@@ -7,7 +7,7 @@ import numpy as np
 
 from daebench.compiler.number_types import number_type
 from daebench.diagnostics.projected_members import project_members, require_projected
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.members import Members, members
 from daebench.starts.members import beside, neighbour
 
@@ -40,6 +40,6 @@ def starts_of(ivp: Ivp, numbers: Sequence[int], h: float) -> Members:
     size = ROUNDINGS * float(np.finfo(float).eps)
     xi = np.array([np.random.default_rng(number).uniform(-1, 1, ivp.size) for number in numbers])
     moved = members(ivp, beside(ivp, size, xi), h, {})
-    some = moved if isinstance(ivp, PoissonIvp) else require_projected(project_members(moved), f"a neighbourhood of size {size:.2g}")
+    some = require_projected(project_members(moved), f"a neighbourhood of size {size:.2g}") if ivp.on_manifold else moved
     own = np.equal(numbers, 0)[:, None]
     return replace(some, start=tuple(np.where(own, x, vectors) for x, vectors in zip(ivp.start, some.start, strict=True)))

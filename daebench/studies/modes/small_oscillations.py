@@ -218,8 +218,8 @@ def modes(
         chooses its steps itself or is not for the problem.
     """
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular, consistent=False)
-    if not isinstance(ivp, ConstrainedIvp) or ivp.arrays or ivp.facts.EXTENDED:
-        what = "a Poisson system" if not isinstance(ivp, ConstrainedIvp) else "held as arrays" if ivp.arrays else "in time or under forces"
+    if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED:
+        what = "a Poisson system" if not ivp.on_manifold else "held as arrays" if ivp.arrays else "in time or under forces"
         raise BadInput(f"modes need a constrained problem with constant energy and few positions, and {ivp.problem} is {what}.")
     for name, value in (("alpha", alpha), ("beta", beta), ("stiff", stiff)):
         if value is not None:

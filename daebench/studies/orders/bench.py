@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from daebench.methods.outside.method import OutsideMethod
 from daebench.reference.solution import EPS, multipliers_between
 from daebench.runs.ivp import Array, ConstrainedIvp, PoissonIvp
 from daebench.runs.request import Request
+from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 from daebench.schemes.kernels.claims import Member
 from daebench.studies.measurable import PoissonScheme
@@ -143,3 +144,6 @@ class PoissonBench(Runs):
 
     def _errors(self, run: PoissonTrajectory, n: int, *, halved: bool) -> tuple[dict[str, float], float]:
         return {"y": largest(at_common_times(run.y) - self._exact("y"))}, 0.0
+
+
+BENCHES: Mapping[State, Any] = {CONSTRAINED: Bench, POISSON: PoissonBench}

@@ -21,10 +21,10 @@ from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, kind_of, methods_of, several
 from daebench.reference.solution import reach, reference_solution
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
 from daebench.runs.request import Method
 from daebench.studies.measurable import claimed_order, measured
-from daebench.studies.orders.bench import Bench, PoissonBench
+from daebench.studies.orders.bench import BENCHES
 from daebench.studies.orders.series import OrderStudy, Series
 from daebench.studies.orders.step_sizes import COMMON, step_sizes
 
@@ -142,7 +142,7 @@ def study(
     end = positive("t_end", t_end) if t_end is not None else min(LONGEST, 2.0 ** math.floor(math.log2(reach(ivp, LONG))))
     sequences = [list(counts) if counts else step_sizes(end, claimed_order(method), h, halvings) for method in chosen]
     known = reference_solution(ivp, [end * k / COMMON for k in range(1, COMMON + 1)])
-    bench: Any = PoissonBench if isinstance(ivp, PoissonIvp) else Bench
+    bench: Any = BENCHES[ivp.state]
     series: list[Series] = []
     for k, (method, sequence) in enumerate(zip(chosen, sequences, strict=True)):
         if began:

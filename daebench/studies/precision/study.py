@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.errors import BadInput
 from daebench.methods.outside.read import is_outside
+from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.feasibility import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, error_of, rows_of
@@ -24,11 +25,8 @@ WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3",
 BASE = "float64"
 """The arithmetic that the others are compared with."""
 
-CONSTRAINED = ("rattle", "lobatto3")
-"""Default methods on constrained problems."""
-
-POISSON = ("midpoint", "strang")
-"""Default methods on Poisson systems."""
+METHODS = {CONSTRAINED: ("rattle", "lobatto3"), POISSON: ("midpoint", "strang")}
+"""Default methods by the state of the problem."""
 
 HALVINGS = (2, 4, 6, 8)
 """Halvings of the distance of stored times, where no step sizes are given."""
@@ -77,15 +75,15 @@ def _methods(asked: Asked) -> list[str]:
         raise BadInput(
             f"{name} is from outside, and computes in its own arithmetic; precision compares kinds of arithmetic for methods of daebench."
         )
-    methods = asked.fixed if asked.methods else feasible(asked.ivp, POISSON if asked.poisson else CONSTRAINED, anyway=asked.anyway)[0]
+    methods = asked.fixed if asked.methods else feasible(asked.ivp, METHODS[asked.ivp.state], anyway=asked.anyway)[0]
     if not methods:
         raise BadInput("precision is compared for fixed-step methods, and none is given; give some, for example rattle.")
     return methods
 
 
 def _metrics(asked: Asked) -> tuple[str, ...]:
-    error = () if asked.reference is None else ("y",) if asked.poisson else ("q",)
-    return (*error, "energy", "casimirs" if asked.poisson else "manifold", "defect")
+    error = () if asked.reference is None else (asked.ivp.state.position,)
+    return (*error, "energy", asked.ivp.state.conserved, "defect")
 
 
 def _steps(asked: Asked) -> list[float]:

@@ -11,7 +11,8 @@ from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
-from daebench.runs.ivp import Ivp, PoissonIvp
+from daebench.runs.ivp import Ivp
+from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.feasibility import feasible, installed
 from daebench.studies.grid.reference import reference_of, usual_end
 from daebench.studies.grid.run_specification import GridRun
@@ -20,14 +21,14 @@ from daebench.studies.grid.runs import Runs
 if TYPE_CHECKING:
     import pandas as pd
 
-CONSTRAINED = ("symplectic_euler", "rattle", "lobatto3", "rattle/kahan_li8", "rk4", "rk4+proj", "generalized_alpha")
-"""Methods with fixed steps on constrained problems, where none are given."""
-
-POISSON = ("symplectic_euler", "strang", "strang/kahan_li8", "midpoint", "rk4")
-"""The same on Poisson systems."""
-
-TOLERANT = ("ida:index3", "ida:index2", "ida:index1", "ida:ggl")
-"""Methods driven by a tolerance on constrained problems; on Poisson systems there is ida:ode alone."""
+METHODS = {
+    CONSTRAINED: (
+        *("symplectic_euler", "rattle", "lobatto3", "rattle/kahan_li8", "rk4", "rk4+proj", "generalized_alpha"),
+        *("ida:index3", "ida:index2", "ida:index1", "ida:ggl"),
+    ),
+    POISSON: ("symplectic_euler", "strang", "strang/kahan_li8", "midpoint", "rk4", "ida:ode"),
+}
+"""Methods where none are given, with fixed steps and driven by a tolerance, by the state of the problem."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,11 +72,6 @@ class Asked:
         """The problem with the numbers of its case."""
         return initial_value_problem(self.problem, self.case, on_singular=self.on_singular)
 
-    @property
-    def poisson(self) -> bool:
-        """Whether it is a Poisson system."""
-        return isinstance(self.ivp, PoissonIvp)
-
     @cached_property
     def reference(self) -> Reference | None:
         """The certified reference, if there is one."""
@@ -97,8 +93,7 @@ class Asked:
                 if why := method_of(self.ivp, name, anyway=self.anyway).refusal(self.ivp):
                     raise BadInput(why)
             return names
-        names = [*POISSON, "ida:ode"] if self.poisson else [*CONSTRAINED, *TOLERANT]
-        return feasible(self.ivp, names, anyway=self.anyway)[0]
+        return feasible(self.ivp, METHODS[self.ivp.state], anyway=self.anyway)[0]
 
     @property
     def left_out(self) -> dict[str, str]:

@@ -45,7 +45,7 @@ def specifications(asked: Asked) -> list[GridRun]:
     reference = asked.reference
     assert reference is not None
     end, spacing = asked.t_end or reference.horizon, float(reference.t[1])
-    metrics, outputs = (("y", "horizon") if asked.poisson else ("q", "horizon")), int(end / spacing + 0.5)
+    metrics, outputs = (asked.ivp.state.position, "horizon"), int(end / spacing + 0.5)
     steps = asked.h or [spacing / 2**k for k in HALVINGS]
     return [
         asked.specification(method, value, metrics, t_end=end, outputs=outputs) for method, value in asked.resolutions(steps, TOLERANCES)

@@ -95,7 +95,7 @@ def _spaced(first: float, last: float, n: int) -> list[float]:
 def specifications(asked: Asked) -> list[ParameterRuns]:
     """Return the runs, those with one step size in one piece where they are made together."""
     name = parameter_of(asked)
-    metrics = ("energy",) if asked.poisson else ("energy", "manifold", "jump")
+    metrics = ("energy", "manifold", "jump") if asked.ivp.on_manifold else ("energy",)
     pieces = []
     for method in asked.fixed if asked.methods else asked.fixed[:METHODS]:
         at_once = together(asked, method)

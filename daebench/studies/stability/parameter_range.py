@@ -56,7 +56,7 @@ def varied(asked: Asked) -> tuple[str, Sequence[float]]:
 def specifications(asked: Asked) -> list[GridRun]:
     """Return the runs."""
     name, values = varied(asked)
-    metrics = ("energy",) if asked.poisson else ("energy", "manifold")
+    metrics = ("energy", "manifold") if asked.ivp.on_manifold else ("energy",)
     resolutions = dict.fromkeys(asked.fixed, asked.h[0] if asked.h else asked.end / STEPS) | dict.fromkeys(asked.tolerant, TOL)
     return [
         asked.specification(method, resolution, metrics, parameters=((name, float(value)),), outputs=STEPS)

@@ -31,7 +31,7 @@ MOST = 1.0
 
 def refusal(asked: Asked) -> str:
     """Return why a problem has no such extreme, as a sentence, or ""."""
-    if asked.poisson:
+    if not asked.ivp.on_manifold:
         return f"{asked.problem} is a Poisson system, which has no constraint"
     return uncertified(asked) or ("" if feasible(asked.ivp, tuple(LIMITS))[0] else f"{', '.join(LIMITS)} cannot be run on {asked.problem}")
 

@@ -33,7 +33,7 @@ def specifications(asked: Asked) -> list[GridRun]:
     assert asked.reference is not None
     spacing = float(asked.reference.t[1])
     steps = asked.h or [spacing / 2**k for k in range(0, 40, 2) if asked.end / (spacing / 2**k) <= STEPS]
-    metrics = ("y",) if asked.poisson else ("q", "manifold")
+    metrics = ("q", "manifold") if asked.ivp.on_manifold else ("y",)
     return [asked.specification(method, value, metrics) for method, value in asked.resolutions(steps, TOLERANCES)]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from daebench.errors import BadInput, unknown
 from daebench.methods.ensemble.result import EnsembleRun
-from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem, PoissonIvp
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
 from daebench.starts.box import columns
 from daebench.starts.mechanics import Mechanics
@@ -40,23 +40,22 @@ def _kinetic(members: Members, states: Array) -> Array:
     return np.asarray(members.of_states("H", states) - _potential(members, states))
 
 
-def known(ivp: InitialValueProblem) -> Mapping[str, Quantity]:
+def known(ivp: Ivp) -> Mapping[str, Quantity]:
     """Return the quantities of a problem by name.
 
     They are ``energy``; ``kinetic`` and ``potential`` energy where H is quadratic in p; ``g`` and ``Gv``, the largest moduli of what
     vanishes on the manifold; coordinates, as q1, p2 or y1; and the problem's first integrals and Casimir functions by their names.
     """
     quantities: dict[str, Quantity] = {"energy": _of("H")}
-    if isinstance(ivp, ConstrainedIvp):
+    if ivp.on_manifold:
         quantities |= {"kinetic": _kinetic, "potential": _potential} if ivp.facts.QUADRATIC else {}
         quantities |= {"g": _largest("g"), "Gv": _largest("Gv")}
     quantities |= {name: _coordinate(column) for name, column in columns(ivp).items()}
     quantities |= {name: _component("integrals", i) for i, name in enumerate(ivp.integrals)}
-    casimirs = ivp.casimirs if isinstance(ivp, PoissonIvp) else ()
-    return quantities | {name: _component("casimirs", i) for i, name in enumerate(casimirs)}
+    return quantities | {name: _component("casimirs", i) for i, name in enumerate(ivp.casimirs)}
 
 
-def quantity(ivp: InitialValueProblem, name: Any) -> Quantity:
+def quantity(ivp: Ivp, name: Any) -> Quantity:
     """Return a quantity by name.
 
     Raises

@@ -79,9 +79,8 @@ def runs_from_starts(
     single = replace(study, t_end=t_end, metrics=("energy",)).specifications()
     if single:
         require_memory_of_members(2 * outputs, single[0].ivp.size, members)
-    poisson = "y" in study.metrics
     fields: dict[str, Any] = {
-        "metrics": ("y",) if poisson else ("q", "p"),
+        "metrics": single[0].ivp.state.columns if single else (),
         "outputs": outputs,
         "finest": min(sizes, default=t_end / OUTPUTS / 16),
     }

@@ -10,7 +10,8 @@ from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
-from daebench.runs.ivp import Array, PoissonIvp
+from daebench.runs.ivp import Array
+from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.feasibility import feasible, installed
 from daebench.studies.grid.reference import usual_end
 from daebench.studies.grid.rows import by_method
@@ -20,7 +21,7 @@ from daebench.studies.grid.study import Study
 if TYPE_CHECKING:
     import pandas as pd
 
-CONSTRAINED = (
+ON_MANIFOLD = (
     *("symplectic_euler", "rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "strang/suzuki4"),
     *("rk4", "rk4+proj", "local:gauss3", "radau3_ggl", "generalized_alpha"),
     *(
@@ -37,11 +38,13 @@ CONSTRAINED = (
 )
 """One or two methods of each family, by fixed steps and by tolerance."""
 
-POISSON = (
+ON_POISSON = (
     *("symplectic_euler", "strang", "strang/suzuki4", "strang/kahan_li8", "midpoint", "rk4"),
     *("ida:ode", "cvode:adams", "scipy:DOP853", "heyoka:taylor"),
 )
 """The same for Poisson systems."""
+
+METHODS = {CONSTRAINED: ON_MANIFOLD, POISSON: ON_POISSON}
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 14))
 """Tolerances where none are given."""
@@ -99,16 +102,15 @@ def standard(
     the end over :data:`daebench.studies.grid.run_specification.OUTPUTS`. BadInput is raised for values that are of no use.
     """
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
-    poisson = isinstance(ivp, PoissonIvp)
     if methods is None:
-        methods, left_out = feasible(ivp, POISSON if poisson else CONSTRAINED, anyway=anyway)
+        methods, left_out = feasible(ivp, METHODS[ivp.state], anyway=anyway)
     else:
         methods, left_out = installed(methods)
     end = usual_end(certified_for(ivp, 0.0)) if t_end is None else t_end
     reference = certified_for(ivp, end)
     spacing = float(reference.t[1]) if reference else end / OUTPUTS
     steps = [spacing / 2**k for k in range(HALVINGS) if end / (spacing / 2**k) <= STEPS]
-    usual = (("y", "casimirs") if poisson else ("q", "p", "lam", "manifold")) + ("phase", "energy", "integrals")
+    usual = (*ivp.state.stored, ivp.state.conserved, "phase", "energy", "integrals")
     solvers = methods_of(ivp, methods, anyway=anyway)
     values = {"h": list(h or steps), "tol": list(tol or TOLERANCES)}
     resolutions = sorted({solver.knob for solver in solvers})
@@ -133,7 +135,7 @@ def with_costs(table: "pd.DataFrame") -> "pd.DataFrame":
     residual of a constrained problem counts as :data:`IN_A_CALL`, as a fixed-step method on the same equations has it.
     """
     counts = [name for name in table.columns if name.startswith("n_") and name not in NOT_COSTS]
-    in_a_call = 1 if isinstance(initial_value_problem(str(table["problem"].iloc[0])), PoissonIvp) else IN_A_CALL
+    in_a_call = IN_A_CALL if initial_value_problem(str(table["problem"].iloc[0])).on_manifold else 1
     weights = {name: in_a_call if name in WHOLE else 1 for name in counts}
     return table.assign(evaluations=(table[counts] * weights).sum(axis=1, min_count=1))
 

@@ -1,0 +1,102 @@
+"""States of systems: the vectors that they consist of, what a run monitors of them, and their order in files."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+
+@dataclass(frozen=True)
+class State:
+    """What a state consists of, by name. A component is a name with a number from 1; an initial value is a name with 0.
+
+    Parameters
+    ----------
+    name : str
+        Kind of the problem: "constrained" or "poisson".
+    words : str
+        Such a problem in a sentence.
+    vectors : tuple of str
+        Vectors in the order in which a state is stored, and external programs take and return it. The last holds positions or
+        coordinates, in which a motion is drawn.
+    monitors : tuple of str
+        Quantities that a run can monitor.
+    columns : tuple of str
+        The vectors in the order in which files have them, positions first.
+    derived : tuple of str
+        Functions of the state that references have after it.
+    gradient : tuple of str
+        Derivatives of H with respect to the vectors.
+    """
+
+    name: str
+    words: str
+    vectors: tuple[str, ...]
+    monitors: tuple[str, ...]
+    columns: tuple[str, ...]
+    gradient: tuple[str, ...]
+    derived: tuple[str, ...] = ()
+
+    @property
+    def position(self) -> str:
+        """Name of the vector of positions, or of coordinates."""
+        return self.vectors[-1]
+
+    @cached_property
+    def starts(self) -> tuple[str, ...]:
+        """Names of initial values, in the order of the vectors."""
+        return tuple(f"{name}0" for name in self.vectors)
+
+    @property
+    def conserved(self) -> str:
+        """Monitored quantity that the exact motion conserves besides H: "manifold" or "casimirs"."""
+        return self.monitors[1]
+
+    @property
+    def stored(self) -> tuple[str, ...]:
+        """Vectors and functions of the state in the order in which references have them."""
+        return self.columns + self.derived
+
+    @property
+    def arguments(self) -> str:
+        """The vectors as arguments of a function."""
+        return ", ".join(self.vectors)
+
+    @property
+    def as_tuple(self) -> str:
+        """A state as external programs pass it, in words: (p, q), or y."""
+        return f"({self.arguments})" if len(self.vectors) > 1 else self.arguments
+
+    @property
+    def listed(self) -> str:
+        """The vectors in a sentence."""
+        return " and ".join(self.vectors)
+
+
+CONSTRAINED = State(
+    name="constrained",
+    words="a constrained problem",
+    vectors=("p", "q"),
+    monitors=("energy", "manifold", "integrals"),
+    columns=("q", "p"),
+    gradient=("H_p", "H_q"),
+    derived=("lam",),
+)
+"""Momenta and positions on the manifold g = 0, G H_p = 0, and the multipliers that follow from them."""
+
+POISSON = State(
+    name="poisson",
+    words="a Poisson system",
+    vectors=("y",),
+    monitors=("energy", "casimirs", "integrals"),
+    columns=("y",),
+    gradient=("H_y",),
+)
+"""Coordinates of a Poisson system."""
+
+STATES: Mapping[str, State] = {state.name: state for state in (CONSTRAINED, POISSON)}
+"""States by the kind of a problem."""
+
+
+def state_of_columns(columns: Collection[str]) -> State:
+    """Return the state that a file with these columns, or arrays, has."""
+    return POISSON if {"y", "y1"} & set(columns) else CONSTRAINED
