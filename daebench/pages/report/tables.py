@@ -167,6 +167,14 @@ def column(cells: Sequence[Markup], frame: "pd.DataFrame") -> "pd.Series[Any]":
     return pd.Series(list(cells), index=frame.index, dtype=object)
 
 
+def part(frame: "pd.DataFrame", **values: Any) -> "pd.DataFrame":
+    """Return the rows of a frame whose columns have these values; a tuple of values stands for any of them."""
+    chosen = np.ones(len(frame), dtype=bool)
+    for name, value in values.items():
+        chosen &= (frame[name].isin(value) if isinstance(value, tuple) else frame[name] == value).to_numpy()
+    return frame[chosen]
+
+
 def once(names: "pd.Series[Any]") -> "pd.Series[Any]":
     """Return a column of names as it is read down the rows: a name that is that of the row above is left out."""
     return names.where(names != names.shift(), "")

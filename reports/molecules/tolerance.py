@@ -1,16 +1,18 @@
-"""Claims of the report on molecules: which tolerance is enough, how the change of the energy depends on it, and what it costs."""
+"""Which tolerance is enough: the change of the energy against the tolerance of each solver, and its cost."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from daebench.draw.figures import GREEN, QUIET, STROKES, grid_of_axes, save
+from daebench.draw.methods import name_of, stroke_of
 from daebench.methods.fixed_step.constraint_structure import RADIUS
 from daebench.pages.report.claims import require
-from daebench.reports.molecules.hess import check_hess
-from daebench.reports.molecules.laws import clear, fit
-from daebench.reports.molecules.luck import luck
+from daebench.pages.report.tables import part
+from daebench.reports.molecules.laws import clear, extremes
 from daebench.reports.molecules.motions import (
     BUTANE,
     DOUBLE,
@@ -27,66 +29,35 @@ from daebench.reports.molecules.motions import (
     WATER,
     double,
 )
-from daebench.reports.molecules.numbers import Numbers
 
 MOST = 1e-3
 """The change of the energy that is wanted at most in 10 ps, in parts of the fluctuation of the kinetic energy."""
 
+
 ROUND_OFF = 1e-9
 """An exact solver changes the energy by less."""
+
 
 ROUNDS = 1.0
 """Rounds that a decade of the tolerance takes more, at least, for its cost to be spoken of."""
 
-STEEP = (0.5, 2.5)
-"""The exponent of the tolerance is between these for the Gauss-Seidel iteration."""
-
-LEVEL = 0.6
-"""A change that goes like a power of the step with a smaller exponent is said to depend on it hardly: 1.5 times for twice the step."""
 
 ERRORS = 2.0
 """The modulus of a mean change is at most the measured one and so many of its standard errors; of a normal mean in 19 cases of 20."""
+
 
 NANOSECOND = 1e4
 """Units of 0.1 ps in a nanosecond."""
 
 
-def check(numbers: Numbers) -> SimpleNamespace:
-    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
-    runs = with_rates(numbers)
-    enough, laws = asked(runs), check_laws(runs)
-    return SimpleNamespace(
-        runs=runs,
-        asked=enough,
-        answer=check_answer(enough),
-        radii=check_radii(numbers.molecules),
-        laws=laws,
-        law_of=by_molecule(laws, GAUSS_SEIDEL),
-        two_rounds=by_molecule(laws, ILVES),
-        stairs=check_stairs(runs),
-        exact=check_exact(runs, numbers.converged),
-        solvers=solvers(runs, enough),
-        cost=cost(runs, enough),
-        missed=missed_in_single(runs),
-        floor=floor(runs),
-        scatter=scatter(runs),
-        tenfold=tenfold(laws),
-        lincs=extremes(laws[laws["scheme"] == LINCS]["b"].dropna()),
-        loose=extremes(numbers.molecules["loose"]),
-        luck=luck(numbers.starts, runs),
-        hess=check_hess(runs),
-        converged=numbers.converged,
-    )
-
-
-def with_rates(numbers: Numbers) -> pd.DataFrame:
+def with_rates(runs: pd.DataFrame, converged: pd.DataFrame, molecules: pd.DataFrame, t_end: float) -> pd.DataFrame:
     """Return the runs with the mean change as a rate, kJ/mol per nanosecond and degree of freedom, and the upper limit of its modulus."""
-    size = numbers.converged.set_index(["molecule", "h"])["fluctuation"]
-    degrees = numbers.molecules.set_index("molecule")["degrees"]
-    keys = zip(numbers.runs["molecule"], numbers.runs["h"], strict=True)
+    size = converged.set_index(["molecule", "h"])["fluctuation"]
+    degrees = molecules.set_index("molecule")["degrees"]
+    keys = zip(runs["molecule"], runs["h"], strict=True)
     unit = np.array([float(size[key]) / float(degrees[key[0]]) for key in keys])
-    limit = numbers.runs["mean"].abs() + ERRORS * numbers.runs["error"]
-    return numbers.runs.assign(rate=numbers.runs["mean"] * unit * NANOSECOND / numbers.t_end, limit=limit)
+    limit = runs["mean"].abs() + ERRORS * runs["error"]
+    return runs.assign(rate=runs["mean"] * unit * NANOSECOND / t_end, limit=limit)
 
 
 def asked(runs: pd.DataFrame) -> pd.DataFrame:
@@ -145,54 +116,9 @@ def check_radii(molecules: pd.DataFrame) -> pd.DataFrame:
     return molecules
 
 
-def check_laws(runs: pd.DataFrame) -> pd.DataFrame:
-    """Test that the change falls with the tolerance of the Gauss-Seidel iteration; return its laws, and those of ILVES and LINCS."""
-    rows = []
-    for molecule in TITLES:
-        rows.append(
-            {"molecule": molecule, "scheme": GAUSS_SEIDEL, "what": "all tolerances"} | vars(fit(_of(double(runs, GAUSS_SEIDEL), molecule)))
-        )
-        law = rows[-1]
-        require(
-            STEEP[0] < law["a"] - 2 * law["a_error"] and law["a"] + 2 * law["a_error"] < STEEP[1],
-            f"the change on {TITLES[molecule]} falls with a power of the tolerance between {STEEP[0]} and {STEEP[1]}",
-            f"{law['a']:.3g} +- {law['a_error']:.2g}",
-        )
-        require(abs(law["b"]) < LEVEL, f"the change on {TITLES[molecule]} hardly depends on the step", f"h^{law['b']:.2g}")
-        same = _of(double(runs, ILVES), molecule)
-        rows.append({"molecule": molecule, "scheme": ILVES, "what": "two rounds"} | vars(fit(_two_rounds(same))))
-        for (order, iterations), some in _of(double(runs, LINCS), molecule).groupby(["order", "iterations"]):
-            rows.append({"molecule": molecule, "scheme": LINCS, "what": f"({order}, {iterations})"} | vars(fit(some)))
-    return pd.DataFrame(rows)
-
-
-def by_molecule(laws: pd.DataFrame, scheme: str) -> dict[str, Any]:
-    """Return the law of a scheme on each molecule."""
-    return {str(row["molecule"]): row for row in laws[laws["scheme"] == scheme].to_dict("records")}
-
-
-def _of(rows: pd.DataFrame, molecule: str) -> pd.DataFrame:
-    return rows[rows["molecule"] == molecule]
-
-
-def _two_rounds(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a step: a run in which every step took two rounds, whatever its tolerance; without the tolerance."""
-    two: pd.DataFrame = rows[(rows["rounds"] - 2).abs() < 0.01]
-    return two.drop_duplicates("h").assign(tolerance=np.nan)
-
-
-def check_stairs(runs: pd.DataFrame) -> SimpleNamespace:
-    """Return how many different runs the tolerances of Newton's iteration make on water, where they make the same ones."""
-    rows = _of(double(runs, ILVES), WATER)
-    counts = rows.groupby("h")["mean"].nunique()
-    tolerances = rows["tolerance"].nunique()
-    require(bool((counts < tolerances).all()), "several tolerances of Newton's iteration make the same run", counts.to_dict())
-    return SimpleNamespace(tolerances=tolerances, least=int(counts.min()), most=int(counts.max()))
-
-
 def check_exact(runs: pd.DataFrame, converged: pd.DataFrame) -> SimpleNamespace:
     """Test that SETTLE in double precision and RATTLE leave nothing to see on water, and that converged runs do not drift."""
-    closed = _of(runs[(runs["precision"] == DOUBLE) & runs["scheme"].isin((SETTLE, NEWTON))], WATER)
+    closed = part(runs, precision=DOUBLE, scheme=(SETTLE, NEWTON), molecule=WATER)
     most = float(closed["high"].max())
     require(most < ROUND_OFF, f"SETTLE and RATTLE change the energy of water by less than {ROUND_OFF:g}", most)
     verdicts = converged["verdict"].value_counts()
@@ -250,19 +176,135 @@ def missed_in_single(runs: pd.DataFrame) -> pd.DataFrame:
 
 def floor(runs: pd.DataFrame) -> float:
     """Return the smallest change of butane that is clear with the iteration of Gauss and Seidel in double precision."""
-    return float(clear(_of(double(runs, GAUSS_SEIDEL), BUTANE))["mean"].abs().min())
+    return float(clear(part(double(runs, GAUSS_SEIDEL), molecule=BUTANE))["mean"].abs().min())
 
 
 def scatter(runs: pd.DataFrame) -> Any:
     """Return the row of butane whose tolerance is the tightest and whose step is the largest."""
-    return _of(double(runs, GAUSS_SEIDEL), BUTANE).sort_values(["tolerance", "h"], ascending=[True, False]).iloc[0]
+    return part(double(runs, GAUSS_SEIDEL), molecule=BUTANE).sort_values(["tolerance", "h"], ascending=[True, False]).iloc[0]
 
 
-def tenfold(laws: pd.DataFrame) -> SimpleNamespace:
-    """Return by what a tolerance ten times as tight divides the change, by the laws of the molecules."""
-    return extremes(10 ** laws[laws["scheme"] == GAUSS_SEIDEL]["a"])
+CHANGE = "change of the energy in 10 ps\nover fluctuation of the kinetic energy"
 
 
-def extremes(values: Any) -> SimpleNamespace:
-    """Return the least and the most of some numbers."""
-    return SimpleNamespace(least=float(values.min()), most=float(values.max()))
+LEAST = 1e-16
+"""Changes below are drawn here."""
+
+
+BESIDE = 1e-15, 1e-14
+"""Where on the axis of tolerances the two solvers without one are drawn."""
+
+
+ORDER, ITERATIONS = 8, 4
+"""The expansion of LINCS that is drawn."""
+
+
+FINEST = 1e-8
+"""The tightest tolerance in the picture of the answer."""
+
+
+ENOUGH = GREEN
+
+
+def draw_answer(runs: pd.DataFrame, answer: float, folder: Path) -> Path:
+    """Draw the change against the tolerance of the Gauss-Seidel iteration, a curve a molecule; mark the tolerances that suffice."""
+    rows = iteration(runs)
+    figure, axes = grid_of_axes(1, 1, 4.0, x="constraint tolerance", y=CHANGE)
+    ax = axes[0, 0]
+    ax.set(xscale="log", yscale="log", xlim=(FINEST / 3, 3e-3))
+    curves_by_molecule(ax, rows)
+    ax.axhline(MOST, color=QUIET, linewidth=1.0)
+    ax.axvspan(FINEST / 3, answer * 1.25, color=ENOUGH, alpha=0.13, linewidth=0, zorder=0)
+    ax.annotate(f"wanted: at most one part in {1 / MOST:.0f}", (2.8e-3, MOST), (0, -3), textcoords="offset points", ha="right", va="top")
+    ax.annotate("enough on all three", (FINEST / 2.6, 1), (0, -4), xycoords=("data", "axes fraction"), textcoords="offset points", va="top")
+    ax.minorticks_off()
+    ax.legend(loc="lower right")
+    return save(figure, folder, "answer", rows)
+
+
+def iteration(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs of the Gauss-Seidel iteration with the middle step, in double precision."""
+    rows = double(runs, GAUSS_SEIDEL)
+    return rows[(rows["h"] == MIDDLE) & (rows["tolerance"] >= FINEST)]
+
+
+def curves_by_molecule(ax: Any, rows: pd.DataFrame) -> None:
+    """Draw the upper limits of the mean changes against the tolerance, a curve a molecule."""
+    for k, (molecule, title) in enumerate(TITLES.items()):
+        some = rows[rows["molecule"] == molecule].sort_values("tolerance")
+        ax.plot(some["tolerance"], some["limit"].clip(lower=LEAST), **STROKES[k].points(), label=title)
+
+
+def draw_tolerances(runs: pd.DataFrame, folder: Path) -> Path:
+    """Draw the change against the tolerance: a panel a molecule, with the middle step; solvers without a tolerance at the left."""
+    rows = runs[(runs["h"] == MIDDLE) & (runs["velocities"] == MULTIPLIERS) & runs["precision"].isin((DOUBLE, SINGLE))]
+    figure, axes = grid_of_axes(1, 3, 3.9, x="tolerance", sharey=True)
+    axes[0, 0].set_ylabel(CHANGE)
+    for ax, (molecule, title) in zip(axes[0], TITLES.items(), strict=True):
+        _panel(ax, rows[rows["molecule"] == molecule])
+        ax.set_title(title)
+    axes[0, 0].text(3e-14, 1.5 * MOST, f"one part in {1 / MOST:.0f}", color=QUIET, fontsize=7.5, va="bottom")
+    _legend(figure, (GAUSS_SEIDEL, ILVES, LINCS, SETTLE))
+    return save(figure, folder, "tolerances", rows)
+
+
+def _panel(ax: Any, rows: pd.DataFrame) -> None:
+    """Draw the solvers on one molecule."""
+    ax.axhline(MOST, color=QUIET, linewidth=1.0)
+    ax.axvspan(BESIDE[0] / 4, BESIDE[1] * 2, color="#eeeeee", zorder=0, linewidth=0)
+    beside = dict(zip((SETTLE, LINCS), BESIDE, strict=True))
+    for scheme in (GAUSS_SEIDEL, ILVES, *beside):
+        for precision in (DOUBLE, SINGLE):
+            chosen = rows[(rows["scheme"] == scheme) & (rows["precision"] == precision)].sort_values("tolerance")
+            if scheme in beside:
+                chosen = chosen[chosen["order"].isin((0, ORDER)) & chosen["iterations"].isin((0, ITERATIONS))]
+                chosen = chosen.assign(tolerance=beside[scheme])
+            _curve(ax, chosen, scheme, precision)
+    ax.set(xscale="log", yscale="log", xlim=(BESIDE[0] / 4, 4e-3), ylim=(LEAST / 3, 20))
+    ax.set_xticks([1e-12, 1e-9, 1e-6, 1e-3])
+    ax.minorticks_off()
+
+
+def _curve(ax: Any, rows: pd.DataFrame, scheme: str, precision: str) -> None:
+    """Draw medians and bands over the starts; filled markers are single precision."""
+    if rows.empty:
+        return
+    stroke = stroke_of(scheme)
+    median, low, high = (rows[name].clip(lower=LEAST) for name in ("median", "low", "high"))
+    look = stroke.points() | ({"markerfacecolor": stroke.color, "linewidth": 0.8} if precision == SINGLE else {})
+    if len(rows) > 1:
+        ax.fill_between(rows["tolerance"], low, high, color=stroke.color, alpha=0.18, linewidth=0)
+        ax.plot(rows["tolerance"], median, **look | {"marker": MARKERS[scheme], "markersize": 4.0})
+        return
+    ax.plot([rows["tolerance"].iloc[0]] * 2, [low.iloc[0], high.iloc[0]], color=stroke.color, linewidth=3, alpha=0.35)
+    ax.plot(rows["tolerance"], median, **look | {"marker": MARKERS[scheme], "linestyle": "none", "markersize": 5.5})
+
+
+MARKERS = {GAUSS_SEIDEL: "o", ILVES: "^", LINCS: "D", SETTLE: "s"}
+"""Markers with an inside: open in double precision, filled in single."""
+
+
+def _legend(figure: Any, schemes: tuple[str, ...]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for scheme in schemes:
+        look = stroke_of(scheme).points() | {"marker": MARKERS[scheme]}
+        name = f"{name_of(scheme)} ({ORDER}, {ITERATIONS})" if scheme == LINCS else name_of(scheme)
+        handles.append(Line2D([], [], label=name, **look))
+    handles.append(Line2D([], [], label="double precision", color="black", linestyle="none", marker="o", markerfacecolor="white"))
+    handles.append(Line2D([], [], label="single precision", color="black", linestyle="none", marker="o"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+
+
+def thumbnail(axis: Any, runs: pd.DataFrame) -> None:
+    """Draw the picture of the answer in small."""
+    axis.axhline(MOST, color=QUIET, linewidth=1.0)
+    rows = iteration(runs)
+    curves_by_molecule(axis, rows)
+    axis.set(xscale="log", yscale="log")
+    axis.set_xticks([1e-8, 1e-6, 1e-4])
+    axis.minorticks_off()
+    axis.set_title("energy change by the solver", loc="right")
+    axis.set_xlabel("tolerance", loc="right")
+    axis.legend(fontsize=6.5, loc="upper left", handlelength=1.5)

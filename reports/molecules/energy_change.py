@@ -1,6 +1,5 @@
 """Everything that the report on molecules measures; no judgement here, and no text."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -12,15 +11,10 @@ from daebench.diagnostics.freedom import freedom
 from daebench.diagnostics.random_walk import random_walk
 from daebench.methods.fixed_step.constraint_structure import spectral_radius
 from daebench.methods.names import method_of
-from daebench.pages.report import Progress
-from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.molecules.motions import (
-    KERNELS,
     LINCS,
     MIDDLE,
     STEPS,
-    T_END,
-    TITLES,
     Energies,
     Setting,
     change,
@@ -40,47 +34,6 @@ EPS = 2.0**-52
 
 UNJUDGED = {"verdict": "", "law": "", "reason": "", "alpha": np.nan, "alpha_error": np.nan}
 """Columns of a verdict where none is asked for."""
-
-
-@dataclass(frozen=True)
-class Numbers:
-    """What was measured.
-
-    Parameters
-    ----------
-    molecules : DataFrame
-        One row a molecule: positions, constraints, degrees of freedom, spectral radius of LINCS, why it is refused,
-        how loose a tolerance is, see :func:`looseness`.
-    converged : DataFrame
-        One row a molecule and step, of the runs with constraints met to round-off: fluctuation of the kinetic energy, standard deviation of
-        the energy along a run, verdict.
-    runs : DataFrame
-        One row a setting, see :func:`row`.
-    starts : DataFrame
-        One row a setting and start: the change of the energy.
-    growth : DataFrame
-        Mean and spread over time, of each setting with the middle step.
-    t_end : float
-        End of the runs, 0.1 ps.
-    """
-
-    molecules: pd.DataFrame
-    converged: pd.DataFrame
-    runs: pd.DataFrame
-    starts: pd.DataFrame
-    growth: pd.DataFrame
-    t_end: float = T_END
-
-
-def measure(tell: Progress) -> Numbers:
-    """Return the numbers, with both cores where there are two."""
-    jobs: list[Job] = [(measured, kernel) for kernel in KERNELS]
-    first: list[Job] = [(described, (molecule,)) for molecule in reversed(TITLES)]
-    results = dict(computed([*first, *jobs], tell, "runs"))
-    molecules, kept = zip(*(results[described, (molecule,)] for molecule in TITLES), strict=True)
-    order = sorted(jobs, key=lambda job: list(TITLES).index(job[1][0]))
-    runs, starts, growth = (pd.concat(frames, ignore_index=True) for frames in zip(*(results[job] for job in order), strict=True))
-    return Numbers(pd.DataFrame(molecules), pd.concat(kept, ignore_index=True), runs, starts, growth)
 
 
 def described(molecule: str) -> tuple[dict[str, Any], pd.DataFrame]:
