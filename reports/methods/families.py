@@ -80,3 +80,7 @@ def by_family(rows: Sequence[str]) -> Mapping[str, list[str]]:
     """Return names by the key of their family; families without names are left out."""
     names_by_family = {key: [name for name in rows if family(name) == key] for key in TITLES}
     return {key: members for key, members in names_by_family.items() if members}
+
+
+SOFTENED = ("stiff", "soft")
+"""The forms that replace the constraint by a spring, whose error no step size removes."""

@@ -11,9 +11,9 @@ import pandas as pd
 from daebench.diagnostics.drift import BOUNDED, DRIFTS, UNDETERMINED
 from daebench.draw.figures import BLACK, BLUE, QUIET, VERMILION, grid_of_axes, save
 from daebench.draw.methods import name_of
-from daebench.reports.methods.families import TITLES, by_family
+from daebench.reports.methods.families import TITLES, by_family, family
 from daebench.reports.methods.matrix import HIDDEN, KEPT, LOST, PROPERTIES, over_time
-from daebench.reports.methods.numbers import Numbers
+from daebench.reports.methods.sweep import EVALUATIONS
 
 MAIN = (
     "rattle",
@@ -93,10 +93,10 @@ def draw_matrix(rows: Mapping[str, Mapping[Any, Any]], folder: Path) -> Path:
     return draw_signs(lines(list(rows)), rows, folder, "matrix", str)
 
 
-def rows_of(table: pd.DataFrame, numbers: Numbers) -> dict[str, dict[Any, Any]]:
+def rows_of(table: pd.DataFrame, ida: pd.DataFrame, drift: pd.DataFrame) -> dict[str, dict[Any, Any]]:
     """Return a row for each method and each formulation of IDA, with the verdicts of the long runs."""
-    everything = pd.concat([table, pd.DataFrame(ida_rows(numbers.ida).values())], ignore_index=True)
-    return {str(row["method"]): dict(row) for row in over_time(everything, numbers.drift).to_dict("records")}
+    everything = pd.concat([table, pd.DataFrame(ida_rows(ida).values())], ignore_index=True)
+    return {str(row["method"]): dict(row) for row in over_time(everything, drift).to_dict("records")}
 
 
 def draw_signs(
@@ -159,3 +159,26 @@ def draw_key(figure: Any, states: Set[str]) -> None:
 
     handles = [Line2D([], [], linestyle="none", label=LABELS[state], **style) for state, style in SIGNS.items() if state in states]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handletextpad=0.2, columnspacing=1.2)
+
+
+def draw_work(work: pd.DataFrame, folder: Path) -> Path:
+    """Draw Newton iterations, evaluations and time of a step, one line per method."""
+    rows = by_family(list(work["method"]))
+    methods = [name for names in rows.values() for name in names]
+    data = work.set_index("method").loc[methods]
+    data = data.assign(evaluations=data[list(EVALUATIONS)].sum(axis=1))
+    figure, axes = grid_of_axes(1, 3, ROW * (len(methods) + 6), sharey=True)
+    y = np.arange(len(methods))
+    titles = {"newton": "Newton iterations", "evaluations": "evaluations", "ns": "CPU time (ns)"}
+    for ax, (column, title) in zip(axes[0], titles.items(), strict=True):
+        ax.plot(data[column], y, color=BLUE, marker="o", linestyle="none", markersize=4.2)
+        ax.set(title=title, ylim=(len(methods) - 0.4, -0.6))
+        ax.set_xscale("symlog" if column == "newton" else "log")
+        ax.set_xlim(-0.4 if column == "newton" else None, 1.5 * data[column].max())
+        ax.grid(visible=True, axis="y", linewidth=0.4)
+    axes[0, 0].set_yticks(y, methods, fontsize=7)
+    edges = np.cumsum([len(names) for names in rows.values()])[:-1]
+    for ax in axes[0]:
+        for edge in edges:
+            ax.axhline(edge - 0.5, color=QUIET, linewidth=0.6)
+    return save(figure, folder, "work", data.reset_index().assign(family=[TITLES[family(name)] for name in methods]))

@@ -7,13 +7,15 @@ import pandas as pd
 
 from daebench.pages.report import Progress
 from daebench.pages.report.two_processes import Job, computed
+from daebench.reports.methods.defects import KEEPING, LOSING, defects
 from daebench.reports.methods.families import names, solvers
+from daebench.reports.methods.long_runs import LONG, ida_long, long_run
 from daebench.reports.methods.reverse import RUNS, reversed_run
-from daebench.reports.methods.series import KEEPING, LONG, LOSING, defects, ida_long, long_run
 from daebench.reports.methods.sweep import Swept, ida, nanoseconds, sweep, torus_orders
 
 TOGETHER = 0.9
 """Fraction of the work that is done when only times are still to be measured."""
+
 
 REPEATS = 25
 """Number of runs; the minimum of their times counts."""
