@@ -15,7 +15,7 @@ from daebench.draw.methods import stroke_of
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.report.claims import require
-from daebench.reports.index_reduction.numbers import PROBLEM, SLOW, H
+from daebench.reports.index_reduction.schemes import PROBLEM, SLOW, H
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 

@@ -11,8 +11,7 @@ from daebench.draw.figures import QUIET, WIDTH, save
 from daebench.draw.methods import stroke_of
 from daebench.draw.orthographic import seen
 from daebench.pages.report.index import LEAD
-from daebench.reports._two_motions import PENDULUM, TORUS, Motion, Run
-from daebench.reports.index_reduction.two_motions import envelope, motions_table
+from daebench.reports.index_reduction.two_motions import PENDULUM, TORUS, Motion, Run, envelope, motions_table
 from daebench.runs.files import atomic
 from daebench.runs.ivp import Array
 

@@ -12,7 +12,7 @@ from daebench.pages.report.page import constants, make_report
 from daebench.pages.report.tables import Table
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.pages.report.two_processes import Job, computed
-from daebench.reports.index_reduction.figures import label
+from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances import accuracy, cost, drift, exact, projection, runs, treatments
 from daebench.reports.tolerances.drift import RUNS, T_LONG, drift_run, laws
 from daebench.reports.tolerances.runs import FAST, IVPS, REACHED, STARTS, exact_of, member

@@ -13,7 +13,7 @@ from daebench.draw.methods import stroke_of
 from daebench.pages.report import number, power_of_ten
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Of, Table, finite, once, text
-from daebench.reports.index_reduction.figures import label
+from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED
 
 LOW, HIGH = 0.1, 0.9

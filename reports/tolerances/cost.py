@@ -9,7 +9,7 @@ import pandas as pd
 
 from daebench.draw.figures import QUIET, grid_of_axes, save
 from daebench.pages.report.claims import require
-from daebench.reports.index_reduction.figures import label
+from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.accuracy import ERROR, STROKE, WANTED, to_ask
 from daebench.reports.tolerances.runs import IVPS, SMALL
 

@@ -16,7 +16,7 @@ from daebench.methods.solvers.ida import DEFAULT_TREATMENTS
 from daebench.pages.report import count, power_of_ten, with_error
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Table, text
-from daebench.reports.index_reduction.figures import label
+from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.accuracy import STROKE
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, exact_of, ivp_of, solve
 from daebench.runs.ivp import Array

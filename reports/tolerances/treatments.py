@@ -12,7 +12,7 @@ from daebench.draw.figures import STROKES, grid_of_axes, save
 from daebench.pages.report import NONE, count, listing, power_of_ten
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Of, Table, once, text
-from daebench.reports.index_reduction.figures import label
+from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.accuracy import ASKED, EDGE, ERROR, diagonal, finish
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IN_WORDS, IVPS, KINDS, REACHED, STOPPED
 

@@ -17,7 +17,7 @@ from daebench.pages.report import percent
 from daebench.pages.report.exact_motion import exact_motion
 from daebench.problems import lotka_volterra
 from daebench.reports import lessons
-from daebench.reports.index_reduction.numbers import period
+from daebench.reports.index_reduction.schemes import period
 from daebench.runs.request import Request
 
 ROUND_OFF = 1e-12

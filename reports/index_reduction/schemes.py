@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,11 +16,15 @@ from daebench.diagnostics.manifold import distance
 from daebench.diagnostics.order import fit_order
 from daebench.diagnostics.reversibility import reversibility_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
+from daebench.draw.figures import QUIET, grid_of_axes, save
+from daebench.draw.methods import stroke_of
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
-from daebench.pages.report import Progress
+from daebench.pages.report import Progress, number, with_error
+from daebench.pages.report.claims import require
 from daebench.pages.report.exact_motion import exact_motion, swing_period
+from daebench.pages.report.tables import Columns, Of, code, tiny
 from daebench.pages.report.two_processes import Job, computed
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
@@ -218,3 +224,119 @@ def period(ivp: ConstrainedIvp) -> float:
     """Return the exact time of one swing from an initial value problem's start."""
     p, q = ivp.p0, ivp.q0
     return swing_period(float(p @ p / 2 + q[2]), float(q[0] * p[1] - q[1] * p[0]))
+
+
+ROUND_OFF = 1e-13
+"""A defect, or a residual of a constraint, up to this is round-off."""
+
+
+VISIBLE = 1e-9
+"""A larger defect shows that a map is not symplectic."""
+
+
+ORDER_BAND = 0.05
+
+
+def check_symplecticity(numbers: Numbers, table: pd.DataFrame) -> None:
+    """Test that symplectic schemes keep the two-form, that ``se`` keeps it in its first step only, and that the others do not keep it."""
+    for name, claim in table["claimed_symplectic"].items():
+        defects = numbers.defects[name].to_numpy()
+        if claim:
+            require(defects.max() <= ROUND_OFF, f"{name} is symplectic to round-off", f"a defect of {defects.max():.2e}")
+            continue
+        later = defects[1:] if name == "se" else defects
+        require(later.min() >= VISIBLE, f"{name} is not symplectic", f"a defect of {later.min():.2e}")
+    first, ten = numbers.defects["se"][0], numbers.defects["se"][DEFECT_STEPS - 1]
+    require(not table["claimed_symplectic"]["se"], "se does not claim to be symplectic", "a claim")
+    require(first <= ROUND_OFF, "the first step of se is symplectic to round-off", f"a defect of {first:.2e}")
+    projected = table["symplecticity"]["seproj"]
+    require(projected > ten, "after ten steps seproj is further from symplectic than se", f"{projected:.2e} against {ten:.2e}")
+
+
+def check_table(table: pd.DataFrame) -> None:
+    """Test the claims of all schemes: order, symmetry, constraints."""
+    for name, row in table.iterrows():
+        require(row["failure"] is None, f"{name} takes every step", row["failure"])
+        for x in ("q", "p"):
+            order = row[f"order_{x}"]
+            require(abs(order - row["claimed_order"]) <= ORDER_BAND, f"{name} has order {row['claimed_order']} in {x}", f"{order:.3f}")
+        limits = {"reversibility": "claimed_symmetric", "g": "claimed_keeps_g"}
+        for quantity, claim in limits.items():
+            holds = row[quantity] <= ROUND_OFF if row[claim] else row[quantity] >= VISIBLE
+            require(holds, f"{quantity} of {name} is {'' if row[claim] else 'not '}round-off", f"{row[quantity]:.2e}")
+        if row["claimed_keeps_Gv"]:
+            require(row["Gv"] <= ROUND_OFF, f"G H_p of {name} is round-off", f"{row['Gv']:.2e}")
+        if row["claimed_symplectic"]:
+            require(
+                row["kind"] == "bounded" and row["L3"] <= ROUND_OFF, f"{name} bounds the energy and keeps L3", row[["kind", "L3"]].to_dict()
+            )
+    turning = table["reversibility_at_start"]["shake"]
+    require(turning <= ROUND_OFF and table["reversibility"]["shake"] >= VISIBLE, "symmetry hides the defect of shake at the start", turning)
+    require(table["Gv"]["shake"] >= VISIBLE, "shake leaves G H_p = 0", f"{table['Gv']['shake']:.2e}")
+
+
+NAMES = {
+    "se": "symplectic Euler on (1.18), se",
+    "seproj": "se with projection, seproj",
+    "symplectic_euler": "constrained symplectic Euler",
+    "symplectic_euler_adjoint": "adjoint of constrained symplectic Euler",
+    "implicit_euler": "constrained implicit Euler",
+    "shake": "SHAKE",
+    "rattle": "RATTLE",
+}
+
+
+STROKE = {name: stroke_of(name) for name in NAMES}
+
+
+def draw_defects(defects: pd.DataFrame, folder: Path) -> Path:
+    """Draw the symplecticity defect against the number of steps."""
+    figure, axes = grid_of_axes(1, 1, 3.7)
+    ax = axes[0, 0]
+    ax.axhspan(1e-17, 1e-14, color="#eeeeee", zorder=0)
+    ax.text(31, 1.3e-14, "round-off", ha="right", va="bottom", color=QUIET, fontsize=8)
+    for name in sorted(SCHEMES, key=lambda name: -defects[name].iloc[-1]):
+        ax.plot(defects["n"], defects[name].clip(lower=2e-17), label=NAMES[name], markevery=(0, 2), **STROKE[name].points())
+    ax.annotate(
+        "the first step of se\nis symplectic",
+        (1, defects["se"][0]),
+        (2.6, 3e-12),
+        arrowprops={"arrowstyle": "->", "color": STROKE["se"].color, "shrinkB": 5},
+        color=STROKE["se"].color,
+    )
+    ax.set(yscale="log", ylim=(1e-17, 1), xlim=(0, 31.5), xlabel="number of steps $n$", ylabel="symplecticity defect")
+    figure.legend(loc="outside lower center", ncols=2)
+    return save(figure, folder, "symplecticity", defects)
+
+
+def yes_or_no(claim: bool) -> str:
+    """Return a claim in a word."""
+    return "yes" if claim else "no"
+
+
+STRUCTURE: Columns = {
+    "method": (code, "scheme"),
+    "system": (lambda system: "(1.18)" if system == "ode" else "(1.9)", "applied to"),
+    "claimed_order": "order<small>claimed</small>",
+    "order_q": (Of(with_error, "order_q", "order_q_error"), "order in <i>q</i><small>measured</small>"),
+    "claimed_symplectic": (yes_or_no, "symplectic<small>claimed</small>"),
+    "symplecticity": (tiny, f"defect<small>{DEFECT_STEPS} steps</small>"),
+    "claimed_symmetric": (yes_or_no, "symmetric<small>claimed</small>"),
+    "reversibility": (tiny, "defect<small>1 step</small>"),
+}
+"""Order, two-form and symmetry of each scheme, claimed and measured."""
+
+three = partial(number, digits=3)
+
+COST: Columns = {
+    "method": (code, "scheme"),
+    "work_newton": (three, "Newton<small>iterations</small>"),
+    "work_H_p": (three, "<i>H<sub>p</sub></i>"),
+    "work_H_q": (three, "<i>H<sub>q</sub></i>"),
+    "work_g": (three, "<i>g</i>"),
+    "work_G": (three, "<i>G</i>"),
+    "work_second": (three, "second<small>derivatives</small>"),
+    "work_solve": (three, "linear<small>solves</small>"),
+    "ns_per_step": (three, "time<small>ns</small>"),
+}
+"""The work of a step and its time."""
