@@ -1,14 +1,19 @@
-"""Claims of the report on work against precision: winners, fronts, recommendations, tested before they are printed."""
+"""Conclusions of the report on work against precision: winners, fronts and recommendations, tested before they are printed; tables."""
 
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 
+from daebench.pages.report import NONE, THIN, count, number, power_of_ten
 from daebench.pages.report.claims import require
-from daebench.reports.work_precision.ivps import WANTED, Work
-from daebench.reports.work_precision.numbers import Numbers
+from daebench.pages.report.tables import Of, Table, code, long, part, text, tiny
+from daebench.reference.keep import store
+from daebench.reference.keep.folders import DATA
+from daebench.reports.work_precision.works import COARSE, WANTED, Numbers, Work
 from daebench.studies.work_precision.recommend import CONSERVED, ROUND_OFF, recommended
 from daebench.studies.work_precision.study import LEVELS, at_least, cheapest, front
 
@@ -20,9 +25,12 @@ def check(numbers: Numbers) -> SimpleNamespace:
     """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
     check_defects(numbers.defects)
     summaries = {work.key: check_work(work, numbers.runs[work.key]) for work in numbers.works}
-    runs = pd.concat(numbers.runs.values())
+    runs, certified = pd.concat(numbers.runs.values()), store.names(DATA)
     return SimpleNamespace(
         works=numbers.works,
+        references=len(certified),
+        unused=len({*certified} - {f"{work.problem}-{work.case}" for work in numbers.works}),
+        coarse={method: tol for method, tol in COARSE.items() if method in set(runs["method"])},
         found=summaries,
         total=len(runs),
         failed=int((runs["failure"] != "").sum()),
@@ -155,3 +163,130 @@ def structure(numbers: Numbers) -> SimpleNamespace:
         others_level=int(others["energy"].notna().sum()),
         exceptions=list(dict.fromkeys(others["method"][others["energy"].notna()])),
     )
+
+
+TIMES_COST = "times<small>the cost</small>"
+WORDS = CONSERVED | {"two_form": "two-form", "casimirs": "Casimir functions", "constraints": "constraints"}
+
+
+def setting(resolution: str, value: float) -> Markup:
+    """Return a step size or tolerance with its name: h = 1/64, tol = 10^-9."""
+    if resolution == "tol":
+        return Markup("tol{0}={0}{1}").format(THIN, power_of_ten(value))
+    parts = round(1 / value)
+    shown = f"1/{parts}" if parts > 1 and abs(parts * value - 1) < 1e-12 else number(value, 3)
+    return Markup("<i>h</i>{0}={0}{1}").format(THIN, shown)
+
+
+def milliseconds(seconds: float) -> Markup:
+    """Return a time in milliseconds."""
+    return number(1e3 * seconds)
+
+
+def times(ratio: float) -> Markup:
+    """Return a factor; an en dash where there is no second method."""
+    return Markup("{}{}{}").format(number(ratio), THIN, "\N{MULTIPLICATION SIGN}") if ratio == ratio else Markup(NONE)
+
+
+def named(value: str) -> Markup:
+    """Return a method's name as HTML, an en dash for none."""
+    return code(value) if value else Markup(NONE)
+
+
+def chosen(row: Any) -> Markup:
+    """Return a method with its step size or tolerance; an en dash where there is none."""
+    if not isinstance(row, dict) or not row["method"]:
+        return Markup(NONE)
+    return Markup("{}<br>{}").format(code(row["method"]), setting(row["knob"], row["value"]))
+
+
+def verdict(row: Mapping[Any, Any]) -> Markup:
+    """Return whether a method claims energy without drift, and from which step size or tolerance on none was measured."""
+    if not row["claimed"]:
+        return Markup("not claimed")
+    if row["all"]:
+        return Markup("yes")
+    return Markup("from {}").format(setting(row["knob"], row["energy"])) if row["energy"] == row["energy"] else Markup("no")
+
+
+SETTING = (Of(lambda resolution, value: setting(resolution or "h", value), "knob", "value"), "with")
+
+
+def summary_table(works: Sequence[Work], summaries: Mapping[str, SimpleNamespace]) -> Table:
+    """Return the recommended method on each motion at one accuracy, with a column for each conserved quantity."""
+    advised = {work.key: part(summaries[work.key].advice, level=MIDDLE).set_index("conserve").to_dict("index") for work in works}
+    rows = [{"motion": work.title, "t": work.t_end} | advised[work.key] for work in works]
+    columns: dict[str, Any] = {"motion": text, "t": (count, "to <i>t</i><small>s</small>")}
+    columns |= {
+        name: (Of(chosen, name), WORDS[name])
+        for name in CONSERVED
+        if any(name in set(summaries[work.key].advice["conserve"]) for work in works)
+    }
+    return Table(pd.DataFrame(rows, dtype=object), columns, {})
+
+
+def winners_table(work: Work, winners: pd.DataFrame, resolutions: Mapping[Any, str]) -> Table:
+    """Return the cheapest methods by accuracy."""
+    return Table(
+        winners.assign(knob=winners["method"].map(resolutions)),
+        {
+            "level": (power_of_ten, f"|Δ<i>{work.letter}</i>|"),
+            "method": (code, "by time"),
+            "at": SETTING,
+            "seconds": (milliseconds, "ms"),
+            "next": named,
+            "ratio": (times, TIMES_COST),
+            "method_counted": (named, "by evaluations"),
+            "evaluations": (count, "count"),
+            "next_counted": (named, "next"),
+            "ratio_counted": (times, TIMES_COST),
+        },
+        winners,
+    )
+
+
+def front_table(work: Work, front: pd.DataFrame) -> Table:
+    """Return the Pareto front by time."""
+    columns = {"method": code, "at": SETTING, work.error: (number, "error"), "seconds": (milliseconds, "CPU time<small>ms</small>")}
+    return Table(front, columns | {"evaluations": count})
+
+
+def keeps_table(work: Work, conserved: pd.DataFrame, defects: pd.DataFrame) -> Table:
+    """Return the quantities that each method conserves."""
+    shown = conserved.assign(defect=conserved["method"].map(part(defects, key=work.key).set_index("method")["defect"]))
+    headings = {
+        "g": "|<i>g</i>|",
+        "Gv": "|<i>G H<sub>p</sub></i>|",
+        "casimirs": "Casimir<small>error</small>",
+        "integrals": "momentum<small>error</small>",
+        "defect": f"{'structure' if work.poisson else 'two-form'}<small>defect</small>",
+    }
+    columns: dict[str, Any] = {
+        "method": code,
+        "error": (number, "smallest<small>error</small>"),
+        "kept": (Of(verdict), "energy<small>without drift</small>"),
+        "energy_error": (tiny, "energy<small>error</small>"),
+    }
+    columns |= {name: (tiny, heading) for name, heading in headings.items() if shown[name].notna().any()}
+    return Table(shown, columns, conserved)
+
+
+def advice_table(work: Work, advice: pd.DataFrame) -> Table:
+    """Return the recommendations."""
+    return Table(
+        advice,
+        {
+            "accuracy": (Of(power_of_ten, "level"), f"|Δ<i>{work.letter}</i>|"),
+            "conserve": (WORDS.__getitem__, "must conserve"),
+            "method": (named, "take"),
+            "at": (Of(lambda method, *of: setting(*of) if method else Markup(NONE), "method", "knob", "value"), "with"),
+            "cost": (milliseconds, "CPU time<small>ms</small>"),
+            "error": (number, "error<small>reached</small>"),
+            "next": (named, "next best"),
+            "ratio": (times, TIMES_COST),
+        },
+    )
+
+
+FAILED = {"method": code, "at": SETTING, "failure": (long, "why")}
+"""Runs that show no number, and why."""
