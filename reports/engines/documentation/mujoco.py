@@ -9,8 +9,7 @@ import numpy as np
 from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import mujoco as adapter
 from daebench.reports.engines.documentation import NOT, PART, row
-from daebench.reports.engines.motions import BY_KEY, T_END
-from daebench.reports.engines.truth import truth
+from daebench.reports.engines.motions import BY_KEY, T_END, reference_of
 
 MODEL = """<mujoco>
   <option timestep="{h}" integrator="{integrator}"><flag constraint="disable" energy="enable"/></option>
@@ -122,7 +121,7 @@ def quarter() -> dict[str, str]:
 
 def double() -> dict[str, str]:
     """Return the same by accuracy at the end, on the double pendulum."""
-    known, h = truth("double"), 1 / 256
+    known, h = reference_of("double"), 1 / 256
 
     def error(name: str, step: float) -> float:
         states = adapter.run(adapter.tree, name, BY_KEY["double"].ivp, step, np.array([T_END]))

@@ -7,11 +7,10 @@ from typing import Any
 
 import pandas as pd
 
-from daebench.draw.figures import BLACK, QUIET, STROKES, drawing, grid_of_axes, legend_below, save
-from daebench.pages.report.thumbnail import draw_thumbnail
+from daebench.draw.figures import BLACK, QUIET, STROKES, grid_of_axes, legend_below, save
 from daebench.reports.engines.adapters import ENGINES
+from daebench.reports.engines.measured import IDA, KAHAN, OWN, RATTLE
 from daebench.reports.engines.motions import BY_KEY, MOTIONS
-from daebench.reports.engines.numbers import IDA, KAHAN, OWN, RATTLE, Numbers
 
 COLUMNS = 3
 """Panels side by side."""
@@ -31,31 +30,29 @@ STYLES = {
 """Colours and marks of engines."""
 
 
-def draw(numbers: Numbers, folder: Path) -> dict[str, Path]:
-    """Draw errors at equal cost and against seconds into a folder; return the paths of the SVG files by stem, none if no engine ran."""
-    if not numbers.engines:
-        return {}
-    runs = numbers.runs[numbers.runs["failure"] == ""]
+def draw_cost(runs: pd.DataFrame, folder: Path) -> Path:
+    """Draw errors against seconds, a panel for each motion."""
+    runs = runs[runs["failure"] == ""]
     motions = list(dict.fromkeys(runs["motion"]))
     rows = -(-len(motions) // COLUMNS)
-    with drawing():
-        figure, axes = grid_of_axes(rows, COLUMNS, 1.0 + 2.2 * rows, x="seconds of stepping", y="error at $t$ = 10")
-        for axis in axes.flat[len(motions) :]:
-            axis.set_axis_off()
-        for axis, key in zip(axes.flat, motions, strict=False):
-            panel(axis, runs[runs["motion"] == key])
-            axis.set_title(fill(BY_KEY[key].title, TITLE))
-            axis.axvline(BY_KEY[key].budget, color=QUIET, linewidth=0.8, linestyle=":")
-        handles = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=5)
-        cost = save(figure, folder, "cost", runs)
-        best = most_accurate(numbers.chosen)
-        figure, axes = grid_of_axes(1, 1, 1.1 + 0.42 * best["motion"].nunique(), x="error at $t$ = 10 within the same CPU time")
-        equal_cost(axes[0, 0], best)
-        legend_below(figure, axes[0, 0], 4)
-        answer = save(figure, folder, "answer", best)
-    draw_thumbnail(folder, lambda axis: thumbnail(axis, best))
-    return {"answer": answer, "cost": cost}
+    figure, axes = grid_of_axes(rows, COLUMNS, 1.0 + 2.2 * rows, x="seconds of stepping", y="error at $t$ = 10")
+    for axis in axes.flat[len(motions) :]:
+        axis.set_axis_off()
+    for axis, key in zip(axes.flat, motions, strict=False):
+        panel(axis, runs[runs["motion"] == key])
+        axis.set_title(fill(BY_KEY[key].title, TITLE))
+        axis.axvline(BY_KEY[key].budget, color=QUIET, linewidth=0.8, linestyle=":")
+    handles = {label: handle for axis in axes.flat for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=5)
+    return save(figure, folder, "cost", runs)
+
+
+def draw_answer(best: pd.DataFrame, folder: Path) -> Path:
+    """Draw errors at equal cost, a row for each motion."""
+    figure, axes = grid_of_axes(1, 1, 1.1 + 0.42 * best["motion"].nunique(), x="error at $t$ = 10 within the same CPU time")
+    equal_cost(axes[0, 0], best)
+    legend_below(figure, axes[0, 0], 4)
+    return save(figure, folder, "answer", best)
 
 
 def most_accurate(chosen: pd.DataFrame) -> pd.DataFrame:

@@ -1,15 +1,22 @@
-"""Claims of the report on engines: accuracy at equal cost, verdicts on energies, and statements of documentation, tested on numbers."""
+"""Findings of the report on engines: accuracy at equal cost, verdicts on energies, statements of documentation, tested; tables."""
 
+import math
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from markupsafe import Markup
 
+from daebench.diagnostics.drift import FAILED
+from daebench.pages.report import MINUS, count, number, power_of_ten
 from daebench.pages.report.claims import require
+from daebench.pages.report.sentences import exponent_text
+from daebench.pages.report.tables import Of, Table, long, part, text, tiny
 from daebench.reports.engines.documentation import HOLDS, NOT, PART
+from daebench.reports.engines.measured import IDA, KAHAN, OWN, RATTLE, Numbers
 from daebench.reports.engines.motions import BY_KEY
-from daebench.reports.engines.numbers import IDA, KAHAN, OWN, RATTLE, Numbers
 
 SAME = 0.02
 """Relative tolerance for the errors of different codes of one scheme with one step size."""
@@ -161,3 +168,100 @@ def unfinished(chosen: pd.DataFrame) -> list[tuple[str, str, str, str]]:
     """Return the settings of which no run reached its end: engine, setting, motion and why the last did not."""
     rows = chosen[chosen["failure"] != ""]
     return [(row["engine"], row["setting"], BY_KEY[row["motion"]].title, row["failure"]) for row in rows.to_dict("records")]
+
+
+def at(row: Mapping[Any, Any]) -> Markup:
+    """Return a step size, a power of two, or a tolerance, a power of ten."""
+    if row["knob"] == "h":
+        return Markup("<i>h</i>&nbsp;=&nbsp;2<sup>{}</sup>").format(exponent_text(round(math.log2(float(row["value"])))))
+    return Markup("tol&nbsp;=&nbsp;{}").format(power_of_ten(float(row["value"])))
+
+
+def named(row: Mapping[Any, Any]) -> Markup:
+    """Return an engine and its setting, with marks for reduced coordinates and for a run that takes longer than the budget."""
+    marks = f"{'' if row['constrained'] else ' °'}{'' if row['within'] or row['failure'] else ' *'}"
+    setting = f"{row['setting']}{', ' + row['variant'] if row['variant'] else ''}"
+    return Markup("{}{}<small class='setting'>{}</small>").format(row["engine"], marks, setting)
+
+
+def time_for(rows: pd.DataFrame, level: float) -> float:
+    """Return the shortest time of a run of the required accuracy, ms; NaN if there is none."""
+    good = rows[(rows["failure"] == "") & (rows["error"] <= level)]["seconds"]
+    return 1e3 * float(good.min()) if len(good) else float("nan")
+
+
+def verdict(row: Mapping[Any, Any]) -> str:
+    """Return the verdict on the energy, with its law if it drifts; for a run that ends after t = 10, that it stops."""
+    if row["verdict"] == FAILED and not row["failure"]:
+        return "stops before"
+    return f"{row['verdict']}, {row['law']}" if row["law"] and row["verdict"] == "drifts" else str(row["verdict"])
+
+
+def motion_table(key: str, chosen: pd.DataFrame, runs: pd.DataFrame) -> Table:
+    """Return the contenders of a motion at equal cost, daebench's own first, then by their error."""
+    own, others = part(chosen, engine=OWN), chosen[chosen["engine"] != OWN].sort_values("error")
+    rows, mine = pd.concat([own, others], ignore_index=True), part(runs, motion=key)
+    level = [time_for(part(mine, engine=engine, setting=setting), LEVEL) for engine, setting in rows[["engine", "setting"]].to_numpy()]
+    known = time_for(part(mine, engine=OWN, setting=RATTLE), LEVEL) if len(part(own, setting=RATTLE)) else np.nan
+    return Table(
+        rows.assign(milliseconds=1e3 * rows["seconds"], level=level, times=np.array(level) / known),
+        {
+            "engine": Of(named),
+            "at": (Of(at), "with"),
+            "error": (number, "error<small>at t = 10</small>"),
+            "g": (tiny, "|<i>g</i>|"),
+            "Gv": (tiny, "|<i>G v</i>|"),
+            "energy_error": (tiny, "energy<small>error</small>"),
+            "energy": (Of(verdict), f"energy<small>to t = {BY_KEY[key].long:g}</small>"),
+            "order": (number, "order<small>measured</small>"),
+            "milliseconds": (number, "time<small>ms</small>"),
+            "level": (number, f"time to 10<sup>{MINUS}3</sup><small>ms</small>"),
+            "times": (number, "ratio<small>to RATTLE's time</small>"),
+        },
+        {},
+    )
+
+
+def phrase(value: str) -> Markup:
+    """Return a few words that may wrap over several lines."""
+    return Markup('<span class="phrase">{}</span>').format(value)
+
+
+def markup(value: str) -> Markup:
+    """Return a sentence in HTML that may wrap over several lines."""
+    return long(Markup(value))
+
+
+DOCUMENTATION = {
+    "engine": text,
+    "place": (phrase, "where"),
+    "sentence": (markup, "statement, paraphrased"),
+    "measured": markup,
+    "verdict": phrase,
+}
+"""Statements of documentation, and the measurements."""
+
+
+def tuned_table(frame: pd.DataFrame) -> Table:
+    """Return the free numbers of settings that were tried, and the chosen ones."""
+    rows = []
+    for (engine, setting, motion), tried in frame.groupby(["engine", "setting", "motion"], sort=False):
+        taken = tried[tried["taken"]].iloc[0]
+        row = {"engine": engine, "setting": setting, "motion": BY_KEY[str(motion)].title, "value": float(taken["value"])}
+        row |= {"variant": taken["variant"], "error": float(taken["error"]), "median": tried["error"].median()}
+        rows.append(row | {"tried": len(tried), "failed": int(tried["error"].isna().sum())})
+    return Table(
+        pd.DataFrame(rows),
+        {
+            "engine": text,
+            "setting": text,
+            "motion": text,
+            "value": (number, "h<small>s</small>"),
+            "variant": "taken",
+            "error": (number, "its error<small>at t = 10</small>"),
+            "median": (number, "median<small>of all</small>"),
+            "tried": count,
+            "failed": count,
+        },
+        frame,
+    )

@@ -1,9 +1,13 @@
-"""Numbers of the report on engines: each contender is tuned, run over step sizes or tolerances, timed, and run for a long time."""
+"""Measurements of the report on engines: each contender is tuned, run over step sizes, timed, run for a long time, and stored."""
 
+import hashlib
+import inspect
+import json
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -14,12 +18,14 @@ from daebench.diagnostics.energy_verdict import energy_verdict
 from daebench.diagnostics.order import fit_order
 from daebench.methods.names import method_of
 from daebench.pages.report.page import Progress
-from daebench.reports.engines import stored
+from daebench.reports.engines import contender as contender_module
+from daebench.reports.engines import motions as motions_module
 from daebench.reports.engines.adapters import ENGINES, Engine
 from daebench.reports.engines.contender import Contender, halved
 from daebench.reports.engines.documentation import sentences_of
-from daebench.reports.engines.motions import BY_KEY, MOTIONS, T_END, Motion
-from daebench.reports.engines.truth import compared, truth
+from daebench.reports.engines.motions import BY_KEY, MOTIONS, T_END, Motion, compared, reference_of
+from daebench.runs.files import atomic, make_folder
+from daebench.runs.machine import machine
 from daebench.runs.request import Request
 from daebench.runs.trajectory import CONSTRAINED, Trajectory
 
@@ -94,7 +100,7 @@ def error_of(motion: Motion, run: Trajectory) -> float:
     """Return the largest error of a position at the end, at least the error bound of the reference; NaN for a run that stopped."""
     if run.failure:
         return float("nan")
-    known = truth(motion.key)
+    known = reference_of(motion.key)
     return max(known.bound, float(np.max(np.abs(compared(motion, run.q[-1]) - known.value))))
 
 
@@ -127,7 +133,7 @@ def swept(contender: Contender, variant: str) -> list[dict[str, Any]]:
             "knob": contender.knob,
             "value": value,
             "error": error_of(motion, run),
-            "bound": truth(motion.key).bound,
+            "bound": reference_of(motion.key).bound,
             **{name: run.maxima.get(name, np.nan) for name in ("g", "Gv")},
             "energy_error": run.maxima.get("energy", np.nan),
             "seconds": timed(contender, motion, value, run),
@@ -172,17 +178,51 @@ def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
     return row
 
 
+def key_of(contender: Contender, version: str, *modules: ModuleType) -> str:
+    """Return the digest of everything that determines the numbers of a contender: its setting, the engine's version, the machine, the code.
+
+    Parameters
+    ----------
+    contender : Contender
+        The contender.
+    version : str
+        Version of its engine.
+    *modules : module
+        Its adapter, and the other modules that measure it.
+    """
+    sources = [inspect.getsource(module) for module in (contender_module, motions_module, *modules)]
+    parts = [contender.name, contender.motion, repr(contender.values), version, machine(), *sources]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
+
+
+def stored(folder: Path, key: str) -> dict[str, Any] | None:
+    """Return the measurements of a contender, None if there are none or its file is damaged."""
+    path = folder / f"{key}.json"
+    try:
+        measurements: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return measurements
+
+
+def store(folder: Path, key: str, measurements: dict[str, Any]) -> None:
+    """Store the measurements of a contender atomically."""
+    make_folder(folder)
+    with atomic(folder / f"{key}.json") as scratch:
+        scratch.write_text(json.dumps(measurements, default=lambda number: number.item()), encoding="utf-8")
+
+
 def measured(contender: Contender, engine: Engine | None, folder: Path | None) -> dict[str, Any]:
     """Return the measurements of a contender: its runs, its row at equal cost, and its variants; from a folder if they are stored there."""
     code = [sys.modules[__name__], *([engine.adapter] if engine else [])]
-    key = stored.key_of(contender, engine.version if engine else "", *code) if folder else ""
-    if folder and (found := stored.read(folder, key)):
-        return found
+    key = key_of(contender, engine.version if engine else "", *code) if folder else ""
+    if folder and (measurements := stored(folder, key)):
+        return measurements
     ready, variant, variants = tuned(contender)
     rows = swept(ready, variant)
     result = {"rows": rows, "chosen": summary(ready, pd.DataFrame(rows)), "variants": variants}
     if folder:
-        stored.write(folder, key, result)
+        store(folder, key, result)
     return result
 
 
