@@ -66,9 +66,9 @@ def equal_cost(axis: Any, best: pd.DataFrame) -> None:
     """Draw a row for each motion: RATTLE as a black bar, and a mark for each engine, filled where it has constraints."""
     motions = [motion.key for motion in MOTIONS if motion.key in set(best["motion"])]
     rows = {key: k for k, key in enumerate(motions)}
-    own = best[best["engine"] == OWN]
+    ours = best[best["engine"] == OWN]
     bar = {"marker": "|", "s": 260, "linewidths": 2.4, "color": BLACK}
-    axis.scatter(own["error"], own["motion"].map(rows), label="RATTLE of daebench", zorder=4, **bar)
+    axis.scatter(ours["error"], ours["motion"].map(rows), label="RATTLE of daebench", zorder=4, **bar)
     for engine, stroke in STYLES.items():
         marks = best[best["engine"] == engine]
         for tied, part in marks.groupby("constrained"):

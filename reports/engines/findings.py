@@ -72,7 +72,7 @@ def first(motion: Any, rows: pd.DataFrame) -> SimpleNamespace:
     good = rows[(rows["failure"] == "") & rows["within"]]
     engines = good[good["engine"] != OWN].sort_values("error")
     tied = engines[engines["constrained"]]
-    rattle = good[(good["engine"] == OWN) & (good["setting"] == RATTLE)]
+    rattle = part(good, engine=OWN, setting=RATTLE)
     best = engines.iloc[0] if len(engines) else None
     closed = tied.iloc[0] if len(tied) else None
     same = best is not None and closed is not None and best.name == closed.name
@@ -109,10 +109,10 @@ def race(runs: pd.DataFrame, error: float) -> SimpleNamespace:
     won: dict[bool, list[str]] = {True: [], False: []}
     for key in dict.fromkeys(runs["motion"]):
         rows = enough[enough["motion"] == key]
-        engines, own = rows[rows["engine"] != OWN], rows[rows["engine"] == OWN]
+        engines, ours = rows[rows["engine"] != OWN], rows[rows["engine"] == OWN]
         rival = float(engines["seconds"].min()) if len(engines) else np.inf
-        counts["rattle"] += bool((own[own["setting"] == RATTLE]["seconds"] < rival).any())
-        counts["own"] += (first := bool((own["seconds"] < rival).any()))
+        counts["rattle"] += bool((ours[ours["setting"] == RATTLE]["seconds"] < rival).any())
+        counts["own"] += (first := bool((ours["seconds"] < rival).any()))
         counts["nobody"] += not len(rows)
         if len(engines) and not first:
             won[bool(engines.loc[engines["seconds"].idxmin(), "constrained"])].append(BY_KEY[str(key)].title)
@@ -132,16 +132,16 @@ def twins(runs: pd.DataFrame) -> SimpleNamespace:
     Where G loses rank, rounding decides how a run continues; motions with such places are left out.
     """
     runs = runs[runs["motion"] != SINGULAR]
-    own = runs[(runs["engine"] == OWN) & (runs["setting"] == RATTLE)].set_index(["motion", "value"])["error"]
+    ours = part(runs, engine=OWN, setting=RATTLE).set_index(["motion", "value"])["error"]
     names, worst, count = [], 0.0, 0
     for engine, setting in TWINS:
-        rows = runs[(runs["engine"] == engine) & (runs["setting"] == setting) & (runs["failure"] == "")]
+        rows = part(runs, engine=engine, setting=setting, failure="")
         theirs = rows[rows["error"] > ROUNDED * rows["bound"]].set_index(["motion", "value"])["error"]
-        both = own.index.intersection(theirs.index)
+        both = ours.index.intersection(theirs.index)
         if len(both):
             names.append(engine)
             count += len(both)
-            worst = max(worst, float(np.max(np.abs(theirs[both] / own[both] - 1))))
+            worst = max(worst, float(np.max(np.abs(theirs[both] / ours[both] - 1))))
     require(worst <= SAME, f"RATTLE of {' and '.join(names)} agrees with daebench's", f"a relative difference of {worst:.1e}")
     return SimpleNamespace(names=names, worst=worst, count=count)
 
@@ -199,10 +199,10 @@ def verdict(row: Mapping[Any, Any]) -> str:
 
 def motion_table(key: str, chosen: pd.DataFrame, runs: pd.DataFrame) -> Table:
     """Return the contenders of a motion at equal cost, daebench's own first, then by their error."""
-    own, others = part(chosen, engine=OWN), chosen[chosen["engine"] != OWN].sort_values("error")
-    rows, mine = pd.concat([own, others], ignore_index=True), part(runs, motion=key)
+    ours, others = part(chosen, engine=OWN), chosen[chosen["engine"] != OWN].sort_values("error")
+    rows, mine = pd.concat([ours, others], ignore_index=True), part(runs, motion=key)
     level = [time_for(part(mine, engine=engine, setting=setting), LEVEL) for engine, setting in rows[["engine", "setting"]].to_numpy()]
-    known = time_for(part(mine, engine=OWN, setting=RATTLE), LEVEL) if len(part(own, setting=RATTLE)) else np.nan
+    known = time_for(part(mine, engine=OWN, setting=RATTLE), LEVEL) if len(part(ours, setting=RATTLE)) else np.nan
     return Table(
         rows.assign(milliseconds=1e3 * rows["seconds"], level=level, times=np.array(level) / known),
         {

@@ -51,8 +51,8 @@ def check(numbers: Numbers) -> SimpleNamespace:
 
 def price(alone: pd.DataFrame) -> SimpleNamespace:
     """Return the time of a single start over that of one of many."""
-    require(bool((alone["starts"] > 1).all()), "one start of many costs less than a single start", alone["starts"].tolist())
-    return SimpleNamespace(least=float(alone["starts"].min()), most=float(alone["starts"].max()))
+    require((alone["starts"] > 1).all(), "one start of many costs less than a single start", alone["starts"].tolist())
+    return SimpleNamespace(least=alone["starts"].min(), most=alone["starts"].max())
 
 
 def draw(numbers: Numbers, findings: SimpleNamespace, folder: Path) -> Iterator[Path]:

@@ -11,6 +11,7 @@ import pandas as pd
 from daebench.draw.figures import QUIET, grid_of_axes, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.pages.report.claims import require
+from daebench.pages.report.tables import part
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE
 
 TWICE = 2.0
@@ -30,9 +31,9 @@ def errors(runs: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for (motion, method, fraction), some in runs.groupby(["motion", "method", "price"], sort=False):
         size = some["size"].to_numpy()
-        own, (low, median, high) = size[0], np.quantile(size, (LOW, 0.5, HIGH), method="inverted_cdf")
-        rows.append({"motion": motion, "method": method, "price": fraction, "h": some["h"].iloc[0], "own": own})
-        rows[-1] |= {"low": low, "median": median, "high": high, "rank": float(np.mean(size < own)), "largest": float(np.max(size))}
+        case_error, (low, median, high) = size[0], np.quantile(size, (LOW, 0.5, HIGH), method="inverted_cdf")
+        rows.append({"motion": motion, "method": method, "price": fraction, "h": some["h"].iloc[0], "own": case_error})
+        rows[-1] |= {"low": low, "median": median, "high": high, "rank": float(np.mean(size < case_error)), "largest": float(np.max(size))}
         rows[-1]["stopped"] = float(np.mean(some["failure"] != ""))
     return pd.DataFrame(rows)
 
@@ -43,15 +44,15 @@ def spread(sizes: pd.DataFrame) -> SimpleNamespace:
     off = known["own"] / known["median"]
     range_of = known["high"] / known["low"]
     worst = known.iloc[int((known["high"] / known["own"]).to_numpy().argmax())]
-    require(bool((known["low"] <= known["median"]).all() and (known["median"] <= known["high"]).all()), "quantiles are in order", known)
+    require((known["low"] <= known["median"]).all() and (known["median"] <= known["high"]).all(), "quantiles are in order", known)
     return SimpleNamespace(
         n=len(known),
-        off=int(((off > TWICE) | (off < 1 / TWICE)).sum()),
-        spread=float(range_of.median()),
-        most=float(range_of.max()),
+        off=((off > TWICE) | (off < 1 / TWICE)).sum(),
+        spread=range_of.median(),
+        most=range_of.max(),
         worst=worst,
-        factor=float(worst["high"] / worst["own"]),
-        over=int((known["high"] > TWICE * known["own"]).sum()),
+        factor=worst["high"] / worst["own"],
+        over=(known["high"] > TWICE * known["own"]).sum(),
     )
 
 
@@ -82,8 +83,8 @@ def order(first: pd.DataFrame) -> SimpleNamespace:
     return SimpleNamespace(
         n=len(first),
         wrong=wrong,
-        least=float(first["part"].min()),
-        unanimous=int((first["part"] == 1).sum()),
+        least=first["part"].min(),
+        unanimous=(first["part"] == 1).sum(),
         divided=first.iloc[int(first["part"].to_numpy().argmin())],
     )
 
@@ -146,8 +147,8 @@ def _explain(ax: Any) -> None:
     ax.axis("off")
     bar = ax.plot([], [], color=QUIET, linewidth=7, alpha=0.5)[0]
     median = ax.plot([], [], color="black", linestyle="none", marker="|", markersize=11, markeredgewidth=2)[0]
-    own = ax.plot([], [], **CASE)[0]
-    ax.legend([bar, median, own], ["nine tenths of the starts", "median", "start of the case"], loc="center", labelspacing=0.8)
+    case = ax.plot([], [], **CASE)[0]
+    ax.legend([bar, median, case], ["nine tenths of the starts", "median", "start of the case"], loc="center", labelspacing=0.8)
 
 
 def draw_winners(first: Any, titles: dict[str, str], folder: Path) -> Path:
@@ -180,32 +181,32 @@ def _hatch(method: str) -> str:
 def bar(ax: Any, y: float, parts: list[tuple[float, str, str]]) -> None:
     """Draw a bar of parts, each a length, a colour and a hatch."""
     left = 0.0
-    for part, color, hatch in parts:
-        ax.barh(y, part, left=left, height=0.82, facecolor=color, edgecolor="white", hatch=hatch, linewidth=0)
-        left += part
+    for length, color, hatch in parts:
+        ax.barh(y, length, left=left, height=0.82, facecolor=color, edgecolor="white", hatch=hatch, linewidth=0)
+        left += length
 
 
-def _finish(figure: Any, ax: Any, ticks: dict[float, str], colors: list[tuple[str, str, str]], own: str) -> None:
+def _finish(figure: Any, ax: Any, ticks: dict[float, str], colors: list[tuple[str, str, str]], mark: str) -> None:
     ax.set(yticks=list(ticks), yticklabels=ticks.values(), xlim=(0, 100))
     ax.invert_yaxis()
     ax.grid(visible=False)
     ax.tick_params(axis="y", length=0)
-    legend(figure, colors, own, loc="outside lower center", ncols=len(FRACTIONS))
+    legend(figure, colors, mark, loc="outside lower center", ncols=len(FRACTIONS))
 
 
-def legend(place: Any, colors: list[tuple[str, str, str]], own: str, **settings: Any) -> None:
+def legend(place: Any, colors: list[tuple[str, str, str]], mark: str, **settings: Any) -> None:
     """Draw the legend of the parts of bars, and of the mark of the case."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     handles: list[Any] = [Patch(facecolor=color, edgecolor="white", hatch=hatch, linewidth=0, label=name) for name, color, hatch in colors]
-    handles.append(Line2D([], [], **CASE, label=own))
+    handles.append(Line2D([], [], **CASE, label=mark))
     place.legend(handles=handles, **settings)
 
 
 def thumbnail(axis: Any, conclusions: SimpleNamespace) -> None:
     """Draw the errors of the first motion from all its starts."""
     sizes, (key, title) = conclusions.sizes, next(iter(conclusions.titles.items()))
-    _errors(axis, sizes[(sizes["price"] == MIDDLE) & (sizes["motion"] == key)])
+    _errors(axis, part(sizes, price=MIDDLE, motion=key))
     axis.minorticks_off()
     axis.set_title(f"energy error, {conclusions.starts} starts: {title}", loc="right", fontsize=7)

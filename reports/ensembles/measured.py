@@ -41,7 +41,7 @@ COMPILED = 0.4
 
 @dataclass(frozen=True)
 class Numbers:
-    """What was measured.
+    """The measurements of the report.
 
     Parameters
     ----------
@@ -112,9 +112,11 @@ def energy_request(h: float, steps: int, every: int) -> Request:
 def drawn(motion: Motion, starts: int) -> tuple[Members, str]:
     """Return the start of the case and others of its energy, and their distribution."""
     ivp = initial_value_problem(motion.problem, motion.case)
-    made = draw_starts(ivp, "energy", members=starts - 1, h=motion.h, seed=SEED)
-    both = zip(ivp.start, made.members.start, strict=True)
-    return replace(made.members, start=tuple(np.concatenate([[own], others]) for own, others in both)), made.about
+    starts_of_energy = draw_starts(ivp, "energy", members=starts - 1, h=motion.h, seed=SEED)
+    both = zip(ivp.start, starts_of_energy.members.start, strict=True)
+    return replace(
+        starts_of_energy.members, start=tuple(np.concatenate([[start], others]) for start, others in both)
+    ), starts_of_energy.about
 
 
 def priced(motion: Motion, some: Members) -> pd.DataFrame:
@@ -148,8 +150,8 @@ def measured(motion: Motion, some: Members, method: str, fraction: int, ratio: i
     if len(ended):
         with np.errstate(all="ignore"):  # a motion that is lost may have squares that overflow
             columns = member_energies(run, ended)
-        found = np.array(columns["energy_size"], dtype=float)
-        sizes[ended] = np.where(np.isfinite(found), found, np.inf)
+        energy_sizes = np.array(columns["energy_size"], dtype=float)
+        sizes[ended] = np.where(np.isfinite(energy_sizes), energy_sizes, np.inf)
         verdicts[ended] = held_verdicts(columns["energy_verdict"], run, ended, solver, asked)
     return pd.DataFrame(
         {"motion": motion.key, "method": method, "price": fraction, "h": h, "start": np.arange(len(some)), "size": sizes}

@@ -9,6 +9,7 @@ import pandas as pd
 from daebench.diagnostics.drift import BOUNDED, DRIFTS, FAILED, KEPT
 from daebench.draw.figures import GREEN, VERMILION, grid_of_axes, save
 from daebench.pages.report.claims import require
+from daebench.pages.report.tables import part
 from daebench.reports.ensembles.errors import NAMES, bar, legend, mark_case
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MIDDLE, STRUCTURED
 
@@ -50,29 +51,29 @@ def trends(runs: pd.DataFrame) -> pd.DataFrame:
 
 def agreement(verdicts: pd.DataFrame) -> SimpleNamespace:
     """Return in how many settings the case's own verdict is the most frequent one, for methods that keep the two-form and for others."""
-    finest = verdicts[(verdicts["price"] == FRACTIONS[-1]) & (verdicts["failed"] == 0)]
+    finest = part(verdicts, price=FRACTIONS[-1], failed=0)
     decided = finest[finest["undetermined"] < 1 - DECIDED]
     structured, others = (decided[decided["method"].isin(STRUCTURED) == flag] for flag in (True, False))
     require(
-        bool((structured["drifts"] < structured["flat"]).all()),
+        (structured["drifts"] < structured["flat"]).all(),
         "with the smallest steps symplectic methods have more starts without drift than with one",
         structured[["motion", "method", "flat", "drifts"]].to_dict("records"),
     )
     require(
-        bool((others["drifts"] > others["flat"]).all()),
+        (others["drifts"] > others["flat"]).all(),
         "with the smallest steps the other methods have more starts with a drift than without",
         others[["motion", "method", "flat", "drifts"]].to_dict("records"),
     )
     return SimpleNamespace(
         n=len(verdicts),
-        differs=int((verdicts["own"] != verdicts["most"]).sum()),
+        differs=(verdicts["own"] != verdicts["most"]).sum(),
         astray=verdicts[(verdicts["own"] != verdicts["most"]) & (verdicts["failed"] == 0)].sort_values("part", ascending=False),
         structured=len(structured),
-        of=int(finest["method"].isin(STRUCTURED).sum()),
-        least_flat=float((structured["flat"] / (structured["flat"] + structured["drifts"])).min()),
-        false_drift=float(structured["drifts"].max()),
+        of=finest["method"].isin(STRUCTURED).sum(),
+        least_flat=(structured["flat"] / (structured["flat"] + structured["drifts"])).min(),
+        false_drift=structured["drifts"].max(),
         others=len(others),
-        least_drift=float(others["drifts"].min()),
+        least_drift=others["drifts"].min(),
     )
 
 
@@ -91,10 +92,10 @@ def draw_verdicts(verdicts: Any, titles: dict[str, str], folder: Path) -> Path:
     figure, axes = grid_of_axes(4, 2, 7.0, sharey=True, sharex=True)
     for ax, (key, title) in zip(axes.flat, titles.items(), strict=False):
         for k, method in enumerate(METHODS):
-            one = rows[(rows["motion"] == key) & (rows["method"] == method)].iloc[0]
+            one = part(rows, motion=key, method=method).iloc[0]
             bar(ax, k, [(100 * one[verdict], color, "") for verdict, (_, color) in VERDICTS.items()])
-            own = {"bounded": "flat", "kept": "flat"}.get(one["own"], one["own"])
-            mark_case(ax, one, list(VERDICTS), own, k, 2.0)
+            verdict_of_case = {"bounded": "flat", "kept": "flat"}.get(one["own"], one["own"])
+            mark_case(ax, one, list(VERDICTS), verdict_of_case, k, 2.0)
         ax.set(
             title=title,
             yticks=range(len(METHODS)),

@@ -13,7 +13,7 @@ from daebench.draw.figures import BLUE, ORANGE
 from daebench.draw.methods import name_of
 from daebench.pages.report import NONE, count, number
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import Columns, Table, code, text
+from daebench.pages.report.tables import Columns, Table, code, part, text
 from daebench.reports.extremes.sections import MAPPED
 from daebench.studies.grid.outcomes import FINE
 from daebench.studies.grid.rows import by_method, error_of
@@ -147,7 +147,7 @@ def largest_steps(steps: pd.DataFrame) -> Table:
 
 
 def in_precision(runs: pd.DataFrame) -> Table:
-    """Return what single, double and compensated arithmetic reach with the smallest steps."""
+    """Return errors in single, double and compensated arithmetic with the smallest steps."""
     precise = smallest_steps(runs)
     return Table(
         precise,
@@ -190,20 +190,20 @@ def limits(table: pd.DataFrame) -> SimpleNamespace:
     require((both["keeps the energy"] <= both["completes"]).all(), "a run that keeps the energy reaches its end", both)
     energy_steps = both["keeps the energy"]
     room = (both["completes"] / energy_steps)[energy_steps > 0].sort_values(ascending=False)
-    open_end = set(table[(table["verdict"] == "completes") & (table["fails"] == float("inf"))]["method"])
+    open_end = set(part(table, verdict="completes", fails=float("inf"))["method"])
     most = room[room.index.isin(open_end)] if open_end & set(room.index) else room.iloc[:1]
     facts = {"most": list(most.index), "room": [float(x) for x in most], "least": bool(open_end)}
-    return SimpleNamespace(best=list(energy_steps[energy_steps == energy_steps.max()].index), h=float(energy_steps.max()), **facts)
+    return SimpleNamespace(best=list(energy_steps[energy_steps == energy_steps.max()].index), h=energy_steps.max(), **facts)
 
 
 def ratios(table: pd.DataFrame) -> SimpleNamespace:
     """Return the methods that are fine for all masses, and test that RATTLE keeps the manifold wherever it reaches its end."""
-    rattle = table[(table["method"] == "rattle") & (table["failure"] == "")]
+    rattle = part(table, method="rattle", failure="")
     require((rattle["g"] <= ON_MANIFOLD).all(), "RATTLE keeps the constraints to round-off for every mass", rattle["g"].max())
     methods = by_method(table)
     through = [name for name, rows in methods if (rows["failure"] == "").all()]
     fine = [name for name, rows in methods if (rows["outcome"] == FINE).all()]
-    return SimpleNamespace(through=through, fine=fine, g=float(rattle["g"].max()), n=len(methods))
+    return SimpleNamespace(through=through, fine=fine, g=rattle["g"].max(), n=len(methods))
 
 
 def horizons(table: pd.DataFrame) -> SimpleNamespace:

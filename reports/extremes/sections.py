@@ -150,7 +150,7 @@ KNOWN = 0.95
 
 @dataclass(frozen=True)
 class Numbers:
-    """What was measured.
+    """The measurements of the report.
 
     Parameters
     ----------

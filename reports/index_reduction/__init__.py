@@ -65,7 +65,7 @@ def check(numbers: Numbers, formulations: pd.DataFrame) -> SimpleNamespace:
 
 def texts(numbers: Numbers, table: pd.DataFrame) -> dict[str, Any]:
     """Return numbers that the text needs and that no claim tests."""
-    symplectic_names = [name for name, claim in table["claimed_symplectic"].items() if claim]
+    symplectic_names = [str(name) for name, claim in table["claimed_symplectic"].items() if claim]
     return {
         "row": {str(name): row for name, row in table.iterrows()},
         "first_step": {name: numbers.defects[name][0] for name in table.index},

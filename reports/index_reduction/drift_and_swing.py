@@ -75,12 +75,12 @@ def swing_numbers(swing: pd.DataFrame, period: float) -> SimpleNamespace:
     return SimpleNamespace(
         period=period,
         periods=float(t[-1]) / period,
-        regular=float(np.ptp(q3[tops]) / np.ptp(q3)),
+        regular=np.ptp(q3[tops]) / np.ptp(q3),
         kind=energy_drift(t, good - 1).verdict,
-        wobble=float(np.max(np.abs(good - 1))),
-        falling=bool(np.all(np.diff(bad) < 0)),
-        lost_at_once=float(1 - np.interp(period, t, bad)),
-        lost=float(1 - bad[-1]),
+        wobble=np.max(np.abs(good - 1)),
+        falling=np.all(np.diff(bad) < 0),
+        lost_at_once=1 - np.interp(period, t, bad),
+        lost=1 - bad[-1],
     )
 
 

@@ -13,7 +13,7 @@ from daebench.methods.names import parse
 from daebench.pages.report import Progress, count, number, power_of_ten
 from daebench.pages.report.claims import require
 from daebench.pages.report.exact_motion import exact_motion
-from daebench.pages.report.tables import Table
+from daebench.pages.report.tables import Table, part
 from daebench.reports.index_reduction.schemes import FAST, FORMULATIONS, PROBLEM, SLOW
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
@@ -62,7 +62,7 @@ def check_ida(ida: pd.DataFrame) -> SimpleNamespace:
     ratio = tightest["error"] / tightest["tol"]
     require(len(tightest) and ratio.min() > 10, "at the tightest tolerance every error is over ten times what was asked", ratio.min())
     facts = SimpleNamespace(
-        runs=len(ida), failed=len(ida) - len(done), beyond=int(np.sum(done["error"] > done["tol"])), tightest=min(TOLERANCES)
+        runs=len(ida), failed=len(ida) - len(done), beyond=np.sum(done["error"] > done["tol"]), tightest=min(TOLERANCES)
     )
     facts.useless = done[(done["error"] > 1) & (done["case"] == FAST)]
     facts.useless_names = [label(name) for name in facts.useless["formulation"].unique()]
@@ -85,7 +85,7 @@ def draw_ida(ida: pd.DataFrame, folder: Path) -> Path:
         ax.plot(ends, ends, color=QUIET, linewidth=1.0)
         ax.text(3e-10, 1.5e-10, "error = tolerance", color=QUIET, fontsize=8, rotation=28, rotation_mode="anchor", va="top")
         for formulation, stroke in styles.items():
-            rows = ida[(ida["case"] == case) & (ida["formulation"] == formulation)]
+            rows = part(ida, case=case, formulation=formulation)
             ax.plot(rows["tol"], rows["error"], label=label(formulation), **stroke.points())
         ax.set(xscale="log", yscale="log", title=title)
         ax.minorticks_off()

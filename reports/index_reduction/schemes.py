@@ -114,7 +114,7 @@ def compile_scheme(name: str) -> None:
 
 
 def compile_ida(*formulations: str) -> None:
-    """Have what IDA calls for some formulations made, by runs of no consequence."""
+    """Have the callbacks of IDA for some formulations compiled, by runs of no consequence."""
     ivp = constrained(initial_value_problem(PROBLEM, SLOW))
     for formulation in formulations:
         parse(f"ida:{formulation}").solve(ivp, Request(value=1e-4, t_end=H, points=2, watch=("manifold",)))

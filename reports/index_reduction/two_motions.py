@@ -174,8 +174,8 @@ def check_motions(runs: Mapping[str, Mapping[str, Run]]) -> SimpleNamespace:
         canonical=torus["canonical:gauss2"].most,
         pendulum_reduced=pendulum["gauss2"].most,
         pendulum_rattle=pendulum["rattle"].most,
-        gone=float(pendulum["rk4"].t[-1]),
-        gone_torus=float(torus["rk4"].t[-1]),
+        gone=pendulum["rk4"].t[-1],
+        gone_torus=torus["rk4"].t[-1],
     )
 
 

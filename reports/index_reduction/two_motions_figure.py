@@ -58,7 +58,7 @@ def draw_motions(runs: Mapping[str, Mapping[str, Run]], facts: SimpleNamespace, 
 
 
 def write_lead(facts: SimpleNamespace, folder: Path) -> Path:
-    """Write what the index of the gallery begins with into the folder of the report; return its path."""
+    """Write the picture and the sentence that begin the index of the gallery into the folder of the report; return its path."""
     path = folder / LEAD
     with atomic(path) as scratch:
         scratch.write_text(

@@ -111,13 +111,13 @@ def fair() -> SimpleNamespace:
         better=rattle.by(BEGUN) / gauss.by(BEGUN),
         crossing=gauss.passes(rattle.most),
         middle=gauss.by(MIDDLE),
-        gone=float(hole["rk4"].t[-1]),
+        gone=hole["rk4"].t[-1],
         pendulum={name: run.most for name, run in swing.items()},
     )
 
 
 def check_torus(runs: Mapping[str, Run]) -> None:
-    """Require what the lesson says of the torus."""
+    """Require the statements of the lesson on the torus."""
     for name in ("rattle", "lobatto3", "canonical:gauss2"):
         require_level(runs[name], f"{name} on the torus")
     for name in ("gauss2", "local:gauss2"):
@@ -131,7 +131,7 @@ def check_torus(runs: Mapping[str, Run]) -> None:
 
 
 def check_pendulum(runs: Mapping[str, Run]) -> None:
-    """Require what the lesson says of the pendulum."""
+    """Require the statements of the lesson on the pendulum."""
     ivp = PENDULUM.ivp()
     p0, q0 = np.asarray(ivp.p0), np.asarray(ivp.q0)
     require(np.array_equal(-p0 * PLANE, p0) and np.array_equal(q0 * PLANE, q0), "reversed, the start is its own mirror image", (p0, q0))

@@ -1,4 +1,4 @@
-"""What lasts: defects of two-form and reversal against the step size for some methods, and a long run of each method."""
+"""A long run of each method: whether energy and constraint residuals drift or are bounded."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -47,10 +47,10 @@ def long_run(name: str) -> tuple[pd.DataFrame, dict[str, Any]]:
     It is on the torus, or on the pendulum for a method that refuses the torus. A run that stops early gives a row that says so, and the
     windows up to its end.
     """
-    own = method(name, compiled=True)
-    motion = next(motion for motion in reversed(MOTIONS) if own.refusal(ivp_of(motion)) is None)
-    ivp, h = ivp_of(motion), motion.h * (LONGER if own.claims.order >= HIGH else 1)
-    run = own.solve(ivp, Request(value=h, t_end=T_LONG, watch=(), count=False))
+    integrator = method(name, compiled=True)
+    motion = next(motion for motion in reversed(MOTIONS) if integrator.refusal(ivp_of(motion)) is None)
+    ivp, h = ivp_of(motion), motion.h * (LONGER if integrator.claims.order >= HIGH else 1)
+    run = integrator.solve(ivp, Request(value=h, t_end=T_LONG, watch=(), count=False))
     energy, away = energy_error(ivp, run), distance(ivp, run.p, run.q)
     window = np.minimum((run.t / T_LONG * WINDOWS).astype(int), WINDOWS - 1)
     sampled = pd.DataFrame({"window": window, "t": run.t, "energy": np.abs(energy), "distance": away})
@@ -116,7 +116,7 @@ def drifting(drift: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
     others = drift[drift["method"].isin(table["method"])]
     ended = int((others["failure"] != "").sum())
     said = others.loc[others["failure"] == "", "H_long"]
-    return SimpleNamespace(others=len(others), drifts=int((said == DRIFTS).sum()), ended=ended)
+    return SimpleNamespace(others=len(others), drifts=(said == DRIFTS).sum(), ended=ended)
 
 
 def draw_long(largest: pd.DataFrame, folder: Path) -> Path:

@@ -43,8 +43,8 @@ def check_claims(claims: pd.DataFrame) -> None:
     for row in asked[asked["verdict"] == FALLS_SHORT].to_dict("records"):
         claim = f"{row['method']} has order {row['claimed']}" if row["property"] == "order" else f"{row['method']}: {row['property']}"
         require(False, f"{claim} on {row['problem']}", f"{row['measured']:.3g} against a bound of {row['bound']:.3g}")
-    made = asked[[value is not False and value is not None for value in asked["claimed"]]]
-    for (name, property), findings in made.groupby(["method", "property"], sort=False):
+    claimed = asked[[value is not False and value is not None for value in asked["claimed"]]]
+    for (name, property), findings in claimed.groupby(["method", "property"], sort=False):
         if set(findings["verdict"]) != {NOT_APPLICABLE}:
             require((findings["verdict"] == OK).any(), f"a claim of {name} was measured ({property})", ", ".join(findings["verdict"]))
 
@@ -140,7 +140,7 @@ def tally(claims: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
     hidden = {key: list(table.loc[table[key] == HIDDEN, "method"]) for key in ("symmetric", "symplectic", "g", "Gv", "H")}
     return SimpleNamespace(
         methods=len(table),
-        held=int((asked["verdict"] == OK).sum()),
+        held=(asked["verdict"] == OK).sum(),
         everything=everything,
         schemes=list(dict.fromkeys(method(name).scheme for name in everything)),
         uneven=uneven,

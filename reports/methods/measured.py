@@ -23,7 +23,7 @@ REPEATS = 25
 
 @dataclass(frozen=True)
 class Numbers:
-    """What was measured.
+    """The measurements of the report.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ ORDER_X, FIRST_X, STEP_X = 1.0, 2.35, 1.12
 
 
 def lines(rows: Sequence[str]) -> list[tuple[str, str]]:
-    """Return what the lines of the figure are, top first: ("family", its key) or ("method", its name)."""
+    """Return the lines of the figure, top first: ("family", its key) or ("method", its name)."""
     entries: list[tuple[str, str]] = []
     for key, members in by_family(rows).items():
         entries += [("family", key), *(("method", name) for name in members)]

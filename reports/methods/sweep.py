@@ -19,7 +19,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.report import count, number
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import code, tiny
+from daebench.pages.report.tables import code, part, tiny
 from daebench.reports.methods.families import SOFTENED, family, method
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
@@ -138,7 +138,7 @@ def torus_orders(name: str) -> Swept:
 
 
 def ida(name: str) -> dict[str, Any]:
-    """Return what IDA keeps on the pendulum, the largest values over the outputs: |g|, |G H_p|, |H - H0|, and its steps."""
+    """Return the largest |g|, |G H_p| and |H - H0| of IDA over its outputs on the pendulum, and its steps."""
     request = Request(value=TOL, t_end=IDA_T_END, points=IDA_POINTS, watch=("manifold", "energy"))
     run = parse(name).solve(ivp_of(PENDULUM), request).complete()
     return {"method": name, "tol": TOL, "g": run.maxima["g"], "Gv": run.maxima["Gv"], "energy": run.maxima["energy"], "steps": run.steps}
@@ -160,12 +160,12 @@ def check_orders(fits: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
     untold = list(table.loc[table["order"].isna(), "method"])
     softened = [name for name in table["method"] if method(name).form in SOFTENED]
     require(untold == softened, "all methods except those of the stiff and the soft form show an order", untold)
-    torus = fits[(fits["problem"] == TORUS.problem) & fits["component"].isin(["q", "p"])]
+    torus = part(fits, problem=TORUS.problem, component=("q", "p"))
     return SimpleNamespace(
         count=len(measured_orders),
         off=off.max(),
         worst=worst,
-        highest=int(measured_orders["claimed"].max()),
+        highest=measured_orders["claimed"].max(),
         untold=untold,
         torus=sorted(set(torus["method"]), key=list(torus["method"]).index),
         error=measured_orders["order_error"].max(),

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +13,7 @@ from markupsafe import Markup
 from daebench.draw.methods import name_of
 from daebench.pages.report import NONE, Progress, number, power_of_ten, with_error
 from daebench.pages.report.page import constants, make_report
-from daebench.pages.report.tables import Of, Table, finite, text
+from daebench.pages.report.tables import Columns, Of, Table, finite, text
 from daebench.pages.report.thumbnail import draw_thumbnail
 from daebench.pages.report.two_processes import Job, computed
 from daebench.reports.molecules import hess, laws, motions, tolerance, well
@@ -42,7 +43,7 @@ def make(out: Path, progress: Progress) -> Path:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What was measured.
+    """The measurements of the report.
 
     Parameters
     ----------
@@ -75,10 +76,10 @@ def measure(tell: Progress) -> Numbers:
     jobs: list[Job] = [(measured, kernel) for kernel in KERNELS]
     first: list[Job] = [(described, (molecule,)) for molecule in reversed(TITLES)]
     results = dict(computed([*first, *jobs], tell, "runs"))
-    molecules, kept = zip(*(results[described, (molecule,)] for molecule in TITLES), strict=True)
+    molecules, energies = zip(*(results[described, (molecule,)] for molecule in TITLES), strict=True)
     order = sorted(jobs, key=lambda job: list(TITLES).index(job[1][0]))
     runs, starts, growth = (pd.concat(frames, ignore_index=True) for frames in zip(*(results[job] for job in order), strict=True))
-    return Numbers(pd.DataFrame(molecules), pd.concat(kept, ignore_index=True), runs, starts, growth)
+    return Numbers(pd.DataFrame(molecules), pd.concat(energies, ignore_index=True), runs, starts, growth)
 
 
 def check(numbers: Numbers) -> SimpleNamespace:
@@ -122,55 +123,15 @@ def tables(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Table | 
     """Return the tables."""
     enough = findings.asked.pivot(index=["molecule", "scheme"], columns="h", values="tolerance").reindex(list(TITLES), level=0)
     steps = {f"h{100 * h:g}": (finite(power_of_ten), f"{femtoseconds(h)}&nbsp;fs") for h in enough.columns}
-    molecule = {"molecule": TITLES.__getitem__}
-    named = molecule | {"scheme": name_of}
-    setting = named | {"choice": Of(choice), "precision": text}
-    step = {"h": (femtoseconds, "step [fs]")}
-    change = {"mean": (number, "change"), "error": (number, "&plusmn;")}
-    verdict = {"trend": (Of(trend), "verdict"), "rounds": (number, "iterations per step")}
-    a, b = ({x: (Of(with_error, x, f"{x}_error"), f"<i>{x}</i>")} for x in "ab")
-    points = {"points": (str, "settings")}
+    solver = {"scheme": (lambda scheme: name_of(scheme).removeprefix("RATTLE, "), "solver")}
     return {
-        "asked": Table(
-            enough.set_axis(list(steps), axis=1).reset_index(),
-            molecule | {"scheme": (lambda scheme: name_of(scheme).removeprefix("RATTLE, "), "solver")} | steps,
-        ),
-        "radii": Table(
-            findings.radii,
-            molecule
-            | {"positions": str, "constraints": str, "degrees": (str, "degrees of freedom")}
-            | {
-                "radius": (lambda radius: number(radius, 3), "spectral radius"),
-                "refused": (lambda why: "refused" if why else "runs", "LINCS"),
-            },
-        ),
-        "solvers": Table(
-            findings.solvers,
-            setting
-            | change
-            | {"high": (number, "largest"), "rate": (number, "kJ/mol/ns per degree of freedom")}
-            | verdict
-            | {"times": (number, "CPU time")},
-        ),
-        "laws": Table(findings.laws, named | {"what": "runs"} | a | b | points),
-        "single": Table(findings.hess.smaller.laws, named | {"velocities": "velocities from"} | b | points),
-        "runs": Table(
-            findings.runs,
-            setting
-            | {"velocities": text}
-            | step
-            | change
-            | {"low": (number, "smallest"), "high": (number, "largest"), "slope": (number, "of it, last 7/8")}
-            | {"rate": (number, "kJ/mol/ns/dof")}
-            | verdict,
-        ),
-        "converged": Table(
-            findings.converged,
-            molecule
-            | step
-            | {"kinetic": (number, "kinetic energy [kJ/mol]"), "fluctuation": (number, "its fluctuation [kJ/mol]")}
-            | {"oscillation": number, "verdict": text, "bound": number},
-        ),
+        "asked": Table(enough.set_axis(list(steps), axis=1).reset_index(), MOLECULE | solver | steps),
+        "radii": Table(findings.radii, RADII),
+        "solvers": Table(findings.solvers, SOLVERS),
+        "laws": Table(findings.laws, NAMED | {"what": "runs"} | A | B | POINTS),
+        "single": Table(findings.hess.smaller.laws, NAMED | {"velocities": "velocities from"} | B | POINTS),
+        "runs": Table(findings.runs, RUNS),
+        "converged": Table(findings.converged, CONVERGED),
         "starts": numbers.starts,
     }
 
@@ -185,3 +146,29 @@ def choice(row: Mapping[Any, Any]) -> Markup:
 def trend(row: Mapping[Any, Any]) -> str:
     """Return the verdict on a run in words."""
     return f"{row['verdict']}, {row['law']}" if row["law"] else str(row["verdict"]) or NONE
+
+
+MOLECULE: Columns = {"molecule": TITLES.__getitem__}
+NAMED = MOLECULE | {"scheme": name_of}
+SETTING = NAMED | {"choice": Of(choice), "precision": text}
+STEP: Columns = {"h": (femtoseconds, "step [fs]")}
+CHANGE: Columns = {"mean": (number, "change"), "error": (number, "&plusmn;")}
+VERDICT: Columns = {"trend": (Of(trend), "verdict"), "rounds": (number, "iterations per step")}
+POINTS: Columns = {"points": (str, "settings")}
+A: Columns = {"a": (Of(with_error, "a", "a_error"), "<i>a</i>")}
+B: Columns = {"b": (Of(with_error, "b", "b_error"), "<i>b</i>")}
+"""Columns that several tables share."""
+
+RADII = MOLECULE | {
+    "positions": str,
+    "constraints": str,
+    "degrees": (str, "degrees of freedom"),
+    "radius": (partial(number, digits=3), "spectral radius"),
+    "refused": (lambda why: "refused" if why else "runs", "LINCS"),
+}
+SOLVERS = SETTING | CHANGE | {"high": (number, "largest"), "rate": (number, "kJ/mol/ns per degree of freedom")} | VERDICT
+SOLVERS |= {"times": (number, "CPU time")}
+RUNS = SETTING | {"velocities": text} | STEP | CHANGE | {"low": (number, "smallest"), "high": (number, "largest")}
+RUNS |= {"slope": (number, "of it, last 7/8"), "rate": (number, "kJ/mol/ns/dof")} | VERDICT
+CONVERGED = MOLECULE | STEP | {"kinetic": (number, "kinetic energy [kJ/mol]"), "fluctuation": (number, "its fluctuation [kJ/mol]")}
+CONVERGED |= {"oscillation": number, "verdict": text, "bound": number}

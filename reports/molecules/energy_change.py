@@ -1,4 +1,4 @@
-"""Everything that the report on molecules measures; no judgement here, and no text."""
+"""The change of the energy by the solver of constraints, for every setting: its size, its growth with time, and the verdict on it."""
 
 from itertools import pairwise
 from typing import Any
@@ -37,10 +37,10 @@ UNJUDGED = {"verdict": "", "law": "", "reason": "", "alpha": np.nan, "alpha_erro
 
 
 def described(molecule: str) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Return what a molecule is, and the energies of its converged runs."""
+    """Return the description of a molecule, and the energies of its converged runs."""
     ivp = ivp_of(molecule)
-    found = freedom(ivp)
-    about = {"molecule": molecule, "positions": ivp.d, "constraints": ivp.m, "degrees": found.degrees if found else ivp.d - ivp.m}
+    free = freedom(ivp)
+    about = {"molecule": molecule, "positions": ivp.d, "constraints": ivp.m, "degrees": free.degrees if free else ivp.d - ivp.m}
     about |= {"radius": spectral_radius(ivp), "refused": method_of(ivp, LINCS).refusal(ivp) or ""}
     about["loose"] = looseness(molecule)
     rows = []
@@ -96,11 +96,11 @@ def row(setting: Setting, runs: Energies, off: Array) -> dict[str, Any]:
     later = slice(off.shape[1] // LAST, None)
     slopes = np.polyfit(runs.t[later], off[:, later].T, 1)[0] * runs.t[-1]
     n = np.sqrt(len(ends))
-    found = vars(setting) | {"rounds": runs.rounds, "nanoseconds": runs.nanoseconds}
-    found |= {"mean": float(np.mean(ends)), "error": float(np.std(ends, ddof=1) / n), "spread": float(np.std(ends, ddof=1))}
-    found |= {"low": float(low), "median": float(median), "high": float(high)}
-    found |= {"slope": float(np.mean(slopes)), "slope_error": float(np.std(slopes, ddof=1) / n)}
-    return found | (judged(setting, runs, off) if setting.h == MIDDLE else UNJUDGED)
+    columns = vars(setting) | {"rounds": runs.rounds, "nanoseconds": runs.nanoseconds}
+    columns |= {"mean": float(np.mean(ends)), "error": float(np.std(ends, ddof=1) / n), "spread": float(np.std(ends, ddof=1))}
+    columns |= {"low": float(low), "median": float(median), "high": float(high)}
+    columns |= {"slope": float(np.mean(slopes)), "slope_error": float(np.std(slopes, ddof=1) / n)}
+    return columns | (judged(setting, runs, off) if setting.h == MIDDLE else UNJUDGED)
 
 
 def judged(setting: Setting, runs: Energies, off: Array) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from daebench.diagnostics.random_walk import WALK
 from daebench.draw.figures import QUIET, grid_of_axes, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.pages.report.claims import require
+from daebench.pages.report.tables import part
 from daebench.reports.molecules.laws import CLEAR, clear, fit
 from daebench.reports.molecules.motions import (
     BUTANE,
@@ -40,13 +41,13 @@ UNBIASED = 3.5
 
 
 def check_hess(runs: pd.DataFrame) -> SimpleNamespace:
-    """Return what holds of the sentences on one molecule; the first that the text states and that does not hold raises ClaimRefuted."""
+    """Return the numbers on sentences of Hess; the first sentence of the text that does not hold raises ClaimRefuted."""
     return SimpleNamespace(diffusive=check_diffusive(runs), always=check_always(runs), smaller=check_smaller(runs))
 
 
 def single(runs: pd.DataFrame, molecule: str, scheme: str, velocities: str) -> pd.DataFrame:
     """Return the rows of a scheme in single precision, with the usual tolerance where it has one, by the step."""
-    rows = runs[(runs["molecule"] == molecule) & (runs["scheme"] == scheme) & (runs["velocities"] == velocities)]
+    rows = part(runs, molecule=molecule, scheme=scheme, velocities=velocities)
     return rows[(rows["precision"] == SINGLE) & (rows["tolerance"].isna() | (rows["tolerance"] == USUAL))].sort_values("h")
 
 
@@ -110,7 +111,7 @@ def check_smaller(runs: pd.DataFrame) -> SimpleNamespace:
                         {"molecule": molecule, "scheme": scheme, "velocities": velocities} | vars(fit(some.assign(tolerance=np.nan)))
                     )
     laws = pd.DataFrame(rows)
-    settle = laws[(laws["molecule"] == WATER) & (laws["scheme"] == SETTLE) & (laws["velocities"] == DIFFERENCES)].iloc[0]
+    settle = part(laws, molecule=WATER, scheme=SETTLE, velocities=DIFFERENCES).iloc[0]
     require(
         INVERSE[0] < settle["b"] < INVERSE[1] and settle["b_error"] < 0.3,
         "the drift of water with SETTLE grows like 1/h as the step falls, with velocities from differences",
@@ -118,14 +119,14 @@ def check_smaller(runs: pd.DataFrame) -> SimpleNamespace:
     )
     both = [single(runs, WATER, SETTLE, velocities).set_index("h") for velocities in (DIFFERENCES, MULTIPLIERS)]
     factors = both[0]["median"] / both[1]["median"]
-    require(bool((factors > 10).all()), "velocities from differences change the energy more than ten times as much", factors.to_dict())
-    settles = runs[(runs["scheme"] == SETTLE) & (runs["velocities"] == MULTIPLIERS)]
+    require((factors > 10).all(), "velocities from differences change the energy more than ten times as much", factors.to_dict())
+    settles = part(runs, scheme=SETTLE, velocities=MULTIPLIERS)
     spread = {precision: float(middle(some)["spread"]) for precision, some in settles.groupby("precision")}
     return SimpleNamespace(
         laws=laws,
         settle=settle,
-        least=float(factors.min()),
-        most=float(factors.max()),
+        least=factors.min(),
+        most=factors.max(),
         differences=both[0].reset_index(),
         compensated=spread[SINGLE] / spread[COMPENSATED],
         mixed=spread[SINGLE] / spread[MIXED],

@@ -71,8 +71,8 @@ def fit(rows: pd.DataFrame) -> Law:
     x, *_ = np.linalg.lstsq(A, y, rcond=None)
     variance = float(np.sum((y - A @ x) ** 2)) / (len(y) - len(x))
     errors = np.sqrt(variance * np.diag(np.linalg.inv(A.T @ A)))
-    found = {name: (float(x[k]), float(errors[k])) for k, name in enumerate(varied, start=1)}
-    (a, a_error), (b, b_error) = (found.get(name, (NAN, NAN)) for name in "ab")
+    exponents = {name: (float(x[k]), float(errors[k])) for k, name in enumerate(varied, start=1)}
+    (a, a_error), (b, b_error) = (exponents.get(name, (NAN, NAN)) for name in "ab")
     return Law(a, a_error, b, b_error, len(used), tightest)
 
 
@@ -87,18 +87,18 @@ def luck(starts: pd.DataFrame, runs: pd.DataFrame) -> SimpleNamespace:
     table = pairs(double(starts, GAUSS_SEIDEL), clear(double(runs, GAUSS_SEIDEL)))
     worst = table.iloc[int(table["part"].to_numpy().argmax())]
     rows = double(runs, GAUSS_SEIDEL)
-    rows = rows[(rows["molecule"] == worst["molecule"]) & (rows["h"] == worst["h"])]
+    rows = part(rows, molecule=worst["molecule"], h=worst["h"])
     loose, tight = (rows[rows["tolerance"] == worst[which]].iloc[0] for which in ("loose", "tight"))
     early = loose["mean"] - loose["slope"]
     cancels = early < -CLEAR * loose["error"] and loose["slope"] > CLEAR * loose["slope_error"]
     return SimpleNamespace(
         pairs=len(table),
-        some=int((table["part"] > 0).sum()),
+        some=(table["part"] > 0).sum(),
         worst=worst,
         loose=loose,
         tight=tight,
         worst_ordered=abs(loose["mean"]) > abs(tight["mean"]),
-        cancels=bool(cancels),
+        cancels=cancels,
     )
 
 
@@ -170,15 +170,15 @@ def check_stairs(runs: pd.DataFrame) -> SimpleNamespace:
     rows = part(double(runs, ILVES), molecule=WATER)
     counts = rows.groupby("h")["mean"].nunique()
     tolerances = rows["tolerance"].nunique()
-    require(bool((counts < tolerances).all()), "several tolerances of Newton's iteration make the same run", counts.to_dict())
-    return SimpleNamespace(tolerances=tolerances, least=int(counts.min()), most=int(counts.max()))
+    require((counts < tolerances).all(), "several tolerances of Newton's iteration make the same run", counts.to_dict())
+    return SimpleNamespace(tolerances=tolerances, least=counts.min(), most=counts.max())
 
 
 def tenfold(laws: pd.DataFrame) -> SimpleNamespace:
-    """Return by what a tolerance ten times as tight divides the change, by the laws of the molecules."""
+    """Return the factor by which a tolerance ten times as tight reduces the change, by the laws of the molecules."""
     return extremes(10 ** laws[laws["scheme"] == GAUSS_SEIDEL]["a"])
 
 
 def extremes(values: Any) -> SimpleNamespace:
     """Return the least and the most of some numbers."""
-    return SimpleNamespace(least=float(values.min()), most=float(values.max()))
+    return SimpleNamespace(least=values.min(), most=values.max())

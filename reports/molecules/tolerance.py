@@ -91,9 +91,9 @@ def check_answer(enough: pd.DataFrame) -> SimpleNamespace:
     return SimpleNamespace(
         steps=steps,
         not_run=_steps_left_out(enough),
-        usual=float(least[GAUSS_SEIDEL][MIDDLE]),
-        newton=float(least[ILVES][MIDDLE]),
-        by_molecule=enough[(enough["scheme"] == GAUSS_SEIDEL) & (enough["h"] == MIDDLE)].set_index("molecule")["tolerance"],
+        usual=least[GAUSS_SEIDEL][MIDDLE],
+        newton=least[ILVES][MIDDLE],
+        by_molecule=part(enough, scheme=GAUSS_SEIDEL, h=MIDDLE).set_index("molecule")["tolerance"],
         fortuitous=looser,
     )
 
@@ -125,12 +125,12 @@ def check_exact(runs: pd.DataFrame, converged: pd.DataFrame) -> SimpleNamespace:
     require(
         "drifts" not in verdicts, "no run with converged constraints drifts", converged[["molecule", "h", "verdict"]].to_dict("records")
     )
-    return SimpleNamespace(most=most, bounded=int((converged["verdict"] == "bounded").sum()), of=len(converged))
+    return SimpleNamespace(most=most, bounded=(converged["verdict"] == "bounded").sum(), of=len(converged))
 
 
 def solvers(runs: pd.DataFrame, enough: pd.DataFrame) -> pd.DataFrame:
     """Return every solver on every molecule with the middle step: with the tolerance that is enough there, and its cost."""
-    middle = runs[(runs["h"] == MIDDLE) & (runs["velocities"] == MULTIPLIERS)]
+    middle = part(runs, h=MIDDLE, velocities=MULTIPLIERS)
     tolerances = enough[enough["h"] == MIDDLE].set_index(["molecule", "scheme"])["tolerance"]
 
     def chosen(row: Any) -> bool:
@@ -160,7 +160,7 @@ def cost(runs: pd.DataFrame, enough: pd.DataFrame) -> SimpleNamespace:
         rounds=extremes(rounds[GAUSS_SEIDEL]),
         newton=extremes(rounds[ILVES]),
         faster=extremes(faster),
-        decade=float(np.median(slopes)),
+        decade=np.median(slopes),
     )
 
 
@@ -169,7 +169,7 @@ def missed_in_single(runs: pd.DataFrame) -> pd.DataFrame:
 
     With the middle step, and velocities from multipliers.
     """
-    rows = runs[(runs["scheme"] == GAUSS_SEIDEL) & (runs["precision"] == SINGLE) & (runs["velocities"] == MULTIPLIERS)]
+    rows = part(runs, scheme=GAUSS_SEIDEL, precision=SINGLE, velocities=MULTIPLIERS)
     best = rows[rows["h"] == MIDDLE].sort_values("limit").drop_duplicates("molecule")
     return best[best["limit"] > MOST]
 
@@ -237,7 +237,7 @@ def curves_by_molecule(ax: Any, rows: pd.DataFrame) -> None:
 
 def draw_tolerances(runs: pd.DataFrame, folder: Path) -> Path:
     """Draw the change against the tolerance: a panel a molecule, with the middle step; solvers without a tolerance at the left."""
-    rows = runs[(runs["h"] == MIDDLE) & (runs["velocities"] == MULTIPLIERS) & runs["precision"].isin((DOUBLE, SINGLE))]
+    rows = part(runs, h=MIDDLE, velocities=MULTIPLIERS, precision=(DOUBLE, SINGLE))
     figure, axes = grid_of_axes(1, 3, 3.9, x="tolerance", sharey=True)
     axes[0, 0].set_ylabel(CHANGE)
     for ax, (molecule, title) in zip(axes[0], TITLES.items(), strict=True):
@@ -255,9 +255,9 @@ def _panel(ax: Any, rows: pd.DataFrame) -> None:
     beside = dict(zip((SETTLE, LINCS), BESIDE, strict=True))
     for scheme in (GAUSS_SEIDEL, ILVES, *beside):
         for precision in (DOUBLE, SINGLE):
-            chosen = rows[(rows["scheme"] == scheme) & (rows["precision"] == precision)].sort_values("tolerance")
+            chosen = part(rows, scheme=scheme, precision=precision).sort_values("tolerance")
             if scheme in beside:
-                chosen = chosen[chosen["order"].isin((0, ORDER)) & chosen["iterations"].isin((0, ITERATIONS))]
+                chosen = part(chosen, order=(0, ORDER), iterations=(0, ITERATIONS))
                 chosen = chosen.assign(tolerance=beside[scheme])
             _curve(ax, chosen, scheme, precision)
     ax.set(xscale="log", yscale="log", xlim=(BESIDE[0] / 4, 4e-3), ylim=(LEAST / 3, 20))

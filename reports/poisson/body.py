@@ -10,7 +10,7 @@ import pandas as pd
 from daebench.draw.figures import BLUE, GREEN, VERMILION, grid_of_axes, save
 from daebench.draw.orthographic import seen
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import code, tiny
+from daebench.pages.report.tables import code, part, tiny
 from daebench.reports.poisson.runs import ROUND_OFF, defect, errors, ivp_of, kind, method, solve
 from daebench.runs.ivp import Array
 
@@ -100,7 +100,7 @@ def draw_sphere(trajectories: pd.DataFrame, polhodes: pd.DataFrame, folder: Path
         for (drawn, _, _), curve in polhodes.groupby(["drawn", "energy", "side"], sort=False):
             line(ax, seen(curve[list(AXES)].to_numpy()), str(drawn))
         for k, (color, marker) in enumerate(zip(COLORS, MARKERS, strict=True)):
-            states = trajectories[(trajectories["method"] == name) & (trajectories["start"] == k)]
+            states = part(trajectories, method=name, start=k)
             dots(ax, seen(states[list(AXES)].to_numpy()), color, marker)
         ax.set_title(name, loc="center")
     handles = [

@@ -79,7 +79,7 @@ def check_methods(frame: pd.DataFrame) -> SimpleNamespace:
         min(lost["casimir_lotka_volterra_3d"], lost["casimir_free_rigid_body"]) > VISIBLE, "rk4 keeps no Casimir function", lost.to_dict()
     )
     worst = float(frame["defect"][frame["claimed"]].max())
-    return SimpleNamespace(poisson=int(frame["claimed"].sum()), defect=worst, ns=frame.set_index("method")["ns"].to_dict())
+    return SimpleNamespace(poisson=frame["claimed"].sum(), defect=worst, ns=frame.set_index("method")["ns"].to_dict())
 
 
 def table(frame: pd.DataFrame) -> Table:

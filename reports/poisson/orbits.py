@@ -16,7 +16,7 @@ from daebench.diagnostics.section import closure, section
 from daebench.draw.figures import BLUE, QUIET, VERMILION, grid_of_axes, save
 from daebench.pages.report import count, number
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import Table, code, text
+from daebench.pages.report.tables import Table, code, part, text
 from daebench.reports.poisson.runs import errors, ivp_of, solve
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
@@ -145,7 +145,7 @@ def draw_orbits(orbits: Orbits, folder: Path) -> Path:
         for case in CASES:
             exact = orbits.exact[orbits.exact["case"] == case]
             ax.plot(exact["u"], exact["v"], color="#a8a8a8", linewidth=2.4, zorder=1, solid_capstyle="round")
-            orbit = orbits.points[(orbits.points["case"] == case) & (orbits.points["method"] == name)]
+            orbit = part(orbits.points, case=case, method=name)
             marker = "o" if case == CASES[0] else "D"
             ax.plot(
                 orbit["u"], orbit["v"], linestyle="none", marker=marker, markersize=1.7, markeredgewidth=0, color=COLORS[case], zorder=3
@@ -170,8 +170,8 @@ def draw_orbit(ax: Any, orbits: Orbits, name: str) -> None:
     for case in CASES:
         exact, orbit = orbits.exact[orbits.exact["case"] == case], orbits.points[orbits.points["case"] == case]
         ax.plot(exact["u"], exact["v"], color="#a8a8a8", linewidth=3.0)
-        own = orbit[orbit["method"] == name]
-        ax.plot(own["u"], own["v"], linestyle="none", marker="o", markersize=1.6, markeredgewidth=0, color=COLORS[case])
+        states = orbit[orbit["method"] == name]
+        ax.plot(states["u"], states["v"], linestyle="none", marker="o", markersize=1.6, markeredgewidth=0, color=COLORS[case])
     ax.set_title("predators and prey", loc="left")
     ax.set(xticks=[0, 5], yticks=[0, 5])
 
@@ -200,7 +200,7 @@ def draw_energy(orbits: Orbits, folder: Path) -> Path:
     points = orbits.points[orbits.points["method"].isin(METHODS)]
     for row, case in zip(axes, reversed(CASES), strict=True):
         for ax, name in zip(row, METHODS, strict=True):
-            orbit = points[(points["case"] == case) & (points["method"] == name)]
+            orbit = part(points, case=case, method=name)
             ax.axhline(0, color=QUIET, linewidth=0.8)
             ax.plot(orbit["t"], orbit["energy"], color=COLORS[case], linewidth=0.6)
         row[0].set_ylabel(f"energy error, from ({case})")

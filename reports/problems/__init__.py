@@ -36,7 +36,7 @@ def make(out: Path, progress: Progress) -> Path:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What was measured.
+    """The measurements of the report.
 
     Parameters
     ----------

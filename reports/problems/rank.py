@@ -134,10 +134,10 @@ def check_rank(rows: pd.DataFrame, losses: Mapping[str, float]) -> SimpleNamespa
     return SimpleNamespace(
         losses=losses,
         passing=PASSING,
-        told=float(fixed.max()),
+        told=fixed.max(),
         worst=worst,
-        worst_error=float(error.max()),
-        through=int((went["branch"] == "through").sum()),
+        worst_error=error.max(),
+        through=(went["branch"] == "through").sum(),
         went=len(went),
         elsewhere=went[(went["branch"] != "through") | (went["end"] != "reached")].to_dict("records"),
     )

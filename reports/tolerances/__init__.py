@@ -44,7 +44,7 @@ LONG_PART = 0.85
 
 @dataclass(frozen=True)
 class Numbers:
-    """What was measured.
+    """The measurements of the report.
 
     Parameters
     ----------

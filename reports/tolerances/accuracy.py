@@ -12,7 +12,7 @@ from daebench.draw.figures import QUIET, grid_of_axes, save
 from daebench.draw.methods import stroke_of
 from daebench.pages.report import number, power_of_ten
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import Of, Table, finite, once, text
+from daebench.pages.report.tables import Of, Table, finite, once, part, text
 from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED
 
@@ -71,9 +71,9 @@ def check_tight(rows: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
     errors = bands.pivot(index="scene", columns="formulation", values="error").reindex(list(IVPS))
     require((bands["done"] == 1).all(), "every formulation reaches the end at 1e-12 from every start", bands["done"].min())
     require(errors.min().min() > 10 * TIGHT, "at 1e-12 every median error is over ten times that", errors.min().min())
-    each = rows.pivot(index=["scene", "start"], columns="formulation", values="error")
-    worst = float(np.mean(each.idxmax(axis=1) == "index3"))
-    best = float(np.mean(each.idxmin(axis=1).isin(["index2", "ggl"])))
+    by_start = rows.pivot(index=["scene", "start"], columns="formulation", values="error")
+    worst = float(np.mean(by_start.idxmax(axis=1) == "index3"))
+    best = float(np.mean(by_start.idxmin(axis=1).isin(["index2", "ggl"])))
     require(worst > MOST, "index 3 is the least accurate at 1e-12 from most starts", worst)
     require(best > MOST, "index 2 or GGL is the most accurate at 1e-12 from most starts", best)
     require((errors.idxmax(axis=1) == "index3").all(), "index 3 is the least accurate in the median", errors.idxmax(axis=1).to_dict())
@@ -103,7 +103,7 @@ def luck(done: pd.DataFrame, bands: pd.DataFrame) -> SimpleNamespace:
     one = done[done["start"] == 0].set_index(keys)["error"] / bands.set_index(keys)["error"]
     one = one.dropna()
     factor = np.exp(np.abs(np.log(one)))
-    return SimpleNamespace(median=spread.median(), most=spread.max(), factor=factor.max(), astray=float(np.mean(factor > 2)))
+    return SimpleNamespace(median=spread.median(), most=spread.max(), factor=factor.max(), astray=np.mean(factor > 2))
 
 
 def check_floor(done: pd.DataFrame) -> SimpleNamespace:
@@ -143,7 +143,7 @@ def draw_accuracy(bands: pd.DataFrame, folder: Path) -> Path:
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         diagonal(ax, bands["tol"])
         for k, (formulation, stroke) in enumerate(STROKE.items()):
-            rows = bands[(bands["scene"] == ivp) & (bands["formulation"] == formulation)]
+            rows = part(bands, scene=ivp, formulation=formulation)
             ax.fill_between(rows["tol"], rows["low"], rows["high"], color=stroke.color, alpha=0.22, linewidth=0)
             ax.plot(rows["tol"], rows["error"], label=label(formulation), **stroke.points())
             mark_losses(ax, rows, stroke.color, k, len(STROKE))
@@ -200,7 +200,7 @@ def thumbnail(axis: Any, bands: pd.DataFrame) -> None:
     """Draw the error reached against the tolerance, on the first problem."""
     ivp = next(iter(IVPS))
     for formulation, stroke in STROKE.items():
-        rows = bands[(bands["scene"] == ivp) & (bands["formulation"] == formulation)]
+        rows = part(bands, scene=ivp, formulation=formulation)
         axis.plot(rows["tol"], rows["error"], label=label(formulation).split(",")[0], color=stroke.color, linewidth=1.6)
     ends = [bands["tol"].min(), bands["tol"].max()]
     axis.plot(ends, ends, color=QUIET, linewidth=0.8, linestyle=(0, (4, 3)))
@@ -233,7 +233,7 @@ def reached(runs: pd.DataFrame) -> pd.DataFrame:
     bands, rows = typical(runs), list[dict[str, Any]]()
     for ivp, name in IVPS.items():
         for formulation in FORMULATIONS:
-            chosen = bands[(bands["scene"] == ivp) & (bands["formulation"] == formulation)].set_index("tol")
+            chosen = part(bands, scene=ivp, formulation=formulation).set_index("tol")
             row: dict[str, Any] = {"scene": name, "formulation": label(formulation)}
             for tol in SHOWN_TOLERANCES:
                 row |= {f"{what}_{tol:.0e}": float(chosen[what].get(tol, np.nan)) for what in ("error", "low", "high")}

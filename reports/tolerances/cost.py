@@ -1,4 +1,4 @@
-"""What accuracy costs: powers of the tolerance, calls of the residual, and an estimate of the error at a tenth of the tolerance."""
+"""The cost of accuracy: powers of the tolerance, calls of the residual, and an estimate of the error at a tenth of the tolerance."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,6 +9,7 @@ import pandas as pd
 
 from daebench.draw.figures import QUIET, grid_of_axes, save
 from daebench.pages.report.claims import require
+from daebench.pages.report.tables import part
 from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.accuracy import ERROR, STROKE, WANTED, to_ask
 from daebench.reports.tolerances.runs import IVPS, SMALL
@@ -77,7 +78,7 @@ def draw_cost(bands: pd.DataFrame, folder: Path) -> Path:
     figure, axes = grid_of_axes(2, 3, 5.2, x=ERROR, y="calls of the residual", sharex=True, sharey=True)
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         for formulation, stroke in STROKE.items():
-            rows = done[(done["scene"] == ivp) & (done["formulation"] == formulation)]
+            rows = part(done, scene=ivp, formulation=formulation)
             ax.plot(rows["error"], rows["residuals"], label=label(formulation), **stroke.points())
         ax.set(xscale="log", yscale="log", title=title, xlim=(2e1, 1e-13))
         ax.set_xticks([1e0, 1e-3, 1e-6, 1e-9, 1e-12])

@@ -15,7 +15,7 @@ from daebench.draw.figures import grid_of_axes, legend_below, save
 from daebench.methods.solvers.ida import DEFAULT_TREATMENTS
 from daebench.pages.report import count, power_of_ten, with_error
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import Table, text
+from daebench.pages.report.tables import Table, part, text
 from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.accuracy import STROKE
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, exact_of, ivp_of, solve
@@ -144,7 +144,7 @@ def check_laws(laws: pd.DataFrame) -> SimpleNamespace:
 
 def law_of(laws: pd.DataFrame, formulation: str, quantity: str) -> Any:
     """Return the row of a law from the rows of one tolerance."""
-    return laws[(laws["formulation"] == formulation) & (laws["quantity"] == quantity)].iloc[0]
+    return part(laws, formulation=formulation, quantity=quantity).iloc[0]
 
 
 def exponent(laws: pd.DataFrame, formulation: str, quantity: str) -> float:
@@ -161,7 +161,7 @@ def draw_drift(drift: pd.DataFrame, laws: pd.DataFrame, folder: Path) -> Path:
     titles = {"g": "constraint $|g|$  [m²]", "energy": "energy error  [J]", "error": "position error  [m]"}
     frames = []
     for formulation, stroke in STROKE.items():
-        run = drift[(drift["formulation"] == formulation) & (drift["tol"] == TOL)]
+        run = part(drift, formulation=formulation, tol=TOL)
         for ax, quantity in zip(axes[0], titles, strict=True):
             t, value = windows(run["t"].to_numpy(), run[quantity].to_numpy())
             ax.plot(t, value, label=label(formulation), **stroke.points() | {"linestyle": "none"})

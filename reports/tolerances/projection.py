@@ -14,7 +14,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.pages.report import count, number, power_of_ten
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import Of, Table, once
+from daebench.pages.report.tables import Of, Table, once, part
 from daebench.reports.tolerances.accuracy import ERROR, HIGH, LOW
 from daebench.reports.tolerances.cost import legend_panel
 from daebench.reports.tolerances.exact import Exact
@@ -62,7 +62,7 @@ Row = dict[str, Any]
 
 
 def compiled(name: str) -> None:
-    """Have compiled what is timed on a problem, by runs of no consequence."""
+    """Have the kernels of the timed runs on a problem compiled, by runs of no consequence."""
     ivp, reference = motion(name, 0)
     t_end, points = float(reference.t[1]), 2
     for method in (PLAIN, PROJECTED):
@@ -157,9 +157,9 @@ def check_projected(rows: pd.DataFrame) -> SimpleNamespace:
     medians = table.groupby(["scene", "tol"]).median()
     ratio = (table[PROJECTED] / table[PLAIN]).groupby(["scene", "tol"]).median()
     gain = ratio[medians[PLAIN] < SMALL].unstack().reindex(list(IVPS))
-    require(bool((gain.loc[HELPED].dropna() < 1).all()), "projection helps on the double pendulum", gain.loc[HELPED].to_dict())
+    require((gain.loc[HELPED].dropna() < 1).all(), "projection helps on the double pendulum", gain.loc[HELPED].to_dict())
     worse = gain.loc[FAST].dropna()
-    require(bool((worse > 1).all()), "projection harms on the fast spherical pendulum", worse.to_dict())
+    require((worse > 1).all(), "projection harms on the fast spherical pendulum", worse.to_dict())
     composed = table[FIXED[1]] / table[PROJECTED]
     require(
         composed.median() < 1e-3, "composed to order 8, RATTLE is over a thousand times more accurate for the same time", composed.median()
@@ -187,11 +187,9 @@ def check_cause(rows: pd.DataFrame) -> SimpleNamespace:
     off = rows.assign(speed=rows["speed"].abs(), turning=rows["turning"].abs()).groupby(["method", "tol"])[["speed", "turning"]].median()
     plain, projected = off.loc[PLAIN], off.loc[PROJECTED]
     share = (plain["turning"] / plain["speed"])[plain["speed"] < 1e-3]
-    require(
-        bool((share < TURNS_WITH).all()), "without projection the angular velocity is much more accurate than the speed", share.to_dict()
-    )
+    require((share < TURNS_WITH).all(), "without projection the angular velocity is much more accurate than the speed", share.to_dict())
     same = projected["turning"] / projected["speed"]
-    require(bool(np.allclose(same, 1, atol=1e-3)), "with projection the angular velocity has the error of the speed", same.to_dict())
+    require(np.allclose(same, 1, atol=1e-3), "with projection the angular velocity has the error of the speed", same.to_dict())
     return SimpleNamespace(tol=1e-6, plain=plain.loc[1e-6], projected=projected.loc[1e-6], share=share)
 
 
@@ -200,10 +198,10 @@ def check_example(rows: pd.DataFrame) -> SimpleNamespace:
     projected, plain = (rows[rows["method"] == method].set_index("tol") for method in (PROJECTED, PLAIN))
     ratio = projected["error"] / projected["printed_error"]
     tight = ratio[ratio.index < 1e-5]
-    require(bool(np.all(np.abs(tight - 1) < NEAR)), "projected, both right sides give the same error", ratio.to_dict())
+    require(np.all(np.abs(tight - 1) < NEAR), "projected, both right sides give the same error", ratio.to_dict())
     unlike = (plain["printed_error"] / plain["error"]).sort_values()
     require(unlike.iloc[-1] > 100, "without projection they differ by over a hundred times", unlike.to_dict())
-    require(bool((unlike[unlike.index < 1e-5] > 1).all()), "without projection (1.18) is more accurate from 1e-6 on", unlike.to_dict())
+    require((unlike[unlike.index < 1e-5] > 1).all(), "without projection (1.18) is more accurate from 1e-6 on", unlike.to_dict())
     require(plain["g"][1e-5] > SMALL, "at 1e-5 (1.18) leaves the circle", plain["g"].to_dict())
     return SimpleNamespace(off=np.abs(tight - 1).max(), unlike=unlike.iloc[-1], at=unlike.index[-1], g=plain["g"][1e-5])
 
@@ -220,7 +218,7 @@ def draw_projected(rows: pd.DataFrame, folder: Path) -> Path:
     frames = []
     for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
         for method, stroke in METHOD_STROKE.items():
-            groups = rows[(rows["scene"] == ivp) & (rows["method"] == method)].groupby("tol")
+            groups = part(rows, scene=ivp, method=method).groupby("tol")
             errors = groups["error"].quantile(np.array([LOW, 0.5, HIGH])).unstack().set_axis(["low", "error", "high"], axis=1)
             frame = errors.assign(seconds=groups["seconds"].median(), scene=ivp, method=method).reset_index()
             ax.fill_between(1e3 * frame["seconds"], frame["low"], frame["high"], color=stroke.color, alpha=0.22, linewidth=0)

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from daebench.draw.figures import STROKES, grid_of_axes, save
 from daebench.pages.report import NONE, count, listing, power_of_ten
 from daebench.pages.report.claims import require
-from daebench.pages.report.tables import Of, Table, once, text
+from daebench.pages.report.tables import Of, Table, once, part, text
 from daebench.reports.index_reduction.ida import label
 from daebench.reports.tolerances.accuracy import ASKED, EDGE, ERROR, diagonal, finish
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IN_WORDS, IVPS, KINDS, REACHED, STOPPED
@@ -31,11 +31,11 @@ def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
             )
     for formulation, treatment in (("index3", "none"), ("index3", "derivative"), ("index2", "none"), ("ggl", "none")):
         require(share(formulation, treatment) < 0.5, f"{formulation} with {treatment} fails in most runs", share(formulation, treatment))
-    fast = runs[(runs["scene"] == FAST) & (runs["cure"] == "none")]
-    at_start = fast[(fast["formulation"] == "index3") & (fast["t_reached"] == 0)]
+    fast = part(runs, scene=FAST, cure="none")
+    at_start = part(fast, formulation="index3", t_reached=0)
     tried = int(np.sum(fast["formulation"] == "index3"))
     require(len(at_start) == tried, "plain index 3 on the fast pendulum stops at t = 0 at every tolerance", f"{len(at_start)} of {tried}")
-    through = fast[(fast["formulation"] == "index1") & (fast["end"] == REACHED)]
+    through = part(fast, formulation="index1", end=REACHED)
     dearer = _against(through, runs[(runs["scene"] == FAST) & runs["default"]], "residuals")
     gain = {formulation: _gain(runs, formulation, "derivative") for formulation in ("index2", "index1", "ggl")}
     require(gain["index2"] > 1, "derivatives are the more accurate treatment of index 2", f"{gain['index2']:.3g}")
@@ -48,7 +48,7 @@ def check_treatments(runs: pd.DataFrame) -> SimpleNamespace:
         ours=int(np.sum(runs["end"] != REACHED)) - len(stopped_runs),
         at_start=len(at_start),
         through=len(through),
-        dearer=float(dearer.max()),
+        dearer=dearer.max(),
         gain=gain,
         suppressed=_check_suppressed(runs),
         reached={formulation: int(np.sum((fast["formulation"] == formulation) & (fast["end"] == REACHED))) for formulation in FORMULATIONS},
@@ -63,7 +63,7 @@ def _against(rows: pd.DataFrame, others: pd.DataFrame, column: str) -> "pd.Serie
 
 def _check_suppressed(runs: pd.DataFrame) -> SimpleNamespace:
     """Test that IDASetSuppressAlg fails at tight tolerances, in Newton's iteration, and is no worse where it reaches the end."""
-    rows = runs[(runs["cure"] == "suppress") & runs["formulation"].isin(["index3", "index2", "ggl"])]
+    rows = part(runs, cure="suppress", formulation=("index3", "index2", "ggl"))
     lost = rows[rows["end"] != REACHED]
     for keys, group in rows.groupby(["formulation", "scene"]):
         through = group["tol"][group["end"] == REACHED]
@@ -80,7 +80,7 @@ def _check_suppressed(runs: pd.DataFrame) -> SimpleNamespace:
 
 def _gain(runs: pd.DataFrame, formulation: str, treatment: str) -> float:
     """Return the geometric mean of the error with ``atol`` over that with another treatment, over all problems and tolerances."""
-    rows = runs[(runs["formulation"] == formulation) & (runs["end"] == REACHED)]
+    rows = part(runs, formulation=formulation, end=REACHED)
     errors = rows.pivot(index=["scene", "tol"], columns="cure", values="error")
     return float(np.exp(np.log(errors["atol"] / errors[treatment]).mean()))
 
@@ -98,7 +98,7 @@ def draw_treatments(runs: pd.DataFrame, folder: Path) -> Path:
     for ax, formulation in zip(axes.flat, FORMULATIONS, strict=True):
         diagonal(ax, fast["tol"])
         for k, (treatment, stroke) in enumerate(TREATMENT_STROKE.items()):
-            rows = fast[(fast["formulation"] == formulation) & (fast["cure"] == treatment)]
+            rows = part(fast, formulation=formulation, cure=treatment)
             ax.plot(rows["tol"], shown(rows), label=TREATMENT_NAMES[treatment], **stroke.points())
             mark_ends(ax, rows, stroke.color, k, len(TREATMENT_STROKE))
         finish(ax, label(formulation))
@@ -127,7 +127,7 @@ def ends(runs: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for formulation in FORMULATIONS:
         for treatment in ("none", "atol", "derivative", "suppress"):
-            treated_runs = runs[(runs["formulation"] == formulation) & (runs["cure"] == treatment)]
+            treated_runs = part(runs, formulation=formulation, cure=treatment)
             good = treated_runs[treated_runs["end"] == REACHED]
             counts = {name: int(np.sum(treated_runs["end"] == name)) for name in names}
             tightest = good.groupby("scene")["tol"].min().reindex(list(IVPS))

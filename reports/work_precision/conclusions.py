@@ -33,7 +33,7 @@ def check(numbers: Numbers) -> SimpleNamespace:
         coarse={method: tol for method, tol in COARSE.items() if method in set(runs["method"])},
         found=summaries,
         total=len(runs),
-        failed=int((runs["failure"] != "").sum()),
+        failed=(runs["failure"] != "").sum(),
         **tally([summary.winners for summary in summaries.values()]),
         cells=sum(len(summary.winners) for summary in summaries.values()),
         price={name: price([summary.advice for summary in summaries.values()], name) for name in CONSERVED if name != "nothing"},
@@ -72,8 +72,8 @@ def check_work(work: Work, table: pd.DataFrame) -> SimpleNamespace:
         advice=advice,
         failed=failed,
         keeps=keeps(work, table),
-        bound=float(table[f"bound_{work.letter}"].max()),
-        below=int((table[work.error] <= table[f"bound_{work.letter}"]).sum()),
+        bound=table[f"bound_{work.letter}"].max(),
+        below=(table[work.error] <= table[f"bound_{work.letter}"]).sum(),
     )
 
 
@@ -126,7 +126,7 @@ def tally(frames: list[pd.DataFrame]) -> dict[str, Any]:
     (first, most), *counts = pd.concat(frames)["method"].value_counts().items()
     composed = {str(name): int(count) for name, count in counts if "/" in str(name)}
     composed = composed if len(composed) > 1 else {}
-    others = [SimpleNamespace(names=[name], n=int(count), composed=False) for name, count in counts if name not in composed]
+    others = [SimpleNamespace(names=[name], n=count, composed=False) for name, count in counts if name not in composed]
     if composed:
         schemes = list(dict.fromkeys(name.partition("/")[0] for name in composed))
         others.append(SimpleNamespace(names=schemes, n=sum(composed.values()), composed=True))
@@ -158,9 +158,9 @@ def structure(numbers: Numbers) -> SimpleNamespace:
     claiming, others = every[every["claimed"]], every[~every["claimed"]]
     return SimpleNamespace(
         claiming=len(claiming),
-        level=int(claiming["energy"].notna().sum()),
+        level=claiming["energy"].notna().sum(),
         others=len(others),
-        others_level=int(others["energy"].notna().sum()),
+        others_level=others["energy"].notna().sum(),
         exceptions=list(dict.fromkeys(others["method"][others["energy"].notna()])),
     )
 

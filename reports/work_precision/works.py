@@ -106,7 +106,7 @@ COARSER = 2
 
 @dataclass(frozen=True)
 class Numbers:
-    """What was measured.
+    """The measurements of the report.
 
     Parameters
     ----------

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from markupsafe import Markup
 
 from daebench.draw.figures import drawing
-from daebench.pages.report.citation import AUTHORS, commit, licence
+from daebench.pages.report.citation import AUTHORS, commit, licence, versions
 from daebench.pages.report.deferred import clock, later
 from daebench.pages.report.formulas import set_parentheses
 from daebench.pages.report.pictures import picture
 from daebench.pages.report.sentences import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
 from daebench.pages.report.tables import Table, write_tables
-from daebench.pages.report.versions import versions
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
 

@@ -23,7 +23,7 @@ Formats = dict[str, Callable[[Any], Any]]
 Tabulate = Callable[[str], Markup]
 """Takes a caption to a table as HTML."""
 
-Columns = Mapping[str, Any]
+Columns = dict[str, Any]
 """Columns that are shown, in order: of each its format, its heading as HTML, or both as a pair. Text needs no format."""
 
 
@@ -132,7 +132,7 @@ MOST_ROWS = 12
 
 
 def _first_words(caption: str) -> str:
-    """Return what a caption has in bold, or its first sentence, without a full stop."""
+    """Return the bold part of a caption, or its first sentence, without a full stop."""
     bold = re.search(r"<b>(.*?)</b>", caption)
     words = bold[1] if bold else re.sub(r"<[^>]*>", "", caption).partition(". ")[0]
     return words.strip().rstrip(".,:") or "Table"
@@ -146,7 +146,7 @@ def order(value: Any) -> Markup:
 
 
 def text(value: Any) -> Any:
-    """Return what is text already."""
+    """Return text as it is."""
     return value
 
 
@@ -180,7 +180,7 @@ def once(names: "pd.Series[Any]") -> "pd.Series[Any]":
     return names.where(names != names.shift(), "")
 
 
-def finite(make: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def finite(make: Callable[[Any], Markup]) -> Callable[[Any], Markup]:
     """Return a format that gives an en dash where a number is not finite."""
     return lambda value: make(value) if np.isfinite(value) else Markup(NONE)
 

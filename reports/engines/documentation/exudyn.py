@@ -22,7 +22,7 @@ def order(key: str, run: partial[States], steps: tuple[float, ...]) -> float:
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
+    """Return the sentences with their measurements."""
     fine = tuple(2.0**-k for k in range(7, 12))
     index2 = order("pendulum", partial(adapter.run, adapter.points, "TrapezoidalIndex2", 1.0), fine)
     alpha = order("pendulum", partial(adapter.run, adapter.points, "GeneralizedAlpha", 0.8), fine)

@@ -15,7 +15,7 @@ ROUND_OFF = 1e-9
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
+    """Return the sentences with their measurements."""
     return [projection(), in_a_step(), energy()]
 
 

@@ -21,7 +21,7 @@ END, STEPS = 10.0, 10
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
+    """Return the sentences with their measurements."""
     ivp, known = BY_KEY["double"].ivp, reference_of("double")
     steps = [1 / 128, 1 / 256, 1 / 512]
     runs = [adapter.run(ivp, h, np.array([END])) for h in steps]
