@@ -15,7 +15,7 @@ from daebench.draw.methods import stroke_of
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.report.claims import require
-from daebench.reports.index_reduction.numbers import PROBLEM, SLOW, H
+from daebench.reports.index_reduction.schemes import PROBLEM, SLOW, H
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 
@@ -93,8 +93,8 @@ def carry(ivp: ConstrainedIvp, method: str, h: float, X: Array) -> Carried:
 def check_two_form(runs: Mapping[str, Carried]) -> SimpleNamespace:
     """Return the numbers of the text; the first that does not hold raises ClaimRefuted."""
     along, across, se, rattle = (runs[name] for name in ("along", "across", "se", "rattle"))
-    kept = float(along.size.max())
-    require(kept < RK4_ERROR, "the flow of (1.18) keeps the two-form of tangents of the manifold", kept)
+    along_most = float(along.size.max())
+    require(along_most < RK4_ERROR, "the flow of (1.18) keeps the two-form of tangents of the manifold", along_most)
     require(across.size.max() > 1e-2, "the flow of (1.18) changes the two-form across the manifold", across.size.max())
     require(across.gap < 1e-3, "the change across the manifold is the integral of - dg ^ dlam", across.gap)
     require(se.dg[1] > 1e-6, "the first step of se takes tangents off the manifold", se.dg[1])
@@ -102,9 +102,7 @@ def check_two_form(runs: Mapping[str, Carried]) -> SimpleNamespace:
     require(se.gap < 0.1, "the defect of se is the integral of - dg ^ dlam, up to terms of order h", se.gap)
     require(rattle.dg.max() < 1e-12, "RATTLE maps tangents to tangents", rattle.dg.max())
     require(rattle.size.max() < 1e-12, "RATTLE keeps the two-form", rattle.size.max())
-    return SimpleNamespace(
-        kept=kept, across=float(across.size.max()), across_gap=across.gap, se=float(se.size[-1]), se_gap=se.gap, se_dg=float(se.dg[1])
-    )
+    return SimpleNamespace(kept=along_most, across=across.size.max(), across_gap=across.gap, se=se.size[-1], se_gap=se.gap, se_dg=se.dg[1])
 
 
 def draw_two_form(runs: Mapping[str, Carried], folder: Path) -> Path:

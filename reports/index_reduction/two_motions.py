@@ -1,18 +1,141 @@
-"""What index reduction costs, on a motion that is not its own reverse and on one that is: the same methods on a torus and on a pendulum."""
+"""Two long motions that show the cost of index reduction: on a torus, and on a pendulum, whose motion in reverse is its mirror image."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.energy import energy_drift
+from daebench.diagnostics.integrals import energy_error
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import parse
 from daebench.pages.report.claims import require
-from daebench.reports._two_motions import BEGUN, EARLY, PENDULUM, TORUS, Motion, Run, measured, require_level, require_lost
-from daebench.runs.ivp import Array
+from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.runs.make_ivp import constrained
+from daebench.runs.request import Request
+
+EARLY = 30.0
+"""Initial part of the runs that shows the first level of an error, s."""
+
+BEGUN = 5.0
+"""Part of the runs over which the accuracy at the beginning is compared, s."""
+
+LEVEL, LOST = 1.05, 5.0
+"""An error that stays level is at most this many times its first level; one that grows is at least so many times."""
+
+FLOOR = 1e-9
+"""An error below it may grow by rounding alone: angles that go round for 1e4 s have lost four digits."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion: its problem, its step and its length.
+
+    Parameters
+    ----------
+    problem, case : str
+        Problem and case of the catalogue.
+    h, t_end : float
+        Step size and end, s.
+    q0, p0 : tuple of float, optional
+        Initial positions and momenta, in place of those of the case.
+    """
+
+    problem: str
+    case: str
+    h: float
+    t_end: float
+    q0: tuple[float, ...] | None = None
+    p0: tuple[float, ...] | None = None
+
+    def ivp(self) -> ConstrainedIvp:
+        """Return the initial value problem."""
+        return constrained(initial_value_problem(self.problem, self.case, q0=self.q0, p0=self.p0))
+
+
+SPEED = 0.3
+"""Speed with which the pendulum is pushed sideways, one radian from hanging, m/s."""
+
+TORUS = Motion("torus", "through_hole", 0.1, 1e4)
+PENDULUM = Motion("spherical_pendulum", "fig1.1", 0.05, 5e3, q0=(float(np.sin(1.0)), 0.0, float(-np.cos(1.0))), p0=(0.0, SPEED, 0.0))
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run, step by step.
+
+    Parameters
+    ----------
+    t : ndarray, shape(n,)
+        Times.
+    q : ndarray, shape(n, 3)
+        Positions.
+    energy_error : ndarray, shape(n,)
+        H - H0; infinite where it overflows.
+    g : float
+        Largest |g| along the run.
+    failure : str or None
+        Why the run stopped before the end.
+    """
+
+    t: Array
+    q: Array
+    energy_error: Array
+    g: float
+    failure: str | None
+
+    @property
+    def largest(self) -> Array:
+        """Largest modulus of the energy error so far, shape(n,)."""
+        return np.asarray(np.maximum.accumulate(np.abs(self.energy_error)))
+
+    @property
+    def most(self) -> float:
+        """Largest energy error of the run."""
+        return float(self.largest[-1])
+
+    def by(self, t: float) -> float:
+        """Return the largest energy error up to a time."""
+        return float(self.largest[np.searchsorted(self.t, t + 1e-9) - 1])
+
+    @property
+    def growth(self) -> float:
+        """Largest error of the run in units of its first level; infinite for a run that stops."""
+        return float("inf") if self.failure else self.most / max(self.by(EARLY), FLOOR / LEVEL)
+
+    def passes(self, level: float) -> float:
+        """Return the first time at which the energy error is larger than a level."""
+        return float(self.t[np.argmax(self.largest > level)])
+
+
+@cache
+def measured(motion: Motion, name: str) -> Run:
+    """Return the run of a method."""
+    ivp = motion.ivp()
+    run = parse(name).solve(ivp, Request(value=motion.h, t_end=motion.t_end, every=1, watch=("manifold",)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = np.nan_to_num(energy_error(ivp, run), nan=np.inf)
+    return Run(run.t, run.q, error, float(run.maxima["g"]), run.failure)
+
+
+def require_level(run: Run, of: str) -> None:
+    """Require that the energy error of a run stays at its first level to its end."""
+    require(run.growth <= LEVEL, f"the energy error of {of} stays level", f"{run.growth:.3g} times its first level: {run.failure}")
+
+
+def require_lost(run: Run, of: str) -> None:
+    """Require that the energy error of a run grows to its end, which it reaches."""
+    require(LOST <= run.growth < np.inf, f"the energy error of {of} grows", f"{run.growth:.3g} times its first level: {run.failure}")
+
 
 METHODS = ("rattle", "lobatto3", "canonical:gauss2", "local:gauss2", "gauss2", "rk4")
+
+
 SYMMETRIC = METHODS[:-1]
+
 
 WINDOWS = 240
 """Windows of time, equally wide on a logarithmic axis."""
@@ -51,8 +174,8 @@ def check_motions(runs: Mapping[str, Mapping[str, Run]]) -> SimpleNamespace:
         canonical=torus["canonical:gauss2"].most,
         pendulum_reduced=pendulum["gauss2"].most,
         pendulum_rattle=pendulum["rattle"].most,
-        gone=float(pendulum["rk4"].t[-1]),
-        gone_torus=float(torus["rk4"].t[-1]),
+        gone=pendulum["rk4"].t[-1],
+        gone_torus=torus["rk4"].t[-1],
     )
 
 

@@ -11,8 +11,7 @@ from daebench.draw.figures import QUIET, WIDTH, save
 from daebench.draw.methods import stroke_of
 from daebench.draw.orthographic import seen
 from daebench.pages.report.index import LEAD
-from daebench.reports._two_motions import PENDULUM, TORUS, Motion, Run
-from daebench.reports.index_reduction.two_motions import envelope, motions_table
+from daebench.reports.index_reduction.two_motions import PENDULUM, TORUS, Motion, Run, envelope, motions_table
 from daebench.runs.files import atomic
 from daebench.runs.ivp import Array
 
@@ -59,7 +58,7 @@ def draw_motions(runs: Mapping[str, Mapping[str, Run]], facts: SimpleNamespace, 
 
 
 def write_lead(facts: SimpleNamespace, folder: Path) -> Path:
-    """Write what the index of the gallery begins with into the folder of the report; return its path."""
+    """Write the picture and the sentence that begin the index of the gallery into the folder of the report; return its path."""
     path = folder / LEAD
     with atomic(path) as scratch:
         scratch.write_text(

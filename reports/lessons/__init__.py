@@ -1,1 +1,1 @@
-"""Lessons: what each puts into its page (``.py``, ``.html``, ``.js``), and the text of its notebook (``.md``)."""
+"""Lessons: the content of their pages (``.py``, ``.html``, ``.js``), and the text of their notebooks (``.md``)."""

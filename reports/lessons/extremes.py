@@ -121,7 +121,7 @@ def content(tell: Progress) -> Content:
 
 
 def _text(names: dict[str, str], colours: dict[str, str]) -> dict[str, Any]:
-    """Return what the template names."""
+    """Return the values that the template names."""
     last = {"side": SIDE - 1, "rods": len(RODS) - 1, "eps": len(EPS) - 1}
     numbers_of_text = {"h": H, "delta": DELTA, "summed": SUMMED, "nearly": NEARLY, "tight": TIGHT, "finest": EPS[-1]}
     words = {"mapped": MAPPED, "names": names, "heads": HEADS, "colours": colours, "outcomes": outcomes.OUTCOMES}
@@ -130,12 +130,12 @@ def _text(names: dict[str, str], colours: dict[str, str]) -> dict[str, Any]:
 
 def statuses() -> dict[int, str]:
     """Return the word for the outcome of a run by the status with which its kernel stops."""
-    told = {status: outcomes.word_of(reason) for status, (reason, _) in REASONS.items()}
-    return told | {RANK_LOST: outcomes.SINGULAR}  # G = 2 q^T of a pendulum keeps its rank: the watch of pivots sees too large a step
+    words = {status: outcomes.word_of(reason) for status, (reason, _) in REASONS.items()}
+    return words | {RANK_LOST: outcomes.SINGULAR}  # G = 2 q^T of a pendulum keeps its rank: the watch of pivots sees too large a step
 
 
 def _map(ivp: ConstrainedIvp) -> dict[str, Any]:
-    """Return what the maps need."""
+    """Return the data of the maps."""
     return {
         "methods": list(MAPPED),
         "start": [*map(float, ivp.p0), *map(float, ivp.q0)],
@@ -169,7 +169,7 @@ def _crank(rod: float) -> Any:
 
 
 def _lock() -> tuple[dict[str, Any], dict[str, Script]]:
-    """Return what the screen of the mechanism needs, and its kernels."""
+    """Return the data of the screen of the mechanism, and its kernels."""
     methods = {name: parse(name) for name in CRANKS}
     scripts = {f"crank {name}": script(method, _crank(1.1), H, watch=("energy",), rank=True) for name, method in methods.items()}
     rods = {rod: {name: numbers(method, _crank(rod), H) for name, method in methods.items()} for rod in RODS}
@@ -178,7 +178,7 @@ def _lock() -> tuple[dict[str, Any], dict[str, Script]]:
 
 
 def _stiff() -> tuple[dict[str, Any], dict[str, Script]]:
-    """Return what the screen of the spring needs, and its kernels."""
+    """Return the data of the screen of the spring, and its kernels."""
     ivp = initial_value_problem("spherical_pendulum", "fig1.2")
     scripts = {name: script(parse(name, {"eps": 0.01}), ivp, H) for name in SPRINGS}
     springs = [{name: numbers(parse(name, {"eps": eps}), ivp, H) for name in SPRINGS} for eps in EPS]
@@ -195,14 +195,14 @@ def _stiff() -> tuple[dict[str, Any], dict[str, Script]]:
 
 
 def _rounding() -> tuple[dict[str, Any], dict[str, Script]]:
-    """Return what the screen of the long sum needs, and its kernels."""
+    """Return the data of the screen of the long sum, and its kernels."""
     ivp = initial_value_problem("spherical_pendulum", "fig1.1")
     scripts = {name: script(parse("rattle", compensated=compensated), ivp, H) for compensated, name in SUMS.items()}
     return {"names": list(SUMS.values()), "many": MANY, "h": list(STEP_SIZES["rounding"]), "step": SUMMED}, scripts
 
 
 def _chaos() -> tuple[dict[str, Any], dict[str, Script]]:
-    """Return what the screen of the two pendulums needs, and its kernels."""
+    """Return the data of the screen of the two pendulums, and its kernels."""
     ivp = initial_value_problem("double_pendulum", "horizontal")
     scripts = {f"arms {name}": script(parse(name), ivp, H) for name in PENDULUMS}
     return {

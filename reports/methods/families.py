@@ -42,8 +42,8 @@ def left_out() -> list[str]:
 
 def names() -> list[str]:
     """Return the names of all fixed-step methods that apply to a motion of the report, by family, then by order, then by name."""
-    own = [name for name in schemes() if name not in left_out()]
-    method_names = [*own, *(f"{COMPOSED}/{composition}" for composition in COMPOSITIONS), SPLIT]
+    applicable = [name for name in schemes() if name not in left_out()]
+    method_names = [*applicable, *(f"{COMPOSED}/{composition}" for composition in COMPOSITIONS), SPLIT]
     method_names += [f"{base}+{projection}" for base in BASES for projection in PROJECTIONS]
     method_names += [f"{form}:{base}" for form in FORMS for base in BASES]
     return sorted(method_names, key=lambda name: (list(TITLES).index(family(name)), method(name).claims.order, name))
@@ -80,3 +80,7 @@ def by_family(rows: Sequence[str]) -> Mapping[str, list[str]]:
     """Return names by the key of their family; families without names are left out."""
     names_by_family = {key: [name for name in rows if family(name) == key] for key in TITLES}
     return {key: members for key, members in names_by_family.items() if members}
+
+
+SOFTENED = ("stiff", "soft")
+"""The forms that replace the constraint by a spring, whose error no step size removes."""

@@ -8,13 +8,10 @@ import pandas as pd
 
 from daebench.diagnostics.drift import LAWS
 from daebench.pages.report.claims import require
+from daebench.reports.methods.long_runs import ROUND_OFF, T_LONG
 from daebench.reports.methods.matrix import HIDDEN, keeping
-from daebench.reports.methods.numbers import Numbers
-from daebench.reports.methods.series import T_LONG
-from daebench.reports.methods.sweep import PENDULUM, TOL
-
-EVALUATIONS = ("H_p", "H_q", "g", "G", "second")
-"""The functions whose evaluations are counted, all with the same weight."""
+from daebench.reports.methods.measured import Numbers
+from daebench.reports.methods.sweep import EVALUATIONS, PENDULUM, TOL
 
 COARSE, FINE = 1e-3, 1e-10
 """Two target errors of the position, m."""
@@ -22,8 +19,6 @@ COARSE, FINE = 1e-3, 1e-10
 SAME = 1e-3
 """Relative tolerance for the errors of two methods with the same positions."""
 
-ROUND_OFF = 1e-9
-"""An energy error over a long run up to this is round-off."""
 
 TREND = 0.5
 """A fitted line accounts for more than this part of the largest energy error where the energy is said to fall."""

@@ -9,7 +9,7 @@ import pandas as pd
 from daebench.diagnostics.integrals import energy_error
 from daebench.pages.report.claims import require
 from daebench.reports.methods.families import method
-from daebench.reports.methods.series import T_LONG
+from daebench.reports.methods.long_runs import T_LONG
 from daebench.reports.methods.sweep import TORUS, Motion, ivp_of
 from daebench.runs.ivp import Array
 from daebench.runs.request import Request

@@ -1,14 +1,26 @@
 """One method measured against its claims on two motions, as in ``daebench check``, with its orders, and the work of a step."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
+import numpy as np
+import pandas as pd
+
 from daebench.compiler.work import WORK
+from daebench.draw.figures import grid_of_axes, save
+from daebench.draw.methods import curve_of
 from daebench.errors import RunFailed
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
-from daebench.reports.methods.families import method
+from daebench.pages.report import count, number
+from daebench.pages.report.claims import require
+from daebench.pages.report.tables import code, part, tiny
+from daebench.reports.methods.families import SOFTENED, family, method
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
@@ -126,7 +138,7 @@ def torus_orders(name: str) -> Swept:
 
 
 def ida(name: str) -> dict[str, Any]:
-    """Return what IDA keeps on the pendulum, the largest values over the outputs: |g|, |G H_p|, |H - H0|, and its steps."""
+    """Return the largest |g|, |G H_p| and |H - H0| of IDA over its outputs on the pendulum, and its steps."""
     request = Request(value=TOL, t_end=IDA_T_END, points=IDA_POINTS, watch=("manifold", "energy"))
     run = parse(name).solve(ivp_of(PENDULUM), request).complete()
     return {"method": name, "tol": TOL, "g": run.maxima["g"], "Gv": run.maxima["Gv"], "energy": run.maxima["energy"], "steps": run.steps}
@@ -137,3 +149,107 @@ def nanoseconds(name: str, h: float, repeats: int) -> float:
     ivp = ivp_of(PENDULUM)
     runs = [timed(ivp, name, h).complete() for _ in range(repeats)]
     return min(1e9 * float(run.seconds) / run.steps for run in runs)
+
+
+def check_orders(fits: pd.DataFrame, table: pd.DataFrame) -> SimpleNamespace:
+    """Return how far measured orders differ from claimed ones, and the methods whose order could not be measured."""
+    measured_orders = table[table["order"].notna()]
+    off = (measured_orders["order"] - measured_orders["claimed"]).abs()
+    worst = measured_orders.iloc[int(off.argmax())]
+    require(off.max() < 0.5, "each measured order rounds to the one that is claimed", f"{worst['method']}: {off.max():.2f}")
+    untold = list(table.loc[table["order"].isna(), "method"])
+    softened = [name for name in table["method"] if method(name).form in SOFTENED]
+    require(untold == softened, "all methods except those of the stiff and the soft form show an order", untold)
+    torus = part(fits, problem=TORUS.problem, component=("q", "p"))
+    return SimpleNamespace(
+        count=len(measured_orders),
+        off=off.max(),
+        worst=worst,
+        highest=measured_orders["claimed"].max(),
+        untold=untold,
+        torus=sorted(set(torus["method"]), key=list(torus["method"]).index),
+        error=measured_orders["order_error"].max(),
+    )
+
+
+def check_work(frame: pd.DataFrame) -> SimpleNamespace:
+    """Test that every method has a time, and return the extremes."""
+    ns = frame.set_index("method")["ns"]
+    require(np.isfinite(ns).all() and (ns > 0).all(), "each method has a time", ns[~np.isfinite(ns)].to_dict())
+    without = list(frame.loc[frame["newton"] == 0, "method"])
+    return SimpleNamespace(
+        row=frame.set_index("method"), cheapest=ns.idxmin(), least=ns.min(), dearest=ns.idxmax(), most=ns.max(), without=without
+    )
+
+
+PANELS = (
+    ("schemes for (1.9), symplectic", ("symplectic",)),
+    ("compositions", ("composed",)),
+    ("DAE schemes, not symplectic", ("other", "dae")),
+    ("index-reduced ODE (1.18)", ("ode",)),
+    ("projections and other forms", ("projected", "form")),
+)
+"""Panels of the figure of orders, and the families in each."""
+
+
+SAME = {
+    *("lie_adjoint", "symplectic_euler_adjoint", "lobatto2", "shake", "rattle_gauss_seidel", "rattle_ilves", "midpoint+proj"),
+    *("rk4+symproj", "radau2_index2"),
+}
+"""Methods whose errors lie on the curve of another one."""
+
+
+def draw_orders(points: pd.DataFrame, folder: Path) -> Path:
+    """Draw errors of the position against h, one panel for a few families each, and one for some methods on the torus."""
+    shown = points[points["component"] == "q"]
+    figure, axes = grid_of_axes(3, 2, 10.8, y="largest error of $q$ (m)", sharey=True)
+    pendulum = shown[shown["problem"] == PENDULUM.problem]
+    for ax, (title, families) in zip(axes.flat, PANELS, strict=False):
+        panel_methods = [name for name in pendulum["method"].unique() if family(name) in families and name not in SAME]
+        draw_panel(ax, pendulum, panel_methods, title)
+    torus = shown[shown["problem"] == TORUS.problem]
+    draw_panel(axes[2, 1], torus, list(torus["method"].unique()), "some of them, on the torus")
+    return save(figure, folder, "orders", shown)
+
+
+def draw_panel(ax: Any, points: pd.DataFrame, methods: Sequence[str], title: str) -> None:
+    """Draw the errors that a fit used as joined markers, and all others as grey points."""
+    for name in methods:
+        rows = points[points["method"] == name].dropna(subset=["error"])
+        used = rows[rows["used"]]
+        ax.plot(rows["h"], rows["error"].clip(upper=10), linestyle="none", marker=".", color="#bbbbbb", markersize=2.5, zorder=1)
+        ax.plot(used["h"], used["error"], **curve_of(name) | {"markersize": 3.2, "label": name})
+    ax.set(xscale="log", yscale="log", title=title, ylim=(1e-15, 20))
+    ax.set_xlabel("step size $h$ (s)", labelpad=1)
+    if methods:
+        ax.legend(fontsize=6.8, loc="upper center", bbox_to_anchor=(0.44, -0.17), ncols=2, handlelength=2.0, columnspacing=0.8)
+
+
+EVALUATIONS = ("H_p", "H_q", "g", "G", "second")
+"""The functions whose evaluations are counted, all with the same weight."""
+
+
+three = partial(number, digits=3)
+
+WORK_COLUMNS = {
+    "method": code,
+    "h": (three, "<i>h</i>"),
+    "newton": (three, "Newton<small>iterations</small>"),
+    "H_p": (three, "<i>H<sub>p</sub></i>"),
+    "H_q": (three, "<i>H<sub>q</sub></i>"),
+    "g": (three, "<i>g</i>"),
+    "G": (three, "<i>G</i>"),
+    "second": (three, "second<small>derivatives</small>"),
+    "solve": (three, "linear<small>solves</small>"),
+    "ns": (three, "time<small>ns</small>"),
+}
+"""The work of a step and its time."""
+
+IDA_COLUMNS = {
+    "method": code,
+    "g": (tiny, "|<i>g</i>|"),
+    "Gv": (tiny, "|<i>G H<sub>p</sub></i>|"),
+    "energy": (tiny, "energy error"),
+    "steps": count,
+}
+"""The residuals of IDA, formulation by formulation."""

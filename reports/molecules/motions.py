@@ -10,6 +10,7 @@ import pandas as pd
 
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.pages.report.tables import part
 from daebench.problems import butane, cyclohexane_ring
 from daebench.reports.molecules.well import in_a_well
 from daebench.runs.ivp import Array, ConstrainedIvp
@@ -85,7 +86,7 @@ precision alone: Hess's sentences are on SHAKE, SETTLE and LINCS, with water and
 
 @dataclass(frozen=True)
 class Setting:
-    """What is run on a molecule from all its starts.
+    """Setting of the runs on a molecule from all its starts.
 
     Parameters
     ----------
@@ -159,7 +160,7 @@ def _choices(molecule: str, scheme: str, precision: str, few: bool) -> list[dict
 
 def double(rows: pd.DataFrame, scheme: str) -> pd.DataFrame:
     """Return the rows of a scheme in double precision."""
-    return rows[(rows["scheme"] == scheme) & (rows["precision"] == DOUBLE)]
+    return part(rows, scheme=scheme, precision=DOUBLE)
 
 
 @cache
@@ -229,7 +230,7 @@ def converged(molecule: str, h: float) -> Energies:
 
 
 def change(setting: Setting, runs: Energies) -> Array:
-    """Return what the solver has changed the energy by, in standard deviations of the kinetic energy, shape(starts, k).
+    """Return the change of the energy by the solver, in standard deviations of the kinetic energy, shape(starts, k).
 
     ::
 

@@ -19,6 +19,10 @@ ROUND_OFF = 1e-12
 """An error of a conserved quantity of size one, or a defect, up to this is round-off."""
 
 
+VISIBLE = 1e-8
+"""A larger defect at the largest step is not round-off."""
+
+
 def ivp_of(problem: str, case: str, parameters: dict[str, float] | None = None, y0: tuple[float, ...] | None = None) -> PoissonIvp:
     """Return a case of a Poisson system of the catalogue."""
     ivp = initial_value_problem(problem, case, parameters, y0=y0)

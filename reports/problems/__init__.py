@@ -1,38 +1,130 @@
 """The constrained problems, one section each: picture, definition, degrees of freedom, and the results of each family of methods."""
 
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import pandas as pd
 from markupsafe import Markup
 
-from daebench.pages.report import Progress, make_page
-from daebench.reports.problems import cards, ivps, path, rank
-from daebench.reports.problems.claims import check
-from daebench.reports.problems.figures import draw
-from daebench.reports.problems.numbers import Numbers, measure
-from daebench.reports.problems.tables import reason, tables
+from daebench.pages.report import Progress
+from daebench.pages.report.page import make_report
+from daebench.pages.report.tables import Table
+from daebench.pages.report.thumbnail import draw_thumbnail
+from daebench.pages.report.two_processes import Job, computed
+from daebench.reports.problems import drawings, ivps, rank, results, runs
+from daebench.reports.problems.drawings import Drawing, drawing_of
+from daebench.reports.problems.facts import Facts, facts, overview_frame, overview_table
+from daebench.reports.problems.ivps import names
 from daebench.studies.claims.bench import ROUNDINGS
 
-CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=path.FINE, SECONDS=cards.SECONDS)
+SHOWN = "torus"
+"""The problem in the picture for the index."""
+
+CONSTANTS = SimpleNamespace(RANK=rank, STEPS=ivps.STEPS, TOL=ivps.TOL, ROUNDINGS=ROUNDINGS, FINE=drawings.FINE, SECONDS=drawings.SECONDS)
 
 
 def make(out: Path, progress: Progress) -> Path:
-    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`."""
+    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.page.make_report`."""
+    moving = Markup((resources.files(__package__) / "cards.js").read_text(encoding="utf-8"))
+    functions = {"motions": drawings.motions, "horizon": ivps.horizon, "step_size": ivps.step_size, "reason": results.reason}
+    return make_report("problems", out, progress, measure, check, draw, tables, c=CONSTANTS, moving=moving, **functions)
 
-    def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
-        return {
-            "c": CONSTANTS,
-            "facts": numbers.facts,
-            "drawings": numbers.drawings,
-            "motions": cards.motions(numbers.drawings),
-            "moving": Markup((resources.files(__package__) / "cards.js").read_text(encoding="utf-8")),
-            "horizon": ivps.horizon,
-            "step_size": ivps.step_size,
-            "reason": reason,
-            "drawn": draw(numbers, out / "figures"),
-            "tables": tables(numbers, conclusions.across.table, out / "tables"),
-        }
 
-    return make_page("problems/page.html", out, "daebench report problems", progress, measure=measure, check=check, content=content)
+@dataclass(frozen=True)
+class Numbers:
+    """The measurements of the report.
+
+    Parameters
+    ----------
+    facts : list of Facts
+        Facts of each problem.
+    drawings : mapping of str to Drawing
+        Drawing of each problem that declares a picture.
+    runs : DataFrame
+        One row per problem and method.
+    rank : DataFrame
+        One row for each problem that loses rank, method and mode.
+    rank_paths : DataFrame
+        Positions over time of these runs.
+    losses : mapping of str to float
+        Time at which G loses rank, by problem.
+    """
+
+    facts: list[Facts]
+    drawings: dict[str, Drawing]
+    runs: pd.DataFrame
+    rank: pd.DataFrame
+    rank_paths: pd.DataFrame
+    losses: dict[str, float]
+
+
+def jobs() -> list[Job]:
+    """Return the measurements; the methods of a problem are one job, because they share its derivation; the most expensive come first."""
+    queue: list[Job] = [(problem_rows, (name,)) for name in names()]
+    queue += [(rank_rows, (problem, case)) for problem, case in rank.IVPS]
+    return queue + [(work, (name,)) for name in names() for work in (facts, drawing_of)]
+
+
+def problem_rows(problem: str) -> list[dict[str, Any]]:
+    """Return a row for each method on a problem, including methods that are left out."""
+    against = runs.sizes_of(problem)
+    return [runs.row(problem, name, against) for name in runs.METHODS]
+
+
+def rank_rows(problem: str, case: str) -> tuple[list[dict[str, Any]], pd.DataFrame]:
+    """Return the behaviour of each method where G loses rank, in each mode, and the drawn positions."""
+    rows, paths = zip(*(rank.behaviour(problem, case, name, mode) for name in rank.METHODS for mode in rank.MODES), strict=True)
+    return list(rows), pd.concat(paths, ignore_index=True)
+
+
+def measure(tell: Progress) -> Numbers:
+    """Return the numbers; ``tell`` receives the fraction done and a description of the finished work."""
+    results = dict(computed(jobs(), tell, "measured"))
+    about: list[Facts] = sorted((results[facts, (name,)] for name in names()), key=lambda entry: (entry.m, entry.d, entry.name))
+    problem_names = [entry.name for entry in about]
+    lost = [results[rank_rows, ivp] for ivp in rank.IVPS]
+    drawings = {name: results[drawing_of, (name,)] for name in problem_names}
+    return Numbers(
+        facts=about,
+        drawings={name: drawing for name, drawing in drawings.items() if drawing is not None},
+        runs=pd.DataFrame([row for name in problem_names for row in results[problem_rows, (name,)]]),
+        rank=pd.DataFrame([row for rows, _ in lost for row in rows]),
+        rank_paths=pd.concat([paths for _, paths in lost], ignore_index=True),
+        losses={problem: rank.loss(problem) for problem, _ in rank.IVPS},
+    )
+
+
+def check(numbers: Numbers) -> SimpleNamespace:
+    """Return the numbers of the text; the first sentence that does not hold raises ClaimRefuted."""
+    drawings.check_drawings([problem.name for problem in numbers.facts], numbers.drawings)
+    return SimpleNamespace(
+        across=results.check_runs(numbers.runs), rank=rank.check_rank(numbers.rank, numbers.losses), per=results.per_problem(numbers.runs)
+    )
+
+
+def draw(numbers: Numbers, findings: SimpleNamespace, folder: Path) -> Iterator[Path]:
+    """Draw all figures into a folder, and give the paths of the SVG files."""
+    scenes = numbers.drawings
+    for scene in scenes.values():
+        yield drawings.draw_scene(scene, folder)
+    yield drawings.draw_scenes(list(scenes.values()), folder)
+    yield rank.draw_rank(numbers.rank_paths, numbers.losses, folder)
+    yield results.draw_heat_map(numbers.runs, folder)
+    if SHOWN in scenes:
+        yield draw_thumbnail(folder, lambda axis: drawings.thumbnail(axis, scenes[SHOWN]))
+
+
+def tables(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Table | pd.DataFrame]:
+    """Return the tables: of all problems, and of each."""
+    return {
+        "runs": numbers.runs,
+        "rank_loss": numbers.rank,
+        "overview": overview_table(overview_frame(numbers.facts)),
+        "across": results.across_table(findings.across.table),
+        "rank": rank.rank_table(numbers.rank),
+        **{str(name): results.runs_table(frame) for name, frame in numbers.runs.groupby("problem", sort=False)},
+    }

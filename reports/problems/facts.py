@@ -3,17 +3,20 @@
 import ast
 import inspect
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import pandas as pd
 from markupsafe import Markup, escape
 
 from daebench.diagnostics.freedom import freedom
 from daebench.methods.catalogue import find_problem
-from daebench.pages.report import MINUS
+from daebench.pages.report import MINUS, NONE, TIMES, count
+from daebench.pages.report.tables import Of, Table
 from daebench.reference.keep import store
 from daebench.reference.keep.folders import DATA
-from daebench.reports.problems.ivps import definition, ivp_of
+from daebench.reports.problems.ivps import definition, horizon, ivp_of, step_size
 
 LONGEST = 45
 """Largest number of operations of an expression that is written out."""
@@ -84,7 +87,7 @@ def facts(name: str) -> Facts:
         name=name,
         summary=problem.summary,
         case=ivp.case,
-        about=told(problem.path.read_text(encoding="utf-8")),
+        about=description(problem.path.read_text(encoding="utf-8")),
         d=ivp.d - in_time,
         m=ivp.m,
         dof=counted.degrees if (counted := freedom(ivp)) else ivp.d - in_time - ivp.m,
@@ -106,7 +109,7 @@ def case(problem: str, name: str, declared: Any) -> dict[str, Any]:
     return {"name": name, "about": declared.about, "on_singular": declared.on_singular, "certified": certified}
 
 
-def told(text: str) -> Markup:
+def description(text: str) -> Markup:
     """Return the prose of the docstring of ``problem`` in a file's text: without first line, formulas, parameters, half sentences."""
     tree = ast.parse(text)
     function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem")
@@ -114,12 +117,12 @@ def told(text: str) -> Markup:
     paragraphs = [
         " ".join(paragraph.split()) for paragraph in doc.split("\n\n")[1:] if paragraph.strip() and not paragraph.startswith((" ", "::"))
     ]
-    prose = escape(" ".join(filter(None, map(whole, paragraphs))))
+    prose = escape(" ".join(filter(None, map(whole_sentences, paragraphs))))
     marked = re.sub(r"``(.+?)``", r"<code>\1</code>", str(prose))
     return Markup(re.sub(r"\*(\w[^*]*)\*", r"<cite>\1</cite>", marked))
 
 
-def whole(paragraph: str) -> str:
+def whole_sentences(paragraph: str) -> str:
     """Return a paragraph without a last sentence that ends in a formula, and without a first sentence that begins with one."""
     if not paragraph.endswith("."):
         head, stop, _ = paragraph.rpartition(". ")
@@ -180,3 +183,37 @@ def mathematics(markup: str) -> str:
         .replace("<mo>-</mo>", f"<mo>{MINUS}</mo>")
         .replace("<mn>-", f"<mn>{MINUS}")
     )
+
+
+def overview_frame(facts: Sequence[Facts]) -> pd.DataFrame:
+    """Return one row per problem: sizes, structure, declarations, references, and the step and end of its runs."""
+    rows = []
+    for problem in facts:
+        plan, certified = horizon(problem.name), [case["name"] for case in problem.cases if case["certified"] is not None]
+        row = {"problem": problem.name, "d": problem.d, "m": problem.m, "dof": problem.dof, "mass": problem.structure}
+        row |= {"integrals": ", ".join(problem.integrals), "has": ", ".join(problem.has), "cases": len(problem.cases)}
+        row |= {"certified": len(certified), "h": step_size(problem.name), "t_end": plan.t_end, "unit": plan.unit, "why": plan.why}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def overview_table(frame: pd.DataFrame) -> Table:
+    """Return the overview, one row per problem with a link to its section."""
+    return Table(
+        frame,
+        {
+            "problem": (link, "problem"),
+            "d": (count, "<i>d</i>"),
+            "m": (count, "<i>m</i>"),
+            "dof": (count, "degrees<small>of freedom</small>"),
+            "mass": "mass matrix",
+            "integrals": (lambda names: names or NONE, "integrals<small>besides H</small>"),
+            "references": (Of("{} of {}".format, "certified", "cases"), "certified<small>cases</small>"),
+            "end": (Of(lambda t, unit: f"{t:g} {'' if unit == 's' else TIMES + ' '}{unit}", "t_end", "unit"), "run to"),
+        },
+    )
+
+
+def link(name: str) -> Markup:
+    """Return the name of a problem with a link to its section."""
+    return Markup('<a href="#{0}"><code>{0}</code></a>').format(name)

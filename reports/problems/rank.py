@@ -1,16 +1,24 @@
 """Initial value problems in which G loses rank: the time, from an equation of motion of one angle, and the behaviour of each method."""
 
 import math
-from collections.abc import Callable
-from types import MappingProxyType
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from daebench.diagnostics.integrals import energy_error
+from daebench.draw.figures import QUIET, grid_of_axes, legend_below, save
+from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import DaebenchError
+from daebench.pages.report import NONE, number
+from daebench.pages.report.claims import require
+from daebench.pages.report.tables import Of, Table, code, part, text
 from daebench.reports.problems.ivps import ivp_of
+from daebench.reports.problems.results import at_most
 from daebench.reports.problems.runs import largest, method
 from daebench.runs.request import Request
 
@@ -102,3 +110,72 @@ def told_in(sentence: str) -> float:
     """Return the time that a message gives for the loss of rank, NaN if it gives none."""
     _, separator, rest = sentence.partition("G loses rank at about t = ")
     return float(rest.split()[0].rstrip(".,;")) if separator else math.nan
+
+
+PASSING = ("rattle", "lobatto3")
+"""Methods that, according to the text, pass a loss of rank on the same branch."""
+
+
+def check_rank(rows: pd.DataFrame, losses: Mapping[str, float]) -> SimpleNamespace:
+    """Test that every method that is set to stop does so before G loses rank and says so, and which branch RATTLE and Lobatto take."""
+    for row in rows[rows["mode"] == "stop"].to_dict("records"):
+        t, who = losses[row["problem"]], f"{row['method']} on {row['problem']}"
+        require(row["end"] == "stopped", f"{who} stops where G loses rank", row["end"])
+        require("G loses rank" in row["why"], f"{who} says that G loses rank", row["why"])
+        require(row["t"] < t, f"{who} stops before that", (row["t"], t))
+    for row in rows[(rows["mode"] == "continue") & rows["method"].isin(PASSING)].to_dict("records"):
+        who = f"{row['method']} on {row['problem']}"
+        require(row["end"] == "reached" and row["branch"] == "through", f"{who} goes on through", (row["end"], row["branch"]))
+    stopped = rows[rows["mode"] == "stop"].assign(exact=lambda frame: frame["problem"].map(losses))
+    error = (stopped["told"] - stopped["exact"]).abs()
+    worst = at_most(stopped.assign(error=error), "error")
+    fixed = error[stopped["method"].isin(PASSING)]
+    went = rows[rows["mode"] == "continue"]
+    return SimpleNamespace(
+        losses=losses,
+        passing=PASSING,
+        told=fixed.max(),
+        worst=worst,
+        worst_error=error.max(),
+        through=(went["branch"] == "through").sum(),
+        went=len(went),
+        elsewhere=went[(went["branch"] != "through") | (went["end"] != "reached")].to_dict("records"),
+    )
+
+
+STROKE = {name: stroke_of(name) for name in METHODS}
+
+
+def draw_rank(paths: pd.DataFrame, losses: Mapping[str, float], folder: Path) -> Path:
+    """Draw a position over time where G loses rank: one row per scene, stopped on the left, continued on the right."""
+    figure, axes = grid_of_axes(len(IVPS), len(MODES), 5.6, x="time $t$  [s]", sharex=True, sharey="row")
+    for axes_row, (problem, case) in zip(axes, IVPS, strict=True):
+        axes_row[0].set_ylabel(SHOWN[problem][1])
+        for ax, mode in zip(axes_row, MODES, strict=True):
+            ax.axvline(losses[problem], color=QUIET, linewidth=0.9, linestyle=(0, (2, 2)))
+            for k, (name, stroke) in enumerate(STROKE.items()):
+                run = part(paths, problem=problem, method=name, mode=mode)
+                ax.plot(run["t"], run["x"], label=name_of(name), markevery=(10 + 4 * k, 60), **stroke.points())
+                ax.plot(run["t"].iloc[-1:], run["x"].iloc[-1:], linestyle="none", marker="|", markersize=11, color=stroke.color)
+            ax.set_title(f"{problem} {case}, {mode}")
+    legend_below(figure, axes[0, 0], 3, columnspacing=1.6)
+    return save(figure, folder, "rank_loss", paths)
+
+
+def rank_table(frame: pd.DataFrame) -> Table:
+    """Return the behaviour of each method where G loses rank."""
+    return Table(
+        frame.assign(scene=(frame["problem"] + " " + frame["case"]).where(frame["problem"] != frame["problem"].shift(), "")),
+        {
+            "method": code,
+            "scene": text,
+            "mode": "on singular",
+            "ended": (Of(lambda end, t: f"{'complete' if end == 'reached' else 'stops'} at {t:.4g}", "end", "t"), "run<small>t, s</small>"),
+            "told": (partial(number, digits=5), "rank lost<small>reported, s</small>"),
+            "branch": (lambda branch: branch or NONE if isinstance(branch, str) else NONE, "branch"),
+            "turn": (number, "turn<small>degrees</small>"),
+            "pivot": (number, "smallest<small>pivot</small>"),
+            "energy": (number, "energy error<small>J</small>"),
+        },
+        {},
+    )

@@ -6,6 +6,8 @@ import numpy as np
 
 from daebench.errors import RunFailed
 from daebench.methods.names import parse
+from daebench.reference.keep import store
+from daebench.reference.keep.record import EPS
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 
@@ -54,9 +56,6 @@ def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
     RunFailed
         If its reference ends earlier, or no run in double precision can follow it so far.
     """
-    from daebench.reference.keep import store
-    from daebench.reference.keep.record import EPS
-
     reference = store.find(ivp.problem, ivp.case)
     limit = min(reference.horizon, reference.double_horizon)
     if limit < t_end:

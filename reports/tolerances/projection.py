@@ -1,14 +1,24 @@
 """CVODE with and without projected steps, and RATTLE for the same time; and SUNDIALS' own example of a projected pendulum."""
 
 from collections.abc import Mapping
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from daebench.draw.figures import grid_of_axes, save
+from daebench.draw.methods import stroke_of
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
+from daebench.pages.report import count, number, power_of_ten
+from daebench.pages.report.claims import require
+from daebench.pages.report.tables import Of, Table, once, part
+from daebench.reports.tolerances.accuracy import ERROR, HIGH, LOW
+from daebench.reports.tolerances.cost import legend_panel
 from daebench.reports.tolerances.exact import Exact
-from daebench.reports.tolerances.runs import FAST, beside, motion
+from daebench.reports.tolerances.runs import FAST, IVPS, SMALL, beside, motion
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Request
@@ -52,7 +62,7 @@ Row = dict[str, Any]
 
 
 def compiled(name: str) -> None:
-    """Have compiled what is timed on a problem, by runs of no consequence."""
+    """Have the kernels of the timed runs on a problem compiled, by runs of no consequence."""
     ivp, reference = motion(name, 0)
     t_end, points = float(reference.t[1]), 2
     for method in (PLAIN, PROJECTED):
@@ -127,3 +137,114 @@ def example() -> list[Row]:
             printed = dict(zip(("printed_error", "printed_g", "printed_steps"), PRINTED[tol, method], strict=True))
             rows.append({"tol": tol, "method": method} | printed | {"error": error, "g": g, "steps": run.steps})
     return rows
+
+
+HELPED = "double_pendulum-horizontal"
+"""The system on which projection helps most."""
+
+
+TURNS_WITH = 0.5
+"""Bound on the error of the angular velocity without projection, as a fraction of the error of the speed."""
+
+
+NEAR = 0.3
+"""Relative difference of errors that count as equal."""
+
+
+def check_projected(rows: pd.DataFrame) -> SimpleNamespace:
+    """Test where projection helps and where it harms, why, and how accurate fixed steps are for the same time."""
+    table = rows.pivot(index=["scene", "start", "tol"], columns="method", values="error")
+    medians = table.groupby(["scene", "tol"]).median()
+    ratio = (table[PROJECTED] / table[PLAIN]).groupby(["scene", "tol"]).median()
+    gain = ratio[medians[PLAIN] < SMALL].unstack().reindex(list(IVPS))
+    require((gain.loc[HELPED].dropna() < 1).all(), "projection helps on the double pendulum", gain.loc[HELPED].to_dict())
+    worse = gain.loc[FAST].dropna()
+    require((worse > 1).all(), "projection harms on the fast spherical pendulum", worse.to_dict())
+    composed = table[FIXED[1]] / table[PROJECTED]
+    require(
+        composed.median() < 1e-3, "composed to order 8, RATTLE is over a thousand times more accurate for the same time", composed.median()
+    )
+    better = float(np.mean(composed < 1))
+    require(better > 0.95, "nearly always so", better)
+    plain = (table[FIXED[0]] / table[PROJECTED]).groupby("tol").median()
+    require(
+        plain.iloc[-1] < 1 < plain.iloc[0], "RATTLE itself is better at the loosest tolerance, and worse at the tightest", plain.to_dict()
+    )
+    return SimpleNamespace(
+        gain=gain,
+        helped=gain.loc[HELPED].dropna(),
+        worse=worse,
+        cause=check_cause(rows[rows["scene"] == FAST]),
+        composed=composed.median(),
+        better=better,
+        plain=plain,
+        starts=rows["start"].nunique(),
+    )
+
+
+def check_cause(rows: pd.DataFrame) -> SimpleNamespace:
+    """Test that speed and radius shrink alike without projection, and that only the speed shrinks with it; return the numbers at 1e-6."""
+    off = rows.assign(speed=rows["speed"].abs(), turning=rows["turning"].abs()).groupby(["method", "tol"])[["speed", "turning"]].median()
+    plain, projected = off.loc[PLAIN], off.loc[PROJECTED]
+    share = (plain["turning"] / plain["speed"])[plain["speed"] < 1e-3]
+    require((share < TURNS_WITH).all(), "without projection the angular velocity is much more accurate than the speed", share.to_dict())
+    same = projected["turning"] / projected["speed"]
+    require(np.allclose(same, 1, atol=1e-3), "with projection the angular velocity has the error of the speed", same.to_dict())
+    return SimpleNamespace(tol=1e-6, plain=plain.loc[1e-6], projected=projected.loc[1e-6], share=share)
+
+
+def check_example(rows: pd.DataFrame) -> SimpleNamespace:
+    """Test that projected steps agree with the output of SUNDIALS except for the right side; return both."""
+    projected, plain = (rows[rows["method"] == method].set_index("tol") for method in (PROJECTED, PLAIN))
+    ratio = projected["error"] / projected["printed_error"]
+    tight = ratio[ratio.index < 1e-5]
+    require(np.all(np.abs(tight - 1) < NEAR), "projected, both right sides give the same error", ratio.to_dict())
+    unlike = (plain["printed_error"] / plain["error"]).sort_values()
+    require(unlike.iloc[-1] > 100, "without projection they differ by over a hundred times", unlike.to_dict())
+    require((unlike[unlike.index < 1e-5] > 1).all(), "without projection (1.18) is more accurate from 1e-6 on", unlike.to_dict())
+    require(plain["g"][1e-5] > SMALL, "at 1e-5 (1.18) leaves the circle", plain["g"].to_dict())
+    return SimpleNamespace(off=np.abs(tight - 1).max(), unlike=unlike.iloc[-1], at=unlike.index[-1], g=plain["g"][1e-5])
+
+
+METHOD_STROKE = {name: stroke_of(name) for name in (PLAIN, PROJECTED, *FIXED)}
+
+
+METHOD_NAMES = {PLAIN: "CVODE, (1.18)", PROJECTED: "CVODE, projected", FIXED[0]: "RATTLE, as long", FIXED[1]: "RATTLE/Kahan-Li 8, as long"}
+
+
+def draw_projected(rows: pd.DataFrame, folder: Path) -> Path:
+    """Draw the error against CPU time: CVODE with and without projected steps, and RATTLE for the time of the former."""
+    figure, axes = grid_of_axes(2, 3, 5.4, x="time of the run  [ms]", y=ERROR, sharex=True, sharey=True)
+    frames = []
+    for ax, (ivp, title) in zip(axes.flat, IVPS.items(), strict=False):
+        for method, stroke in METHOD_STROKE.items():
+            groups = part(rows, scene=ivp, method=method).groupby("tol")
+            errors = groups["error"].quantile(np.array([LOW, 0.5, HIGH])).unstack().set_axis(["low", "error", "high"], axis=1)
+            frame = errors.assign(seconds=groups["seconds"].median(), scene=ivp, method=method).reset_index()
+            ax.fill_between(1e3 * frame["seconds"], frame["low"], frame["high"], color=stroke.color, alpha=0.22, linewidth=0)
+            ax.plot(1e3 * frame["seconds"], frame["error"], label=METHOD_NAMES[method], **stroke.points())
+            frames.append(frame)
+        ax.set(xscale="log", yscale="log", title=title)
+        ax.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1e0])
+        ax.minorticks_off()
+    legend_panel(axes, "time of the run  [ms]")
+    return save(figure, folder, "projected", pd.concat(frames, ignore_index=True))
+
+
+def example_table(frame: pd.DataFrame) -> Table:
+    """Return SUNDIALS' example of a projected pendulum: the output of SUNDIALS, and the result of HLW (1.18)."""
+    g = "||<i>q</i>|²&thinsp;&minus;&thinsp;1|<small>{}</small>"
+    return Table(
+        frame.assign(tol=once(frame["tol"])),
+        {
+            "tol": (Of(lambda tol: power_of_ten(tol) if tol else "", "tol"), "tolerance"),
+            "method": (lambda method: "projected" if method == PROJECTED else "not", "steps"),
+            "printed_error": (number, "error<small>SUNDIALS, m</small>"),
+            "error": (number, "error<small>(1.18), m</small>"),
+            "printed_g": (number, g.format("SUNDIALS")),
+            "g": (number, g.format("(1.18)")),
+            "printed_steps": (count, "number<small>SUNDIALS</small>"),
+            "steps": (count, "number<small>(1.18)</small>"),
+        },
+        frame,
+    )

@@ -62,6 +62,9 @@ IN_WORDS = {
 STOPPED = ("error test", "Newton", "other")
 """Ends by IDA itself; the other runs are stopped by daebench."""
 
+SMALL = 0.1
+"""Errors from this on, in lengths of a rod, are of the size of the motion: such errors are not estimated."""
+
 Row = dict[str, Any]
 
 

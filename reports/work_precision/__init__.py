@@ -1,52 +1,56 @@
 """Error against CPU time and evaluations for methods of all families, what each conserves, and which to choose."""
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
-from daebench.pages.report import Progress, make_page
-from daebench.pages.report.page import constants
-from daebench.reference.keep import store
-from daebench.reference.keep.folders import DATA
-from daebench.reports.work_precision import claims, ivps
-from daebench.reports.work_precision import numbers as _numbers
-from daebench.reports.work_precision.claims import check
-from daebench.reports.work_precision.figures import draw_all
-from daebench.reports.work_precision.numbers import Numbers, measure
-from daebench.reports.work_precision.tables import setting, tables, times
+import pandas as pd
+
+from daebench.pages.report import Progress
+from daebench.pages.report.page import constants, make_report
+from daebench.pages.report.tables import Table
+from daebench.pages.report.thumbnail import draw_thumbnail
+from daebench.reports.work_precision import conclusions, overview, works
+from daebench.reports.work_precision.conclusions import check, setting, times
+from daebench.reports.work_precision.works import Numbers, measure
 from daebench.studies.grid import measure as _grid_measure
-from daebench.studies.work_precision import recommend, study
+from daebench.studies.work_precision import figure, recommend, study
 
-CONSTANTS = constants(_grid_measure, recommend, study, ivps, claims, _numbers)
+CONSTANTS = constants(_grid_measure, recommend, study, conclusions, works)
 
 
 def make(out: Path, progress: Progress) -> Path:
-    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.make_page`.
+    """Make the report in a folder; return the path of its page, see :func:`daebench.pages.report.page.make_report`.
 
     Runs are stored in the folder: after an interruption, the next call continues from there.
     """
+    content = {"c": CONSTANTS, "setting": setting, "times": times}
+    return make_report("work-precision", out, progress, lambda tell: measure(out, tell), check, draw, tables, **content)
 
-    def content(numbers: Numbers, conclusions: SimpleNamespace) -> dict[str, Any]:
-        used = {f"{work.problem}-{work.case}" for work in numbers.works}
-        methods = {method for runs in numbers.runs.values() for method in runs["method"]}
-        return {
-            "c": CONSTANTS,
-            "coarse": {method: tol for method, tol in ivps.COARSE.items() if method in methods},
-            "drawn": draw_all(numbers, out / "figures"),
-            "tables": tables(numbers, conclusions.found, out / "tables"),
-            "references": len(store.names(DATA)),
-            "unused": len(set(store.names(DATA)) - used),
-            "left_out": numbers.left_out,
-            "setting": setting,
-            "times": times,
+
+def draw(numbers: Numbers, findings: SimpleNamespace, folder: Path) -> Iterator[Path]:
+    """Draw all figures into a folder, and give the paths of the SVG files."""
+    ratios = overview.ratios(numbers.works, numbers.runs)
+    yield overview.draw_overview(numbers.works, ratios, folder)
+    for work in numbers.works:
+        label, runs = f"largest error of ${work.letter}$", numbers.runs[work.key]
+        for stem, cost in ((work.key, "seconds"), (f"{work.key}-evaluations", "evaluations")):
+            yield figure.draw(folder, runs, work.error, label, stem=stem, against=[cost])
+    yield draw_thumbnail(folder, lambda axis: overview.thumbnail(axis, ratios))
+
+
+def tables(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Table | pd.DataFrame]:
+    """Return the tables, by name and motion."""
+    declared: dict[str, Table | pd.DataFrame] = {"defects": numbers.defects}
+    declared["summary"] = conclusions.summary_table(numbers.works, findings.found)
+    for work in numbers.works:
+        summary, runs = findings.found[work.key], numbers.runs[work.key]
+        declared |= {
+            f"runs-{work.key}": runs,
+            f"winners-{work.key}": conclusions.winners_table(work, summary.winners, dict(runs.groupby("method")["knob"].first())),
+            f"keeps-{work.key}": conclusions.keeps_table(work, summary.keeps, numbers.defects),
+            f"advice-{work.key}": conclusions.advice_table(work, summary.advice),
+            f"front-{work.key}": conclusions.front_table(work, summary.front["seconds"]),
+            f"failed-{work.key}": Table(summary.failed, conclusions.FAILED, {}),
         }
-
-    return make_page(
-        "work_precision/page.html",
-        out,
-        "daebench report work-precision",
-        progress,
-        measure=lambda tell: measure(out, tell),
-        check=check,
-        content=content,
-    )
+    return declared

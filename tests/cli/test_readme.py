@@ -50,7 +50,7 @@ def heyoka_missing(monkeypatch):
 def refuted(monkeypatch):
     """Have the report on index reduction measure that the first step of ``se`` is not symplectic."""
     from daebench.reports import index_reduction
-    from daebench.reports.index_reduction.claims import check_symplecticity
+    from daebench.reports.index_reduction.schemes import check_symplecticity
 
     numbers = SimpleNamespace(defects=pd.DataFrame({"se": [3.1e-5] + 19 * [1e-3]}))
     claims = pd.DataFrame({"claimed_symplectic": {"se": False}})

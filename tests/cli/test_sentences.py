@@ -17,7 +17,7 @@ from daebench.pages.report import percent
 from daebench.pages.report.exact_motion import exact_motion
 from daebench.problems import lotka_volterra
 from daebench.reports import lessons
-from daebench.reports.index_reduction.numbers import period
+from daebench.reports.index_reduction.schemes import period
 from daebench.runs.request import Request
 
 ROUND_OFF = 1e-12
@@ -254,8 +254,8 @@ def test_a_form_of_the_system_is_not_said_to_be_the_reduced_one(name):
 
 
 def test_the_squeezers_page_has_what_its_printed_values_are_off_by():
-    from daebench.reports.problems.facts import told
+    from daebench.reports.problems.facts import description
 
-    about = told(find_problem("andrews_squeezer").path.read_text(encoding="utf-8"))
+    about = description(find_problem("andrews_squeezer").path.read_text(encoding="utf-8"))
     assert "1.4e-9 rad in q" in about
     assert "1.5e-5 N in lam" in about

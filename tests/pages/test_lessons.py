@@ -100,7 +100,7 @@ def test_a_film_has_a_frame_for_each_setting_and_shows_the_default_first():
 
 def long_run(level, end, *, g=0.0, failure=None, power=1):
     """Return a run whose energy error oscillates at a level, and grows by a power of the time to another one at the end."""
-    from daebench.reports._two_motions import Run
+    from daebench.reports.index_reduction.two_motions import Run
 
     t = np.linspace(0.0, 1000.0, 20001)
     error = level * np.cos(7 * t) + (end - level) * (t / t[-1]) ** power
@@ -142,7 +142,7 @@ FALSE_PENDULUM = {
 
 @pytest.mark.parametrize("changed", FALSE_TORUS.values(), ids=FALSE_TORUS)
 def test_the_first_lesson_is_not_written_if_the_torus_says_something_else(changed):
-    from daebench.reports.lessons._why_symplectic_fair import check_torus
+    from daebench.reports.lessons.why_symplectic import check_torus
 
     check_torus(TORUS)
     with pytest.raises(ClaimRefuted):
@@ -151,7 +151,7 @@ def test_the_first_lesson_is_not_written_if_the_torus_says_something_else(change
 
 @pytest.mark.parametrize("changed", FALSE_PENDULUM.values(), ids=FALSE_PENDULUM)
 def test_the_first_lesson_is_not_written_if_the_pendulum_says_something_else(changed):
-    from daebench.reports.lessons._why_symplectic_fair import check_pendulum
+    from daebench.reports.lessons.why_symplectic import check_pendulum
 
     check_pendulum(PENDULUM)
     with pytest.raises(ClaimRefuted):

@@ -83,8 +83,8 @@ def test_what_the_first_lesson_says_holds_in_the_page(pages, seen):
 
 
 def test_runs_on_the_torus_in_the_page_are_those_of_the_compiled_kernels(pages, seen):
-    from daebench.reports._two_motions import TORUS, measured
-    from daebench.reports.lessons._why_symplectic_fair import ON_TORUS
+    from daebench.reports.index_reduction.two_motions import TORUS, measured
+    from daebench.reports.lessons.why_symplectic import ON_TORUS
 
     shown = seen(pages("why-symplectic").as_uri())
     shown.page.evaluate("{ Frames.screens[0].play(false); fair.again(); while (fair.time < 9999) fair.tick(0.1) }")

@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from markupsafe import escape
 from pages import Page, standalone
 
 from daebench.draw.figures import STROKES, drawing, grid_of_axes, save
@@ -29,9 +28,10 @@ from daebench.pages.report import (
     with_error,
 )
 from daebench.pages.report.claims import ClaimRefuted, require
+from daebench.pages.report.tables import Of, Table, write_tables
 from daebench.reports import index_reduction
-from daebench.reports.index_reduction.claims import check, check_symplecticity
-from daebench.reports.index_reduction.tables import pairs
+from daebench.reports.index_reduction import check
+from daebench.reports.index_reduction.schemes import check_symplecticity
 from daebench.runs.machine import machine
 
 FIGURES = {
@@ -237,10 +237,13 @@ def built(tmp_path_factory):
     return SimpleNamespace(page=page, numbers=measured["measure"], ida=measured["measure_ida"], told=told)
 
 
-def test_numbers_with_powers_of_ten_are_html_in_the_columns_of_tables():
+def test_numbers_with_powers_of_ten_are_html_in_the_columns_of_tables(tmp_path):
     frame = pd.DataFrame({"slope": [1e-9, 2e-7], "slope_error": [1e-11, 1e-9]}, index=[3, 5])
-    shown = frame.assign(slope=pairs(frame, "slope"))
-    assert "&lt;" not in table("drift", shown, {"slope": escape}, {"slope": "slope"}, "")
+    declared = Table(frame, {"slope": Of(with_error, "slope", "slope_error")}, {})
+    html = write_tables(tmp_path, {"drift": declared})["drift"]("")
+    assert "10<sup>" in html
+    assert "&lt;" not in html
+    assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.slow

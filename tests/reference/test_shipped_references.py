@@ -13,7 +13,7 @@ from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.keep.folders import DATA
 from daebench.reference.keep.record import EPS
 from daebench.reference.keep.store import load, names
-from daebench.reports.problems.facts import told
+from daebench.reports.problems.facts import description
 
 EXPECTED = {
     "planar_pendulum-horizontal": 100.0,
@@ -145,7 +145,7 @@ def test_the_squeezer_is_where_the_bari_test_set_says_but_for_a_shift_of_its_tim
     assert shift == pytest.approx(-1e-12, rel=0.01)
     assert np.abs(off - shift * v).max() < 1e-12
     assert f"{np.abs(at.states['lam'][0] - BARI_LAM).max():.1e}" == "1.5e-05"
-    about = told(find_problem("andrews_squeezer").path.read_text(encoding="utf-8"))
+    about = description(find_problem("andrews_squeezer").path.read_text(encoding="utf-8"))
     assert all(number in about for number in ("1.4e-9 rad in q", "1e-12 s", "1.5e-5 N in lam"))
 
 

@@ -14,19 +14,19 @@ from daebench.diagnostics.drift import FAILED
 from daebench.draw.figures import grid_of_axes
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
+from daebench.pages.report.tables import write_tables
 from daebench.reference.keep.dense_evaluation import states_at
 from daebench.reference.motion import certified_for
 from daebench.reference.solution import integrated
 from daebench.reports import engines
-from daebench.reports.engines import truth as truths
+from daebench.reports.engines import motions, tables
 from daebench.reports.engines.adapters import ENGINES, Engine
-from daebench.reports.engines.claims import check, race
 from daebench.reports.engines.contender import Contender, States, mass_matrix, stepped
 from daebench.reports.engines.documentation import CHECKED, HOLDS, NOT, PART, sentences_of
-from daebench.reports.engines.figures import equal_cost, most_accurate
+from daebench.reports.engines.error_and_cost import equal_cost, most_accurate
+from daebench.reports.engines.findings import check, race
+from daebench.reports.engines.measured import OWN, at_equal_cost, error_of, measure, solved, swept, tuned
 from daebench.reports.engines.motions import BY_KEY, T_END, Motion
-from daebench.reports.engines.numbers import OWN, at_equal_cost, error_of, measure, solved, swept, tuned
-from daebench.reports.engines.tables import tables
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 """Engines use what Python or NumPy deprecate, and are not ours to mend."""
@@ -65,7 +65,7 @@ def known_at(motion, t):
     if reference:
         return states_at(reference, np.array([t])).states["q"][0]
     if motion.problem == "pendulum_chain":
-        return truths.method_of(motion.ivp, truths.FINE).solve(motion.ivp, truths.Request(value=1 / 512, t_end=t)).complete().q[-1]
+        return motions.method_of(motion.ivp, motions.FINE).solve(motion.ivp, motions.Request(value=1 / 512, t_end=t)).complete().q[-1]
     return integrated(motion.ivp, [t]).states["q"][0]
 
 
@@ -143,17 +143,17 @@ def test_contenders_are_of_motions_of_the_page_and_from_coarse_to_fine(engine):
 @pytest.mark.exhaustive
 def test_two_fine_runs_of_a_chain_are_within_their_bound_of_the_certified_motion():
     motion = Motion("chain5", "pendulum_chain", "hanging", "", "")
-    known = truths.fine(motion.ivp)
+    known = motions.fine(motion.ivp)
     certified = states_at(certified_for(motion.ivp, T_END), np.array([T_END])).states["q"][0]
     assert np.max(np.abs(known.value - certified)) <= known.bound < 1e-12
 
 
 @pytest.mark.slow
 def test_the_vertical_seen_from_the_top_is_that_of_its_certified_motion():
-    motion, known = BY_KEY["top"], truths.truth("top")
+    motion, known = BY_KEY["top"], motions.reference_of("top")
     assert known.bound < 1e-12
     q = integrated(motion.ivp, [T_END]).states["q"]
-    assert np.max(np.abs(truths.compared(motion, q[0]) - known.value)) < 1e-6
+    assert np.max(np.abs(motions.compared(motion, q[0]) - known.value)) < 1e-6
 
 
 def test_the_mass_matrix_is_that_of_the_problem():
@@ -205,7 +205,7 @@ def test_a_run_of_an_engine_is_held_against_the_certified_motion(small):
     assert error_of(small, run) == pytest.approx(0.5 / 16, rel=1e-9)
     assert len(run.t) == 81
     bare = solved(contender(exact(0.0)), small, 1 / 16, T_END, outputs=False)
-    assert error_of(small, bare) == truths.truth("pendulum").bound
+    assert error_of(small, bare) == motions.reference_of("pendulum").bound
     assert len(bare.t) == 2
 
 
@@ -335,7 +335,7 @@ def test_numbers_of_a_made_up_engine(small, numbers, tmp_path):
     assert found.reduced.won == [] or found.reduced.won == [small.title]
     assert [row[1] for row in found.unfinished] == ["broken"]
     assert (found.sentences.holds, found.sentences.part, found.sentences.no) == (1, 1, 1)
-    html = str(tables(numbers, tmp_path)["motion-pendulum"]("A caption"))
+    html = str(write_tables(tmp_path, tables(numbers, None))["motion-pendulum"]("A caption"))
     assert html.count("<tr>") == 1 + len(numbers.chosen)
     assert "nan" not in html
     assert len(pd.read_csv(tmp_path / "runs.csv")) == len(numbers.runs)
@@ -428,7 +428,7 @@ def test_a_page_of_mici_alone(tmp_path, monkeypatch):
     frame = pd.read_csv(tmp_path / "engines" / "tables" / "runs.csv")
     kept = list((tmp_path / "engines" / engines.KEPT).glob("*.json"))
     assert len(kept) == 4
-    monkeypatch.setattr("daebench.reports.engines.numbers.swept", lambda *_: pytest.fail("a run"))
+    monkeypatch.setattr("daebench.reports.engines.measured.swept", lambda *_: pytest.fail("a run"))
     assert standalone(build("engines", tmp_path), quotes=True).text.count("constrained leapfrog") == text.count("constrained leapfrog")
     kept[0].write_text("damaged")
     with pytest.raises(BaseException, match="a run"):

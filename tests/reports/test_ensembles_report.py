@@ -6,18 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 from pages import standalone
-from reported import require_refused, rows_of
+from reported import require_refused, rows_of, stems_of
 
 import daebench
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.pages.report import build
 from daebench.reports import ensembles
-from daebench.reports.ensembles import numbers as _numbers
-from daebench.reports.ensembles.claims import check, errors, trends, winners
-from daebench.reports.ensembles.figures import draw
+from daebench.reports.ensembles import check, draw, measured, tables
+from daebench.reports.ensembles.errors import errors, winners
+from daebench.reports.ensembles.measured import Numbers, measure
 from daebench.reports.ensembles.motions import FRACTIONS, METHODS, MOTIONS, STRUCTURED, Motion
-from daebench.reports.ensembles.numbers import Numbers, measure
-from daebench.reports.ensembles.tables import tables
+from daebench.reports.ensembles.verdicts import trends
 
 STARTS = 200
 MEDIANS = dict(zip(METHODS, (1e-3, 1e-4, 1e-5, 1e-6, 1e-2), strict=True))
@@ -83,14 +82,14 @@ def test_quantiles_ranks_and_parts_are_those_of_the_definitions():
 
 @pytest.mark.usefixtures("uncompiled_schemes")
 def test_errors_and_verdicts_are_those_of_runs_by_themselves(monkeypatch):
-    monkeypatch.setattr(_numbers, "METHODS", ("rattle", "rk4"))
-    monkeypatch.setattr(_numbers, "TIMED", 2)
-    monkeypatch.setattr(_numbers, "LONGER", 3)
+    monkeypatch.setattr(measured, "METHODS", ("rattle", "rk4"))
+    monkeypatch.setattr(measured, "TIMED", 2)
+    monkeypatch.setattr(measured, "LONGER", 3)
     motion = Motion("spherical_pendulum", "fig1.2", "pendulum", 0.04, 4.0)
     numbers = measure(lambda part, doing: None, [motion], 4)
     runs = numbers.runs
     assert len(runs) == 2 * len(FRACTIONS) * 4
-    some, about = _numbers.drawn(motion, 4)
+    some, about = measured.drawn(motion, 4)
     assert "energy" in about
     assert len({round(float(some.member(i).value("H", *some.member(i).start)), 9) for i in range(4)}) == 1
     for row in runs[runs["start"] < 2].to_dict("records"):
@@ -104,10 +103,10 @@ def test_errors_and_verdicts_are_those_of_runs_by_themselves(monkeypatch):
 def test_figures_and_tables_show_the_numbers(tmp_path):
     numbers = made()
     found = check(numbers)
-    assert set(draw(found, tmp_path)) == {"errors", "winners", "verdicts"}
+    assert stems_of(draw(numbers, found, tmp_path)) == {"errors", "winners", "verdicts"}
     for stem in ("errors", "winners", "verdicts"):
         assert len(pd.read_csv(tmp_path / f"{stem}.csv")) >= len(MOTIONS)
-    counts = rows_of(tables(numbers, found, tmp_path / "tables"), tmp_path / "tables")
+    counts = rows_of(tables(numbers, found), tmp_path / "tables")
     assert counts["errors"] == counts["verdicts"] == len(MOTIONS) * len(METHODS) * len(FRACTIONS)
     assert counts["failures"] == len(METHODS) * len(FRACTIONS)
 
@@ -115,7 +114,7 @@ def test_figures_and_tables_show_the_numbers(tmp_path):
 @pytest.mark.parametrize("stops", [0, 0.25])
 def test_the_page_is_made_of_its_numbers(tmp_path, monkeypatch, stops):
     monkeypatch.setattr(ensembles, "measure", lambda tell: made(stops=stops))
-    monkeypatch.setattr(ensembles, "draw", lambda found, folder: dict.fromkeys(("errors", "winners", "verdicts"), folder))
+    monkeypatch.setattr(ensembles, "draw", lambda *_: [tmp_path / stem for stem in ("errors", "winners", "verdicts")])
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
     page = standalone(build("ensembles", tmp_path))
     words = " ".join(page.text.split())

@@ -10,9 +10,8 @@ from pages import standalone
 
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
-from daebench.reports.extremes import ivps, numbers
-from daebench.reports.extremes.claims import horizons, limits, ratios
-from daebench.reports.extremes.tables import typeset
+from daebench.reports.extremes import sections
+from daebench.reports.extremes.findings import horizons, limits, ratios, typeset
 from daebench.studies.precision.study import WAYS, specifications_of
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.study import EXTREMES
@@ -34,12 +33,12 @@ def changed(frame, row, **values):
 @pytest.fixture
 def small(monkeypatch):
     """Make a small report without the compiler."""
-    sections = tuple(replace(each, asked=SMALL[each.key]) for each in ivps.SECTIONS if each.key in SMALL)
-    monkeypatch.setattr(ivps, "SECTIONS", sections)
-    monkeypatch.setattr(numbers, "PRECISION", replace(PENDULUM, methods=("rattle",), h=(0.125,), t_end=0.5))
+    few = tuple(replace(section, asked=SMALL[section.key]) for section in sections.SECTIONS if section.key in SMALL)
+    monkeypatch.setattr(sections, "SECTIONS", few)
+    monkeypatch.setattr(sections, "PRECISION", replace(PENDULUM, methods=("rattle",), h=(0.125,), t_end=0.5))
     one_thread = partial(ThreadPoolExecutor, 1)
-    monkeypatch.setattr(numbers, "measure", partial(numbers.measure, processes=one_thread))
-    return sections
+    monkeypatch.setattr(sections, "measure", partial(sections.measure, processes=one_thread))
+    return few
 
 
 @pytest.mark.usefixtures("uncompiled_schemes")
@@ -92,9 +91,9 @@ def test_names_and_powers_of_ten_are_set_as_such():
 
 
 def test_every_section_has_its_extreme():
-    for section in ivps.SECTIONS:
+    for section in sections.SECTIONS:
         assert EXTREMES[section.extreme].refusal(section.asked) == "", section.key
-    assert {way for way, _ in specifications_of(ivps.PRECISION)[0]} == set(WAYS)
+    assert {way for way, _ in specifications_of(sections.PRECISION)[0]} == set(WAYS)
 
 
 @pytest.mark.slow
@@ -102,4 +101,4 @@ def test_every_section_has_its_extreme():
 def test_the_whole_report_can_be_made(tmp_path):
     page = build("extremes", tmp_path)
     standalone(page)
-    assert page.read_text(encoding="utf-8").count("<figure") == len(ivps.SECTIONS) + 1
+    assert page.read_text(encoding="utf-8").count("<figure") == len(sections.SECTIONS) + 1

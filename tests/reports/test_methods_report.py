@@ -21,12 +21,13 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.report import MINUS, build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import methods
-from daebench.reports.methods import families, guide, series, sweep
-from daebench.reports.methods import numbers as _methods_numbers
-from daebench.reports.methods.claims import check, defects, long, tally
-from daebench.reports.methods.matrix import check_claims, keeping, matrix, over_time
-from daebench.reports.methods.matrix_figure import exponent, ida_rows, lines
-from daebench.reports.methods.numbers import jobs, measure
+from daebench.reports.methods import check, families, guide, long_runs, measured, sweep
+from daebench.reports.methods import defects as defects_of_steps
+from daebench.reports.methods.defects import check_defects
+from daebench.reports.methods.long_runs import check_long
+from daebench.reports.methods.matrix import check_claims, keeping, matrix, over_time, tally
+from daebench.reports.methods.measured import jobs, measure
+from daebench.reports.methods.signs import exponent, ida_rows, lines
 from daebench.runs.request import Request
 from daebench.studies.claims.bench import FALLS_SHORT, NOT_CLAIMED, OK, UNDETERMINED
 from daebench.studies.claims.check import order_finding
@@ -169,7 +170,9 @@ def test_what_is_not_kept_has_the_verdict_of_the_long_run():
 
 
 def test_defects_of_a_method_fall_with_its_order_plus_one():
-    found = series.powers(pd.concat([series.defects(name) for name in ("midpoint", "rattle")])).set_index(["method", "property"])
+    found = defects_of_steps.powers(pd.concat([defects_of_steps.defects(name) for name in ("midpoint", "rattle")])).set_index(
+        ["method", "property"]
+    )
     assert abs(found.loc[("midpoint", "symplectic"), "power"] - 3) < 0.1
     assert math.isnan(found.loc[("rattle", "symplectic"), "power"])
     assert found.loc[("rattle", "symplectic"), "most"] < 1e-14
@@ -248,9 +251,9 @@ LONG_FAULTS = {
 
 @pytest.mark.parametrize("tampered", LONG_FAULTS.values(), ids=list(LONG_FAULTS))
 def test_a_tampered_long_run_stops_the_page(table, tampered):
-    assert long(drift(), table).others == ["energy_momentum", "radau2_ggl", "rk4+proj"]
+    assert check_long(drift(), table).others == ["energy_momentum", "radau2_ggl", "rk4+proj"]
     with pytest.raises(ClaimRefuted):
-        long(tampered, table)
+        check_long(tampered, table)
 
 
 def power(method, two_form, reversal):
@@ -264,7 +267,7 @@ FLAT, STEEP, SHALLOW = (1e-15, math.nan), (1e-4, 3.0), (1e-4, 1.5)
 
 def test_tampered_defects_stop_the_page():
     good = [power("rattle", FLAT, FLAT), power("midpoint", STEEP, FLAT), power("shake", FLAT, STEEP)]
-    found = defects(pd.DataFrame([row for each in good for row in each]))
+    found = check_defects(pd.DataFrame([row for each in good for row in each]))
     assert (found.kept, found.flat, found.uneven) == (["rattle", "shake"], ["rattle", "midpoint"], ["shake"])
     for fault in (
         power("rattle", STEEP, FLAT),
@@ -274,7 +277,7 @@ def test_tampered_defects_stop_the_page():
     ):
         rows = [row for each in good if each[0]["method"] != fault[0]["method"] for row in each]
         with pytest.raises(ClaimRefuted):
-            defects(pd.DataFrame(rows + fault))
+            check_defects(pd.DataFrame(rows + fault))
 
 
 def test_a_method_for_the_reduced_equation_that_keeps_the_two_form_stops_the_page():
@@ -305,12 +308,12 @@ def numbers():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("os.cpu_count", lambda: 1)
         patch.setattr(sweep, "order_finding", short)
-        for module in (sweep, series):
+        for module in (sweep, long_runs):
             patch.setattr(module, "method", plain)
-        patch.setattr(_methods_numbers, "names", lambda: [name for name in families.names() if name in SMALL])
-        patch.setattr(_methods_numbers, "REPEATS", 1)
+        patch.setattr(measured, "names", lambda: [name for name in families.names() if name in SMALL])
+        patch.setattr(measured, "REPEATS", 1)
         patch.setattr(sweep, "TIMED_STEPS", 200)
-        patch.setattr(series, "T_LONG", 100.0)
+        patch.setattr(long_runs, "T_LONG", 100.0)
         yield measure(lambda fraction, doing: None)
 
 

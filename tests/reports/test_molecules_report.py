@@ -8,17 +8,16 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 from pages import standalone
-from reported import require_refused, rows_of
+from reported import require_refused, rows_of, stems_of
 
 from daebench.draw.figures import drawing
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.pages.report import build
+from daebench.pages.report.tables import write_tables
 from daebench.problems import butane
 from daebench.reports import molecules
-from daebench.reports.molecules import motions
-from daebench.reports.molecules import numbers as _numbers
-from daebench.reports.molecules.claims import check
-from daebench.reports.molecules.figures import draw, draw_answer
+from daebench.reports.molecules import Numbers, check, draw, energy_change, motions, tables
+from daebench.reports.molecules.energy_change import UNJUDGED, final, row, windows
 from daebench.reports.molecules.laws import fit
 from daebench.reports.molecules.motions import (
     BUTANE,
@@ -38,11 +37,10 @@ from daebench.reports.molecules.motions import (
     TITLES,
     WATER,
     Setting,
+    in_a_well,
     settings,
 )
-from daebench.reports.molecules.numbers import UNJUDGED, Numbers, final, row, windows
-from daebench.reports.molecules.tables import tables
-from daebench.reports.molecules.well import in_a_well
+from daebench.reports.molecules.tolerance import draw_answer
 from daebench.runs.request import Request
 
 NORMAL = np.array([-1.6, -1.0, -0.6, -0.2, 0.2, 0.6, 1.0, 1.6])
@@ -212,8 +210,9 @@ def test_tables_and_the_picture_of_the_answer_show_the_numbers(tmp_path):
         path = draw_answer(found.runs, found.answer.usual, tmp_path)
     shown = pd.read_csv(path.with_suffix(".csv")).set_index(["molecule", "tolerance"])["limit"]
     assert shown[BUTANE, 1e-6] == pytest.approx(4e-4 * (1 + 0.2 / 3))
-    made_tables = tables(numbers, found, tmp_path / "t")
-    counts = rows_of({name: made_tables[name] for name in ("asked", "laws", "solvers", "runs")}, tmp_path / "t")
+    declared = tables(numbers, found)
+    write_tables(tmp_path / "t", declared)
+    counts = rows_of({name: declared[name] for name in ("asked", "laws", "solvers", "runs")}, tmp_path / "t")
     assert counts["runs"] == len(numbers.runs)
     assert counts["radii"] == len(TITLES)
     assert counts["asked"] == 2 * len(TITLES)
@@ -224,7 +223,7 @@ def test_tables_and_the_picture_of_the_answer_show_the_numbers(tmp_path):
 def test_figures_show_the_numbers(tmp_path):
     numbers = made()
     stems = {"answer", "tolerances", "growth", "steps"}
-    assert set(draw(numbers, check(numbers), tmp_path)) == stems
+    assert stems_of(draw(numbers, check(numbers), tmp_path)) == stems
     assert (tmp_path / "thumbnail.png").is_file()
     for stem in stems:
         assert np.std(imread(tmp_path / f"{stem}.png")[..., :3]) > 0.02
@@ -239,7 +238,7 @@ TOLD = {
 
 @pytest.mark.parametrize(("numbers", "told"), TOLD.values(), ids=TOLD)
 def test_the_page_is_made_of_its_numbers(numbers, told, tmp_path, monkeypatch):
-    monkeypatch.setattr(molecules, "draw", lambda *_: dict.fromkeys(("answer", "tolerances", "growth", "steps"), tmp_path))
+    monkeypatch.setattr(molecules, "draw", lambda *_: [tmp_path / stem for stem in ("answer", "tolerances", "growth", "steps")])
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *_: "")
     monkeypatch.setattr(molecules, "measure", lambda tell: numbers())
     words = " ".join(standalone(build("molecules", tmp_path)).text.split())
@@ -297,7 +296,7 @@ def test_a_kernel_is_measured_with_its_verdicts(monkeypatch):
     monkeypatch.setattr(motions, "T_END", 8.0)
     for function in (motions.starts, motions.converged):
         function.cache_clear()
-    runs, starts, growth = _numbers.measured(WATER, GAUSS_SEIDEL, DOUBLE)
+    runs, starts, growth = energy_change.measured(WATER, GAUSS_SEIDEL, DOUBLE)
     assert len(runs) == len(list(settings(WATER, GAUSS_SEIDEL, DOUBLE)))
     assert len(starts) == 16 * len(runs)
     assert set(growth["h"]) == {MIDDLE}

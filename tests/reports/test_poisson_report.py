@@ -7,22 +7,19 @@ import numpy as np
 import pandas as pd
 import pytest
 from pages import standalone
-from reported import page_of, require_figures, require_refused, rows_of
+from reported import page_of, require_figures, require_refused, rows_of, stems_of
 from tampered import changed
 
 from daebench.draw.orthographic import seen
-from daebench.pages.report import build
+from daebench.pages.report import NONE, build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reports import poisson
-from daebench.reports.poisson import body, casimirs, lattice, methods
+from daebench.reports.poisson import Numbers, body, casimirs, check, draw, jobs, lattice, methods, tables
 from daebench.reports.poisson import defects as _poisson_defects
 from daebench.reports.poisson import orbits as _poisson_orbits
-from daebench.reports.poisson.claims import check, check_defects, check_lemma, check_orbits
-from daebench.reports.poisson.figures import draw
-from daebench.reports.poisson.numbers import Numbers, jobs
-from daebench.reports.poisson.orbits import level_curve, orbits, printed_step
+from daebench.reports.poisson.defects import check_defects, check_lemma
+from daebench.reports.poisson.orbits import check_orbits, level_curve, orbits, printed_step
 from daebench.reports.poisson.runs import defect, errors, ivp_of, kind, method, solve
-from daebench.reports.poisson.tables import tables
 
 FIGURES = ("orbits", "energy", "defects", "casimirs", "lattice", "sphere")
 TINY, SMALL = 1e-15, 1e-3
@@ -107,15 +104,16 @@ def test_lifted_methods_run_uncompiled_as_well():
 @pytest.mark.parametrize(
     ("errors", "expected"),
     [
-        ({"a": 1e-14, "b": np.nan}, "all"),
-        ({"a": 1e-14, "b": 1e-3}, "a"),
-        ({"a": 1e-3, "b": 1e-3}, "none"),
-        ({"a": np.nan, "b": np.nan}, ""),
+        ((1e-14, np.nan), "all"),
+        ((1e-14, 1e-3), "species"),
+        ((1e-3, 1e-3), "none"),
+        ((np.nan, np.nan), NONE),
     ],
     ids=["all that there are", "one", "none", "not to be run"],
 )
 def test_it_is_said_where_casimir_functions_are_kept(errors, expected):
-    assert methods.kept(errors) == expected
+    row = {f"casimir_{problem}": error for problem, error in zip(methods.CASIMIR_SYSTEMS, errors, strict=True)}
+    assert methods.conserving_on(row) == expected
 
 
 def test_every_job_is_another_one_and_can_be_sent_to_another_process():
@@ -364,7 +362,7 @@ def test_a_tampered_number_refutes_the_story(numbers, tamper):
 
 
 def test_tables_are_kept_as_csv_and_shown_as_html(numbers, tmp_path):
-    assert rows_of(tables(numbers, tmp_path), tmp_path) == {
+    assert rows_of(tables(numbers, None), tmp_path) == {
         "orbits": 8,
         "slopes": 17,
         "casimirs": 14,
@@ -394,7 +392,7 @@ def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
-    assert set(draw(numbers, tmp_path)) == set(FIGURES)
+    assert stems_of(draw(numbers, None, tmp_path)) == set(FIGURES)
     require_figures(FIGURES, tmp_path)
 
 

@@ -4,30 +4,29 @@ import math
 import pickle
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pytest
 from pages import standalone
-from reported import require_figures, require_refused
+from reported import require_figures, require_refused, stems_of
 from said import ROOT
 from tampered import changed
 
 from daebench.diagnostics.drift import LAWS
+from daebench.draw.orthographic import projected
 from daebench.methods.catalogue import problems as catalogue
 from daebench.pages.report import NONE, TIMES, build
 from daebench.pages.report.claims import ClaimRefuted
+from daebench.pages.report.tables import write_tables
 from daebench.reports import problems
-from daebench.reports.problems import ivps, rank, runs
-from daebench.reports.problems.cards import FRAMES, HEIGHT, MARGIN, WIDTH, motion
-from daebench.reports.problems.claims import NO_DRIFT, across, check, check_rank, per_problem
-from daebench.reports.problems.facts import facts, told, whole
-from daebench.reports.problems.figures import draw, projected
-from daebench.reports.problems.heat_map import draw_heat_map
-from daebench.reports.problems.numbers import Numbers, jobs, problem_rows
-from daebench.reports.problems.path import drawing_of
-from daebench.reports.problems.tables import outcome, reason, tables
+from daebench.reports.problems import Numbers, check, draw, ivps, jobs, problem_rows, rank, runs, tables
+from daebench.reports.problems.drawings import FRAMES, HEIGHT, MARGIN, WIDTH, drawing_of, motion
+from daebench.reports.problems.facts import description, facts, whole_sentences
+from daebench.reports.problems.rank import check_rank
+from daebench.reports.problems.results import NO_DRIFT, across, draw_heat_map, outcome, per_problem, reason
 
 FEW = ("planar_pendulum", "torus")
 CHEAP = ("symplectic_euler", "rattle", "shake", "se", "seproj", "rk4", "rk4+proj", "strang")
@@ -81,7 +80,7 @@ def test_prose_is_taken_from_the_docstring_without_formulas_and_parameters():
         "First.\n\n    ::\n\n        x = 1\n\n    It teaches\n    much.\n\n    Parameters\n    ----------\n    a : float\n        A.\n    "
     )
     text = f'def problem(*, a: float = 1.0):\n    """{doc}"""\n'
-    assert told(text) == "It teaches much."
+    assert description(text) == "It teaches much."
 
 
 @pytest.mark.parametrize(
@@ -96,19 +95,19 @@ def test_prose_is_taken_from_the_docstring_without_formulas_and_parameters():
     ids=["before a formula", "after a formula", "whole", "nothing whole", "nothing after a formula"],
 )
 def test_halves_of_sentences_round_a_formula_are_left_out(paragraph, kept):
-    assert whole(paragraph) == kept
+    assert whole_sentences(paragraph) == kept
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "problems").glob("[a-z]*.py")), ids=lambda file: file.stem)
 def test_no_sentence_on_a_problem_begins_in_the_middle(file):
-    prose = re.sub("<[^>]*>", "", told(file.read_text(encoding="utf-8")))
+    prose = re.sub("<[^>]*>", "", description(file.read_text(encoding="utf-8")))
     assert prose[:1].upper() == prose[:1]
     assert re.findall(r"\. (?:which|where|with|and|is|are)\b[^.]{0,40}", prose) == []
     assert prose == "" or prose.endswith(".")
 
 
 def test_prose_is_escaped_and_its_marks_are_html():
-    assert told('def problem():\n    """A.\n\n    If ``x`` < 1, see *A Book*.\n    """\n') == (
+    assert description('def problem():\n    """A.\n\n    If ``x`` < 1, see *A Book*.\n    """\n') == (
         "If <code>x</code> &lt; 1, see <cite>A Book</cite>."
     )
 
@@ -303,7 +302,7 @@ def test_what_is_counted_follows_the_numbers(numbers):
     assert "rattle" not in per_problem(unknown.runs)["torus"].drifting
     wandered = changed("rank", "branch", "other branch", mode="continue")(numbers)
     with pytest.raises(ClaimRefuted, match="goes on through"):
-        check_rank(wandered)
+        check_rank(wandered.rank, wandered.losses)
 
 
 def test_a_pair_that_is_left_out_counts_nowhere_but_is_told(numbers):
@@ -316,7 +315,7 @@ def test_a_pair_that_is_left_out_counts_nowhere_but_is_told(numbers):
 
 
 def test_the_tables_have_a_row_each_and_say_why_a_run_is_short(numbers, tmp_path):
-    found = tables(numbers, across(numbers.runs), tmp_path)
+    found = write_tables(tmp_path, tables(numbers, SimpleNamespace(across=SimpleNamespace(table=across(numbers.runs)))))
     html = str(found["planar_pendulum"]("Caption"))
     root = ElementTree.fromstring(html)
     assert len(root.findall(".//tbody/tr")) == len(CHEAP)
@@ -348,9 +347,9 @@ def test_the_heat_map_has_a_square_for_each_pair_and_a_sign_for_each_end(tmp_pat
 
 @pytest.mark.slow
 def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path, monkeypatch):
-    stems = draw(numbers, tmp_path)
-    assert set(stems) == {*FEW, "scenes", "rank_loss", "heat_map"}
-    require_figures(set(stems) - {"heat_map"}, tmp_path)  # of few problems it has few squares
+    stems = stems_of(draw(numbers, None, tmp_path))
+    assert stems == {*FEW, "scenes", "rank_loss", "heat_map"}
+    require_figures(stems - {"heat_map"}, tmp_path)  # of few problems it has few squares
     assert (tmp_path / "heat_map.csv").stat().st_size > 100
 
 
@@ -374,7 +373,7 @@ def require_moving(page, own):
 @pytest.mark.slow
 @pytest.mark.parametrize("own", [FEW, pytest.param(catalogue("constrained"), marks=pytest.mark.exhaustive)], ids=["few", "all"])
 def test_the_whole_report_is_made_and_its_page_loads_nothing(tmp_path, looks_right, seen, monkeypatch, own):
-    monkeypatch.setattr("daebench.reports.problems.numbers.names", lambda: own)
+    monkeypatch.setattr("daebench.reports.problems.names", lambda: own)
     told_of = []
     page = build("problems", tmp_path, lambda fraction, label: told_of.append(fraction))
     source = page.read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from pages import standalone
 from published import CVPENDULUM
-from reported import page_of, require_figures, require_refused, rows_of
+from reported import page_of, require_figures, require_refused, rows_of, stems_of
 
 from daebench.errors import RunFailed
 from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
@@ -18,18 +18,17 @@ from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reference.keep import store
 from daebench.reports import tolerances
+from daebench.reports.tolerances import Numbers, check, draw, tables
 from daebench.reports.tolerances import exact as _tolerances_exact
 from daebench.reports.tolerances import projection as _tolerances_projection
 from daebench.reports.tolerances import runs as _tolerances_runs
-from daebench.reports.tolerances.bands import typical
-from daebench.reports.tolerances.claims import EXPONENTS, check, check_cost, check_estimate, last_decade, luck, slopes
-from daebench.reports.tolerances.drift import T_LONG, TOL, fit_power, windows
+from daebench.reports.tolerances.accuracy import luck, to_ask, typical
+from daebench.reports.tolerances.cost import check_cost, check_estimate, last_decade, slopes
+from daebench.reports.tolerances.drift import EXPONENTS, T_LONG, TOL, fit_power, windows
 from daebench.reports.tolerances.exact import ROUNDINGS, Exact, exact, refined
-from daebench.reports.tolerances.figures import draw, shown
-from daebench.reports.tolerances.numbers import Numbers
 from daebench.reports.tolerances.projection import EXAMPLE_TOLERANCES, FIXED, PLAIN, PRINTED, PROJECTED, compared, example
 from daebench.reports.tolerances.runs import FAST, FORMULATIONS, IVPS, REACHED, STARTS, TOLERANCES, difference, end, motion, reason, series
-from daebench.reports.tolerances.tables import sentences, tables, to_ask
+from daebench.reports.tolerances.treatments import sentences, shown
 from daebench.runs.request import Request, WorkLimit
 
 WHERE = "ida:index2 on planar_pendulum, case horizontal, stopped at t = 3 of 10 (tol = 1e-05)"
@@ -462,7 +461,7 @@ def test_a_run_without_a_result_is_told_in_words(numbers):
 
 
 def test_tables_are_kept_as_csv_and_shown_as_html(numbers, tmp_path):
-    assert rows_of(tables(numbers, tmp_path), tmp_path) == {
+    assert rows_of(tables(numbers, None), tmp_path) == {
         "runs": 1440,
         "laws": 15,
         "reached": 20,
@@ -488,7 +487,7 @@ FIGURES = ("accuracy", "cures", "drift", "cost", "estimate", "projected")
 
 @pytest.mark.slow
 def test_the_figures_show_numbers_that_are_beside_them(numbers, tmp_path):
-    assert set(draw(numbers, tmp_path)) == set(FIGURES)
+    assert stems_of(draw(numbers, None, tmp_path)) == set(FIGURES)
     require_figures(FIGURES, tmp_path)
 
 

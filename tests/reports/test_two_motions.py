@@ -10,8 +10,21 @@ from daebench.errors import DaebenchError
 from daebench.methods.names import parse
 from daebench.methods.names_tables import CONSTRAINED
 from daebench.pages.report.index import LEAD, lead
-from daebench.reports._two_motions import EARLY, FLOOR, LEVEL, LOST, PENDULUM, TORUS, Run, measured
-from daebench.reports.index_reduction.two_motions import METHODS, SYMMETRIC, check_motions, envelope, measure_motions
+from daebench.reports.index_reduction.two_motions import (
+    EARLY,
+    FLOOR,
+    LEVEL,
+    LOST,
+    METHODS,
+    PENDULUM,
+    SYMMETRIC,
+    TORUS,
+    Run,
+    check_motions,
+    envelope,
+    measure_motions,
+    measured,
+)
 from daebench.reports.index_reduction.two_motions_figure import apart
 
 ROOT = Path(__file__).parent.parent.parent

@@ -3,6 +3,7 @@
 import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,13 +16,13 @@ from daebench.errors import Interrupted
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.pages.report import MINUS, NONE, THIN, TIMES, build
 from daebench.pages.report.claims import ClaimRefuted
+from daebench.pages.report.tables import write_tables
 from daebench.records.store import opened
 from daebench.reports import work_precision
-from daebench.reports.work_precision.claims import check, tally
-from daebench.reports.work_precision.figures import ratios
-from daebench.reports.work_precision.ivps import WANTED, WORKS, Work
-from daebench.reports.work_precision.numbers import Numbers, measure
-from daebench.reports.work_precision.tables import setting, tables, times
+from daebench.reports.work_precision import tables
+from daebench.reports.work_precision.conclusions import check, setting, tally, times
+from daebench.reports.work_precision.overview import ratios
+from daebench.reports.work_precision.works import WANTED, WORKS, Numbers, Work, measure
 from daebench.studies.grid.claimed import THINGS
 from daebench.studies.grid.measure import row_of
 from daebench.studies.work_precision.recommend import with_conserved
@@ -49,8 +50,8 @@ SMALL = Small("planar_pendulum", "rotating", 4.0, "Pendulum", "one that turns ov
 
 
 def stems(work):
-    """Return the names of the figures of a report of one motion."""
-    return ["overview", work.key, f"{work.key}-evaluations"]
+    """Return paths with the names of the figures of a report of one motion."""
+    return [Path(name) for name in ("overview", work.key, f"{work.key}-evaluations")]
 
 
 @pytest.fixture
@@ -68,7 +69,7 @@ def uncompiled(monkeypatch):
 def test_a_small_report_is_made_kept_and_made_again_without_a_run(tmp_path, monkeypatch, uncompiled):
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: measure(folder, tell, [SMALL], uncompiled.processes))
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
-    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: dict.fromkeys(stems(SMALL), folder))
+    monkeypatch.setattr(work_precision, "draw", lambda *_: stems(SMALL))
     first = build("work-precision", tmp_path).read_text(encoding="utf-8")
     assert len(uncompiled.opened) == 1
     monkeypatch.setattr("daebench.studies.grid.measure.row_of", lambda specification: pytest.fail("a run"))
@@ -164,7 +165,7 @@ def test_winners_and_prices_are_those_of_the_power_laws(numbers):
 
 
 def test_the_overview_has_how_far_each_is_from_the_cheapest(numbers):
-    found = ratios(numbers).set_index("method")["ratio"]
+    found = ratios(numbers.works, numbers.runs).set_index("method")["ratio"]
     assert found.to_dict() == pytest.approx({"drifter": 1.0, "fourth": 2.5, "verlet": 1e-6**-0.25 / 2, "solver": 500.0}, rel=1e-6)
 
 
@@ -213,7 +214,7 @@ def test_a_method_that_begins_to_drift_is_no_longer_recommended(numbers):
 
 @pytest.fixture
 def page(numbers, tmp_path, monkeypatch):
-    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: dict.fromkeys(stems(PLANTED), folder))
+    monkeypatch.setattr(work_precision, "draw", lambda *_: stems(PLANTED))
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: numbers)
     return build("work-precision", tmp_path).read_text(encoding="utf-8")
@@ -247,8 +248,7 @@ def test_the_price_says_in_how_many_cases_it_is_free(numbers, tmp_path, monkeypa
     assert (price.n, price.free) == (6, 3)
     least = 1e-6 / 1e-3**0.5 / (2e-6 / H[0])  # verlet at 1e-3, over the drifter with the largest step
     assert price.median == pytest.approx((1 + least) / 2, rel=1e-9)
-    drawn = dict.fromkeys([*stems(PLANTED), *stems(free)], tmp_path)
-    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: drawn)
+    monkeypatch.setattr(work_precision, "draw", lambda *_: [*stems(PLANTED), *stems(free)])
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: planted)
     text = words(build("work-precision", tmp_path).read_text(encoding="utf-8"))
@@ -293,7 +293,7 @@ def test_a_method_that_tells_no_evaluations_has_no_part_where_they_count(numbers
     assert winners["method"][1e-12] == "swift"
     assert winners["method_counted"][1e-12] == ""
     assert "swift" not in set(winners["method_counted"])
-    monkeypatch.setattr(work_precision, "draw_all", lambda numbers, folder: dict.fromkeys(stems(PLANTED), folder))
+    monkeypatch.setattr(work_precision, "draw", lambda *_: stems(PLANTED))
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(work_precision, "measure", lambda folder, tell: planted)
     text = words(build("work-precision", tmp_path).read_text(encoding="utf-8"))
@@ -308,14 +308,14 @@ def test_a_refuted_claim_leaves_no_page(numbers, tmp_path, monkeypatch):
 
 
 def test_what_to_take_is_the_recommendation_at_the_accuracy_of_the_page(numbers, tmp_path):
-    html = str(tables(numbers, check(numbers).found, tmp_path)["summary"]("A caption"))
+    html = str(write_tables(tmp_path, tables(numbers, check(numbers)))["summary"]("A caption"))
     # of order 4 both, the drifter and the fourth reach 1e-6 with h = 10^-1.5, the next of the halves is 1/32
     assert html.count(f"<code>drifter</code><br><i>h</i>{THIN}={THIN}1/32") == 1
     assert html.count(f"<code>fourth</code><br><i>h</i>{THIN}={THIN}1/32") == 3
 
 
 def test_tables_are_kept_as_csv_with_all_rows(numbers, tmp_path):
-    made = tables(numbers, check(numbers).found, tmp_path)
+    made = write_tables(tmp_path, tables(numbers, check(numbers)))
     assert len(pd.read_csv(tmp_path / f"runs-{PLANTED.key}.csv")) == 33
     assert len(pd.read_csv(tmp_path / f"advice-{PLANTED.key}.csv")) == 4 * len(WANTED)
     for name, make in made.items():

@@ -5,13 +5,16 @@ import pandas as pd
 import pytest
 from pages import standalone
 
+from daebench.draw.figures import drawing
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
+from daebench.pages.report.index import THUMBNAIL
+from daebench.pages.report.tables import write_tables
 
 
-def rows_of(made, folder):
-    """Return the rows of each table by its name, once their HTML has rows, no NaN and no tag that is escaped."""
-    for name, make in made.items():
+def rows_of(tables, folder):
+    """Return the rows of each CSV file by its name, once the HTML of tables has rows, no NaN and no tag that is escaped."""
+    for name, make in write_tables(folder, tables).items():
         html = str(make("A caption"))
         assert html.count("<tr>") >= 6, name
         assert "nan" not in html
@@ -21,7 +24,7 @@ def rows_of(made, folder):
 
 def page_of(report, name, numbers, figures, folder, monkeypatch):
     """Return the page of a report that is made of these numbers, without its figures."""
-    monkeypatch.setattr(report, "draw", lambda numbers, folder: dict.fromkeys(figures, folder))
+    monkeypatch.setattr(report, "draw", lambda numbers, findings, folder: [folder / f"{stem}.svg" for stem in figures])
     monkeypatch.setattr("daebench.pages.report.page.picture", lambda *arguments: "")
     monkeypatch.setattr(report, "measure", lambda tell: numbers)
     page = build(name, folder)
@@ -35,6 +38,12 @@ def require_refused(report, name, numbers, words, folder, monkeypatch):
     with pytest.raises(ClaimRefuted, match=words):
         build(name, folder)
     assert not (folder / name / "index.html").exists()
+
+
+def stems_of(paths):
+    """Return the names of figures, once they are drawn."""
+    with drawing():
+        return {path.stem for path in paths} - {THUMBNAIL}
 
 
 def require_figures(stems, folder):

@@ -6,6 +6,7 @@ daebench are in ``daebench.reports``; one's own is built by its path::
     daebench report ./my_report.py
 """
 
+from daebench.pages.report.citation import versions
 from daebench.pages.report.claims import ClaimRefuted, require
 from daebench.pages.report.gallery import build
 from daebench.pages.report.page import Progress, make_page, write_page
@@ -25,7 +26,6 @@ from daebench.pages.report.sentences import (
     with_error,
 )
 from daebench.pages.report.tables import table
-from daebench.pages.report.versions import versions
 
 __all__ = [
     "MINUS",

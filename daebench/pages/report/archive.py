@@ -66,10 +66,10 @@ def _linked(text: str, page: str) -> set[str]:
 def _alone(text: str, page: str, there: set[str]) -> str:
     """Return a page without text on files that are not in the archive; links to them become plain text."""
 
-    def kept(link: re.Match[str]) -> str:
+    def text_of(link: re.Match[str]) -> str:
         return link[0] if _target(link[1], page) in there else link[2]
 
-    return LINK.sub(kept, BESIDE.sub("", text))
+    return LINK.sub(text_of, BESIDE.sub("", text))
 
 
 def _add(archive: ZipFile, name: str, content: bytes) -> None:

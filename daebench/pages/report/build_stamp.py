@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from daebench.pages.report.versions import versions
+from daebench.pages.report.citation import versions
 from daebench.records.seals import sha256
 from daebench.runs.files import atomic
 from daebench.runs.json_values import strict
@@ -27,7 +27,7 @@ SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
 
 @dataclass(frozen=True)
 class BuildStamp:
-    """What is written beside a page.
+    """Record beside a page.
 
     Parameters
     ----------

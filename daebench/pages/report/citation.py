@@ -1,9 +1,10 @@
-"""What a reader needs to cite a page, and to make the same one: version, commit, date and licence of daebench."""
+"""Citation of a page: version, commit and licence of daebench, and the versions of the packages that its numbers come from."""
 
 import json
 import subprocess
-from importlib.metadata import PackageNotFoundError, distribution, metadata
+from importlib.metadata import PackageNotFoundError, distribution, metadata, version
 
+from daebench.runs import provenance
 from daebench.systems.files import package
 
 AUTHORS = "The daebench founders"
@@ -20,7 +21,7 @@ def commit() -> str:
 
 
 def _git(folder: str, *arguments: str) -> str:
-    """Return what Git says of a folder; "" where there is no Git, or the folder is in no repository."""
+    """Return the answer of Git on a folder; "" where there is no Git, or the folder is in no repository."""
     try:
         answer = subprocess.run(["git", "-C", folder, *arguments], capture_output=True, text=True, timeout=20, check=False)
     except (OSError, subprocess.TimeoutExpired):
@@ -40,3 +41,8 @@ def _installed() -> str:
 def licence() -> str:
     """Return the licence as the package's metadata name it."""
     return str(metadata("daebench")["License-Expression"])
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that the numbers and pictures come from."""
+    return provenance.versions() | {"matplotlib": version("matplotlib")}

@@ -16,7 +16,7 @@ Work = Callable[[], object]
 
 @dataclass
 class Waiting:
-    """What waits.
+    """Work that waits.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ _WAITING: ContextVar[Waiting | None] = ContextVar("waiting", default=None)
 
 @contextmanager
 def putting_off() -> Iterator[Waiting]:
-    """Put off what is given to :func:`later` in this block, and do what is left when it ends, however that is; yield what waits."""
+    """Put off the work given to :func:`later` in this block, and do the rest when it ends, however that is; yield the waiting work."""
     waiting = Waiting()
     token = _WAITING.set(waiting)
     try:
@@ -72,7 +72,7 @@ def later(work: Work) -> None:
 
 
 def meanwhile(awaited: Sequence[Future[Any]] = ()) -> None:
-    """Do what was put off, in this process, which would wait for others otherwise.
+    """Do the work that was put off, in this process, which would wait for others otherwise.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class PagesFailed(DaebenchError):
 
 @dataclass(frozen=True)
 class Made:
-    """What became of a page.
+    """Outcome of making a page.
 
     Parameters
     ----------
@@ -155,12 +155,12 @@ def build_all(
     digests = {page.name: build_stamp.digest(page.files()) for page in reports}
     stale = [page.name for page in reports if anew or not build_stamp.is_fresh(out / page.name, digests[page.name])]
     measured = {page: expected(page, out) for page in reports if page.name in stale and page.kind != "lesson"}
-    over, reached, made = 0.0, 0.0, list[Made]()
+    over, reached, outcomes = 0.0, 0.0, list[Made]()
 
-    def told(outcome: Made) -> None:
-        made.append(outcome)
+    def report_outcome(outcome: Made) -> None:
+        outcomes.append(outcome)
         callback(outcome)
-        write_index(out, order(out), {outcome.name: outcome.failure for outcome in made if outcome.failure})
+        write_index(out, order(out), {outcome.name: outcome.failure for outcome in outcomes if outcome.failure})
 
     def tell(fraction: float, label: str) -> None:
         nonlocal reached
@@ -170,17 +170,19 @@ def build_all(
     with _own(out, [page for page in reports if page.name in stale]), putting_off() as waiting:
         for page in reports:
             if page.name not in stale:
-                told(Made(page.name, out / page.name / "index.html", 0.0))
+                report_outcome(Made(page.name, out / page.name / "index.html", 0.0))
             elif page.kind == "lesson":
-                waiting.spare.append(partial(_make, page, out, digests[page.name], _part(tell, page.name, 0.0, 0.0), waiting, told))
+                waiting.spare.append(
+                    partial(_make, page, out, digests[page.name], _part(tell, page.name, 0.0, 0.0), waiting, report_outcome)
+                )
         for page, seconds in measured.items():
             share = seconds / sum(measured.values())
-            _make(page, out, digests[page.name], _part(tell, page.name, over, share), waiting, told)
+            _make(page, out, digests[page.name], _part(tell, page.name, over, share), waiting, report_outcome)
             over += share
     progress(1.0, "done")
-    if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in made if outcome.failure]:
-        raise PagesFailed(f"{len(failures)} of {len(made)} pages failed, the others are written: {'; '.join(failures)}.")
-    return made
+    if failures := [f"{outcome.name}: {outcome.failure.rstrip('.')}" for outcome in outcomes if outcome.failure]:
+        raise PagesFailed(f"{len(failures)} of {len(outcomes)} pages failed, the others are written: {'; '.join(failures)}.")
+    return outcomes
 
 
 def expected(report: Report, out: Path) -> float:
@@ -193,7 +195,7 @@ def _part(progress: Progress, name: str, over: float, share: float) -> Progress:
     return lambda fraction, doing: progress(over + share * fraction, f"{name}: {doing}")
 
 
-def _make(report: Report, out: Path, digest: str, progress: Progress, waiting: Waiting, told: Callable[[Made], None]) -> None:
+def _make(report: Report, out: Path, digest: str, progress: Progress, waiting: Waiting, callback: Callable[[Made], None]) -> None:
     """Measure a page, draw, write and stamp it, and tell what became of it; where it puts something off, all that follows is put off."""
     began, before = clock(), list(waiting.works)
     try:
@@ -201,27 +203,27 @@ def _make(report: Report, out: Path, digest: str, progress: Progress, waiting: W
     except Interrupted:
         raise
     except DaebenchError as error:
-        told(Made(report.name, None, clock() - began, str(error)))
+        callback(Made(report.name, None, clock() - began, str(error)))
         return
-    own = [work for work in waiting.works if work not in before]
+    later_works = [work for work in waiting.works if work not in before]
     waiting.works = [work for work in waiting.works if work in before]
     measured = clock() - began
 
     def finish() -> None:
         again = clock()
         try:
-            for work in own:
+            for work in later_works:
                 work()
         except Interrupted:
             raise
         except DaebenchError as error:
-            told(Made(report.name, None, measured, str(error)))
+            callback(Made(report.name, None, measured, str(error)))
             return
         seconds = measured + clock() - again
         _stamp(report, out, digest, seconds)
-        told(Made(report.name, page, seconds))
+        callback(Made(report.name, page, seconds))
 
-    if own:
+    if later_works:
         waiting.works.append(finish)
     else:
         finish()

@@ -68,7 +68,7 @@ def lead(out: Path, names: Sequence[str]) -> Markup:
 
 
 def card(out: Path, name: str, failure: str) -> dict[str, str]:
-    """Return what the index shows of a page: what its build stamp says, title, its first picture, and why it failed."""
+    """Return the content of a card of the index: build stamp, title and first picture of a page, and why it failed."""
     stamp, page = build_stamp.read(out / name), out / name / "index.html"
     text = page.read_text(encoding="utf-8") if page.is_file() else ""
     title = re.search(r"<title>(.*?)</title>", text, re.DOTALL)

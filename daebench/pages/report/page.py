@@ -1,23 +1,27 @@
 """The page itself: computed, checked, drawn and written as one HTML file."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from markupsafe import Markup
 
-from daebench.pages.report.citation import AUTHORS, commit, licence
+from daebench.draw.figures import drawing
+from daebench.pages.report.citation import AUTHORS, commit, licence, versions
 from daebench.pages.report.deferred import clock, later
 from daebench.pages.report.formulas import set_parentheses
 from daebench.pages.report.pictures import picture
 from daebench.pages.report.sentences import at_least, at_most, count, listing, number, percent, power_of_ten, with_error
-from daebench.pages.report.versions import versions
+from daebench.pages.report.tables import Table, write_tables
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Progress = Callable[[float, str], None]
 """Called with the fraction of the report that is done, and what is being done."""
@@ -127,3 +131,41 @@ def make_page(
     later(write)
     progress(1.0, "done")
     return page
+
+
+def make_report(
+    name: str,
+    out: Path,
+    progress: Progress,
+    measure: Callable[[Progress], Numbers],
+    check: Callable[[Numbers], SimpleNamespace],
+    draw: Callable[[Numbers, SimpleNamespace, Path], Iterable[Path]],
+    tables: "Callable[[Numbers, SimpleNamespace], Mapping[str, Table | pd.DataFrame]]",
+    **content: Any,
+) -> Path:
+    """Make one of daebench's own reports, see :func:`make_page`.
+
+    Its template is ``page.html`` in the folder of the report. It knows the numbers as ``numbers``, the findings by their names, the paths
+    of the figures by their stems as ``drawn``, and functions from a caption to each table as ``tables``.
+
+    Parameters
+    ----------
+    name : str
+        Name of the report.
+    out, progress, measure, check
+        See :func:`make_page`.
+    draw : callable
+        Gives the paths of the figures as they are drawn into a folder.
+    tables : callable
+        Returns the tables, see :func:`daebench.pages.report.tables.write_tables`.
+    **content
+        What else the template names.
+    """
+
+    def shown(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Any]:
+        with drawing():
+            drawn = {path.stem: path for path in draw(numbers, findings, out / "figures")}
+        return {"numbers": numbers, "drawn": drawn, "tables": write_tables(out / "tables", tables(numbers, findings))} | content
+
+    page, command = f"{name.replace('-', '_')}/page.html", f"daebench report {name}"
+    return make_page(page, out, command, progress, measure=measure, check=check, content=shown)

@@ -1,4 +1,4 @@
-"""Figures in a page: the drawing itself, what it shows in words, and its files: the drawing, its data, and the code that draws it."""
+"""Figures in a page: the drawing, a description of it, and its files: drawing, data, code."""
 
 import re
 import sys

@@ -66,7 +66,7 @@ def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, p
 
 
 def doing(specification: GridRun) -> str:
-    """Return what is being done, in a few words."""
+    """Return the run that is being made, in a few words."""
     return f"{specification.method} on {specification.problem}, {specification.value:g}"
 
 
@@ -81,7 +81,7 @@ def _kind(specification: GridRun) -> GridRun:
 
 
 def warm(specification: GridRun) -> None:
-    """Take a few steps as they are timed; what cannot be run fails here as it does where it is looked at, which says why."""
+    """Take a few steps as they are timed; a run that fails is left to the process that reports why."""
     try:
         solver = specification.solver
         t_end = STEPS * specification.value if solver.knob == "h" else specification.t_end / 1000

@@ -14,7 +14,7 @@ TOL = 1e-6
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
+    """Return the sentences with their measurements."""
     ivp, t = BY_KEY["pendulum"].ivp, np.arange(1, 801) / 8
     drift = {}
     for pole in (0.0, -1.0):

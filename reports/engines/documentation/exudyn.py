@@ -9,21 +9,20 @@ from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import exudyn as adapter
 from daebench.reports.engines.contender import States
 from daebench.reports.engines.documentation import row
-from daebench.reports.engines.motions import BY_KEY, T_END
-from daebench.reports.engines.truth import compared, truth
+from daebench.reports.engines.motions import BY_KEY, T_END, compared, reference_of
 
 SOLVERS = "DynamicSolverType"
 
 
 def order(key: str, run: partial[States], steps: tuple[float, ...]) -> float:
     """Return the measured order of a solver on a motion."""
-    motion, known = BY_KEY[key], truth(key)
+    motion, known = BY_KEY[key], reference_of(key)
     errors = [float(np.max(np.abs(compared(motion, run(motion.ivp, h, np.array([T_END])).q[-1]) - known.value))) for h in steps]
     return fit_order(steps, errors, floor=known.bound).slope
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
+    """Return the sentences with their measurements."""
     fine = tuple(2.0**-k for k in range(7, 12))
     index2 = order("pendulum", partial(adapter.run, adapter.points, "TrapezoidalIndex2", 1.0), fine)
     alpha = order("pendulum", partial(adapter.run, adapter.points, "GeneralizedAlpha", 0.8), fine)

@@ -8,15 +8,14 @@ from daebench.diagnostics.order import fit_order
 from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import jax_md as adapter
 from daebench.reports.engines.documentation import NOT, PART, row
-from daebench.reports.engines.motions import BY_KEY, T_END
-from daebench.reports.engines.truth import truth
+from daebench.reports.engines.motions import BY_KEY, T_END, reference_of
 
 ROUND_OFF = 1e-9
 """An energy error up to this is round-off."""
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
+    """Return the sentences with their measurements."""
     return [projection(), in_a_step(), energy()]
 
 
@@ -41,7 +40,7 @@ def projection() -> dict[str, str]:
 
 def in_a_step() -> dict[str, str]:
     """Return order and energy of velocity Verlet with its projections in the place of RATTLE's."""
-    ivp, known = BY_KEY["pendulum"].ivp, truth("pendulum")
+    ivp, known = BY_KEY["pendulum"].ivp, reference_of("pendulum")
     steps = [2.0**-k for k in range(13, 17)]
     runs = [partial(adapter.run, adapter.hanging, adapter.TIGHT)(ivp, h, np.array([T_END])) for h in steps]
     errors = [float(np.max(np.abs(run.q[-1] - known.value))) for run in runs]
@@ -59,7 +58,7 @@ def in_a_step() -> dict[str, str]:
 
 def energy() -> dict[str, str]:
     """Return whether the energy of the top stays, and the order of its rigid body."""
-    motion, known = BY_KEY["top"], truth("top")
+    motion, known = BY_KEY["top"], reference_of("top")
     steps = [2.0**-k for k in range(11, 15)]
     runs = [adapter.run_top(motion.ivp, h, np.array([T_END / 2, T_END])) for h in steps]
     errors = [float(np.max(np.abs(run.q[-1][6:9] - known.value))) for run in runs]

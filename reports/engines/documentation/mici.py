@@ -12,8 +12,7 @@ from daebench.diagnostics.symplecticity import linearisation, tangent_basis, two
 from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import mici as adapter
 from daebench.reports.engines.documentation import row
-from daebench.reports.engines.motions import BY_KEY
-from daebench.reports.engines.truth import truth
+from daebench.reports.engines.motions import BY_KEY, reference_of
 
 PLACE = "ConstrainedLeapfrogIntegrator"
 
@@ -22,8 +21,8 @@ END, STEPS = 10.0, 10
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
-    ivp, known = BY_KEY["double"].ivp, truth("double")
+    """Return the sentences with their measurements."""
+    ivp, known = BY_KEY["double"].ivp, reference_of("double")
     steps = [1 / 128, 1 / 256, 1 / 512]
     runs = [adapter.run(ivp, h, np.array([END])) for h in steps]
     order = fit_order(steps, [float(np.max(np.abs(run.q[-1] - known.value))) for run in runs], floor=known.bound).slope

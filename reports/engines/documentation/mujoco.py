@@ -9,8 +9,7 @@ import numpy as np
 from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import mujoco as adapter
 from daebench.reports.engines.documentation import NOT, PART, row
-from daebench.reports.engines.motions import BY_KEY, T_END
-from daebench.reports.engines.truth import truth
+from daebench.reports.engines.motions import BY_KEY, T_END, reference_of
 
 MODEL = """<mujoco>
   <option timestep="{h}" integrator="{integrator}"><flag constraint="disable" energy="enable"/></option>
@@ -80,21 +79,21 @@ def share(integrator: str, h: float) -> tuple[float, float, float]:
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
-    found = {name: share(name, STEP) for name in adapter.TREE}
-    gains = [found[name] for name in ("Euler", "implicitfast")]
+    """Return the sentences with their measurements."""
+    shares = {name: share(name, STEP) for name in adapter.TREE}
+    gains = [shares[name] for name in ("Euler", "implicitfast")]
     diverged = all(gain > 1 for gain, _, _ in gains)
-    words = "; ".join(f"{name}: off by the whole kinetic energy at t = {number(found[name][2])} s" for name in ("Euler", "implicitfast"))
+    words = "; ".join(f"{name}: off by the whole kinetic energy at t = {number(shares[name][2])} s" for name in ("Euler", "implicitfast"))
     never = f"neither gains the kinetic energy within {SECONDS:g} s"
-    rk4, implicit = found["RK4"], found["implicit"]
-    kept = max(rk4[0], rk4[1])
+    rk4, implicit = shares["RK4"], shares["implicit"]
+    strayed = max(rk4[0], rk4[1])
     return [
         row(COMPUTATION, "Its pendulum model diverges quickly under Euler and implicitfast.", words if diverged else never, diverged),
         row(
             COMPUTATION,
             "RK4 conserves the energy of this model well.",
-            f"within {SECONDS:g} s it strays by {number(100 * kept)} % of the kinetic energy",
-            kept < 0.05,
+            f"within {SECONDS:g} s it strays by {number(100 * strayed)} % of the kinetic energy",
+            strayed < 0.05,
         ),
         row(
             COMPUTATION,
@@ -122,7 +121,7 @@ def quarter() -> dict[str, str]:
 
 def double() -> dict[str, str]:
     """Return the same by accuracy at the end, on the double pendulum."""
-    known, h = truth("double"), 1 / 256
+    known, h = reference_of("double"), 1 / 256
 
     def error(name: str, step: float) -> float:
         states = adapter.run(adapter.tree, name, BY_KEY["double"].ivp, step, np.array([T_END]))

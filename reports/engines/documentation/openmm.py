@@ -18,7 +18,7 @@ PAIRS = ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3))
 
 
 def check() -> list[dict[str, str]]:
-    """Return the sentences and what was measured."""
+    """Return the sentences with their measurements."""
     return [tolerance(), rattle(), massless(), diamond()]
 
 
