@@ -140,9 +140,9 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the text of a generated module for translation; unless ``singular`` says so, it does not monitor the rank of G."""
         return self._module(ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=singular))
 
-    def printable(self, ivp: Ivp, h: float) -> tuple[str, Any, Any]:
+    def printable(self, ivp: Ivp, h: float, precision: str) -> tuple[str, Any, Any]:
         """Return the text of a generated module with one step by itself, a state that the scheme computes in, and the run-time data."""
-        options = self._options(ivp, "float64", (), count=False, stage_multipliers=True, singular=ivp.singular)
+        options = self._options(ivp, precision, (), count=False, stage_multipliers=True, singular=ivp.singular)
         linker, roots = self._linker(ivp, options)
         linked = self.linked(ivp, types.ModuleType("none"), h)
         state, held = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
