@@ -161,9 +161,9 @@ def number(x: float, kind: str) -> str:
         return str(int(x))
     suffix = "f" if kind == FLOAT32 else ""
     if x != x:
-        return "NAN"
+        return f"({TYPES[kind]})NAN"
     if math.isinf(x):
-        return "INFINITY" if x > 0 else "-INFINITY"
+        return ("" if x > 0 else "-") + ("INFINITY" if kind == FLOAT32 else "HUGE_VAL")  # INFINITY is a float
     written = repr(float(x))
     return (written if len(written) <= 8 else rounded(x, kind).hex()) + suffix
 

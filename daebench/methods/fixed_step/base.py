@@ -176,11 +176,15 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         options = self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular="")
         key = self._key(ivp, options)
         if key not in _ITERATED:
-            linker, roots = self._linker(ivp, options)
-            for file, name in roots:
-                linker.resolve(file, name)
-            _ITERATED[key] = frozenset(linker.iterated)
+            _ITERATED[key] = frozenset(self.read(ivp).iterated)
         return _ITERATED[key]
+
+    def read(self, ivp: Ivp) -> "Linker":
+        """Return the linker of a module, which has read the files of the scheme and of what surrounds it."""
+        linker, roots = self._linker(ivp, self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular=""))
+        for file, name in roots:
+            linker.resolve(file, name)
+        return linker
 
     def linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
         """Return the scheme linked to a problem with its numbers, to run with a kernel."""

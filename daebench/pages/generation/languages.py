@@ -15,7 +15,8 @@ from daebench.pages.generation.linked import Linked
 
 @dataclass(frozen=True)
 class Language:
-    """A language: how functions and numbers are written, the files, and the operations of the longest function, 0 for any.
+    """A language: how functions and numbers are written, the files, and the operations of the longest function, 0 for any, and
+    whether the code is to be read.
 
     The kernel has the name that is chosen.
     """
@@ -24,6 +25,7 @@ class Language:
     number: Callable[[float, str], str]
     files: tuple[str, ...]
     longest: int = 0
+    readable: bool = False
 
 
 def _one_by_one(language: Any, made: Linked, *kind: str) -> str:
@@ -54,6 +56,6 @@ LANGUAGES = {
         ("kernel.mjs", "kernel.d.ts", "check.mjs", "page.html"),
         longest=4000,  # V8 leaves functions of more than 60 kB of bytecode to its interpreter, which takes 20 times as long
     ),
-    "python": Language(_of_python, lambda x, _: repr(x), ("kernel.py", "check.py")),
+    "python": Language(_of_python, lambda x, _: repr(x), ("kernel.py", "check.py"), readable=True),
 }
 """Languages, by the names that they have here."""

@@ -1,6 +1,7 @@
 """Generate a method on a problem as code of one's own."""
 
 import json
+import math
 from collections.abc import Mapping
 from importlib import resources
 from importlib.metadata import version
@@ -17,6 +18,7 @@ from daebench.pages.generation import sentences
 from daebench.pages.generation.checked import STEPS, checked, request
 from daebench.pages.generation.compiled import ABOUT
 from daebench.pages.generation.languages import LANGUAGES, Language
+from daebench.pages.generation.lesson import lesson
 from daebench.pages.generation.linked import Linked, linked
 from daebench.runs.files import require_new
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
@@ -173,6 +175,7 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     facts |= {"precision": precision, "real": "float" if single else "double", "wide": "(double)" if single else "", "precision_words": PRECISIONS[precision]}
     facts |= {"real_of_numpy": "float32" if single else "float64", "asked": "" if precision == "float64" else f" --precision {precision}"}
     facts |= {"f": "f" if single else "", "step_size": language.number(h, made.real), "callable": _callable(ivp, made)}
+    facts["infinity"] = language.number(math.inf, made.real)
     facts |= {
         "summary": sentences.commented(file.summary),
         "version": version("daebench"),
@@ -183,6 +186,8 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     facts |= {"definition": sentences.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
     facts |= {"statuses": sentences.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
     facts |= _sizes(ivp, made) | {"functions": language.functions(made), "entering": made.entering, "charted": bool(made.entering)}
+    facts["lesson"] = language.readable and lesson(ivp, method, [each["name"] for each in parameters])
+    facts |= {f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)}
     facts["start"] = ", ".join(language.number(x, made.real) for x in flat(made.state))
     facts["defaults"] = ", ".join(each["text"] for each in parameters)
     return facts | {"reference": checked(ivp, method, h, precision, language), "steps_per_row": STEPS}

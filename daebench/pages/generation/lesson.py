@@ -1,0 +1,376 @@
+"""A scheme on a constrained problem as Python to be read: the problem's functions as formulas, and the scheme's own file in NumPy.
+
+The text of a scheme is that of its file, with what is known of the problem decided, and without what only daebench needs: annotations, counts
+of work, and the walk that finds out whether a step landed on another branch of g = 0.
+"""
+
+import ast
+import inspect
+import re
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import sympy as sp
+from sympy.printing.numpy import NumPyPrinter
+
+from daebench.compiler.syntax import LANGUAGES, RUN_TIME
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.pages.generation import algebra
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.schemes.kernels import language
+from daebench.schemes.kernels.claims import MAPPED
+from daebench.systems.files.package import text_of
+
+BLOCKS = ("solve_stages", "solve_stages_but_one", "solve_2s")
+"""Operations that are one function in NumPy."""
+
+WORK = ("tally", "no_work", "plus_work")
+"""Counts of work, at the ends of reports."""
+
+CHECKED = {"on_branch": 6, "settled_on": 5}
+"""Functions that add to a report whether a step landed on another branch, with the place of the report among their arguments."""
+
+SCALES = {"LENGTH": "par.scale_length", "RATE": "par.scale_rate"}
+"""Run-time data that stand among the parameters."""
+
+OUTER = ("energy_momentum", "livens")
+"""Files in which a vector stands as a row, which NumPy does not tell from a column."""
+
+FEW = 40
+"""Operations of a function whose common terms have no names."""
+
+code = NumPyPrinter({"fully_qualified_modules": True}).doprint
+
+
+class Unreadable(Exception):
+    """Something that has no form to be read."""
+
+
+@dataclass
+class Lesson:
+    """The texts of a readable file, as they are found from the roots on.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        The problem.
+    homes : mapping of str to (str, str)
+        Files and names of functions that take the places of names of the language.
+    constants : mapping of str to bool or int
+        Constants of the language.
+    names : mapping of Symbol to str
+        Texts of the parameters.
+    """
+
+    derivation: Any
+    homes: Mapping[str, tuple[str, str]]
+    constants: Mapping[str, Any]
+    names: Mapping[sp.Symbol, str]
+    of_problem: dict[str, str] = field(default_factory=dict)
+    of_scheme: dict[str, dict[str, str]] = field(default_factory=dict)
+    of_algebra: dict[str, str] = field(default_factory=dict)
+    known: dict[str, str] = field(default_factory=dict)
+    data: set[str] = field(default_factory=set)
+    taken: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+    def language(self, name: str) -> str:
+        """Provide a name of the scheme language; return its name in the file."""
+        if name in SCALES:
+            return SCALES[name]
+        if name in RUN_TIME or name == "I":
+            self.data.add(name)
+        elif name in self.constants:
+            self.known[name] = f"{name} = {self.constants[name]!r}"
+        elif name in self.homes:
+            return self.of_file(*self.homes[name], name)
+        elif name in BLOCKS or hasattr(algebra, name):
+            return self.algebraic("solve_blocks" if name in BLOCKS else name)
+        elif name not in self.of_problem:
+            self.of_problem[name] = ""  # for its place
+            self.of_problem[name] = self.formula(name)
+        return name
+
+    def algebraic(self, name: str) -> str:
+        """Provide an operation of the algebra, with those that it calls."""
+        function = getattr(algebra, name, None)
+        if function is None:
+            raise Unreadable(name)
+        if inspect.isfunction(function) and name not in self.of_algebra:
+            text = inspect.getsource(function)
+            node = ast.parse(text).body[0]
+            self.of_algebra[name] = _edited(text, node, [_signature(text, node)])
+            for called in re.findall(r"\b[a-z]\w*(?=\()", text):
+                if called != name and hasattr(algebra, called):
+                    self.algebraic(called)
+        return name
+
+    def formula(self, name: str) -> str:
+        """Return a function of the problem."""
+        rule = self.derivation.rule(name)
+        if rule is None:
+            raise Unreadable(name)
+        arguments, values, shape = rule
+        entries = [sp.sympify(x) for x in values]
+        about = inspect.getdoc(getattr(language, name))
+        lines = [f"def {name}({', '.join(arguments)}):", f'    """{about}"""']
+        plain = dict(self.names)
+        for vector, symbols in arguments.items():
+            plain |= {symbol: f"{vector}[{k}]" for k, symbol in enumerate(symbols)}
+        used = set().union(*(x.free_symbols for x in entries))
+        as_symbols = {symbol: sp.Symbol(text, real=True) for symbol, text in plain.items() if symbol in used}
+        entries = [x.xreplace(as_symbols) for x in entries]
+        if sum(x.count_ops() for x in entries) > FEW:
+            shared, entries = sp.cse(entries, symbols=sp.numbered_symbols("t"), order="none")
+            lines += [f"    {symbol} = {_text(x)}" for symbol, x in shared]
+        return "\n".join([*lines, *_result([_text(x) for x in entries], shape)])
+
+    def of_file(self, module: str, name: str, shown: str = "") -> str:
+        """Provide a function or a constant of a file; return its name here."""
+        if module.endswith(".newton"):
+            return self.algebraic(name)
+        shown = shown or name
+        if self.taken.setdefault(shown, (module, name)) != (module, name):
+            shown = f"{module.rpartition('.')[2]}_{name}"
+            self.taken[shown] = module, name
+        texts = self.of_scheme.setdefault(module, {})
+        if shown not in texts:
+            texts[shown] = ""
+            texts[shown] = self._defined(module, name, shown)
+        return shown
+
+    def _defined(self, module: str, name: str, shown: str) -> str:
+        text, statements = text_of(module), _statements(module, tuple(self.constants.items()))
+        for node in statements:
+            if isinstance(node, ast.FunctionDef) and node.name == name:
+                return _Body(self, module, text, node).written(shown)
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == name:
+                return f"{shown} = {ast.unparse(node.value)}"
+        raise Unreadable(name)
+
+    def name(self, module: str, name: str) -> str | None:
+        """Provide what a name means in a file; return its name here, None for a name of Python."""
+        for node in _statements(module, tuple(self.constants.items())):
+            if isinstance(node, ast.FunctionDef) and node.name == name:
+                return self.of_file(module, name)
+            if isinstance(node, ast.Assign) and any(isinstance(x, ast.Name) and x.id == name for x in node.targets):
+                return self.of_file(module, name)
+            if isinstance(node, ast.ImportFrom):
+                for alias in node.names:
+                    if (alias.asname or alias.name) == name:
+                        return self._imported(str(node.module), alias.name)
+        return None
+
+    def _imported(self, module: str, name: str) -> str:
+        if module in LANGUAGES or module.endswith(".spaces"):
+            return self.language(name)
+        return self.of_file(module, name)
+
+
+class _Body:
+    """One function of a file, as it stands in the text."""
+
+    def __init__(self, lesson: Lesson, module: str, text: str, node: ast.FunctionDef) -> None:
+        self.lesson, self.module, self.text, self.node = lesson, module, text, node
+        self.edits: list[tuple[int, int, str]] = []
+        self.local = {x.id for x in ast.walk(node) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)} | {
+            x.arg for x in ast.walk(node) if isinstance(x, ast.arg)
+        }
+
+    def written(self, shown: str) -> str:
+        """Return its text."""
+        body = list(self._live(self.node.body[1:]))
+        for statement in body:
+            self._visit(statement)
+        for statement in self.node.body[1:]:
+            if statement not in body:
+                begin, end = _span(self.text, statement)
+                begin = self.text.rindex("\n", 0, begin) + 1
+                self.edits.append((begin, self.text.index("\n", end) + 1, ""))
+        return _edited(self.text, self.node, [_signature(self.text, self.node, shown), *self.edits])
+
+    def _live(self, body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
+        """Yield the statements whose results are used, the first one first."""
+        used: set[str] = set()
+        live: list[ast.stmt] = []
+        for statement in reversed(body):
+            bound = {x.id for x in ast.walk(statement) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)}
+            if not isinstance(statement, ast.Assign) or bound & used:
+                live.append(statement)
+                used |= {x.id for x in self._walk(statement) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Load)}
+        return reversed(live)
+
+    def _walk(self, node: ast.AST) -> Iterator[ast.AST]:
+        """Yield the nodes that stand in the text."""
+        node = self._shown(node)
+        yield node
+        for child in self._children(node):
+            yield from self._walk(child)
+
+    def _shown(self, node: ast.AST) -> ast.AST:
+        """Return the report in place of a check of the branch."""
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in CHECKED:
+            return node.args[CHECKED[node.func.id]]
+        return node
+
+    def _children(self, node: ast.AST) -> Iterator[ast.AST]:
+        """Yield the nodes in another; of a branch on a constant, those of one side."""
+        if isinstance(node, ast.If) and (side := self._side(node)) is not None:
+            yield from side
+            return
+        count = _count(node)
+        yield from (child for child in ast.iter_child_nodes(node) if child is not count)
+
+    def _side(self, node: ast.If) -> list[ast.stmt] | None:
+        names = {x.id for x in ast.walk(node.test) if isinstance(x, ast.Name)}
+        if not names or not names <= self.lesson.constants.keys():
+            return None
+        return node.body if eval(ast.unparse(node.test), {}, dict(self.lesson.constants)) else node.orelse
+
+    def _visit(self, node: ast.AST) -> None:
+        if isinstance(node, ast.If) and (side := self._side(node)) is not None:
+            self._replaced(node, side)
+        elif (shown := self._shown(node)) is not node:
+            self._replaced(node, [shown])
+        else:
+            if isinstance(node, ast.Name):
+                self._name(node)
+            if isinstance(node, ast.Tuple) and _count(node):
+                self.edits.append((_span(self.text, node.elts[-2])[1], _span(self.text, node.elts[-1])[1], ""))
+            for child in self._children(node):
+                self._visit(child)
+
+    def _replaced(self, node: ast.AST, by: Sequence[ast.AST]) -> None:
+        """Put nodes in another into its place."""
+        begin, end = _span(self.text, node)
+        if not by:
+            raise Unreadable(ast.unparse(node))
+        self.edits += [(begin, _span(self.text, by[0])[0], ""), (_span(self.text, by[-1])[1], end, "")]
+        for each in by:
+            self._visit(each)
+
+    def _name(self, node: ast.Name) -> None:
+        if not isinstance(node.ctx, ast.Load) or node.id in self.local:
+            return
+        shown = self.lesson.name(self.module, node.id)
+        if shown is not None and shown != node.id:
+            self.edits.append((*_span(self.text, node), shown))
+
+
+def _count(node: ast.AST) -> ast.AST | None:
+    """Return the count of work at the end of a report; None if there is none."""
+    last = node.elts[-1] if isinstance(node, ast.Tuple) and node.elts else None
+    return last if isinstance(last, ast.Call) and isinstance(last.func, ast.Name) and last.func.id in WORK else None
+
+
+@cache
+def _statements(module: str, constants: tuple[tuple[str, Any], ...]) -> list[ast.stmt]:
+    """Return the statements of a file at module level, with branches on constants decided."""
+    known = dict(constants)
+
+    def of(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
+        for node in body:
+            if isinstance(node, ast.If):
+                yield from of(node.body if eval(ast.unparse(node.test), {}, known) else node.orelse)
+            else:
+                yield node
+
+    return list(of(ast.parse(text_of(module)).body))
+
+
+def _span(text: str, node: Any) -> tuple[int, int]:
+    """Return the places where a node begins and ends; texts are in ASCII."""
+    lines = _lines(text)
+    return lines[node.lineno - 1] + node.col_offset, lines[node.end_lineno - 1] + node.end_col_offset
+
+
+@cache
+def _lines(text: str) -> list[int]:
+    """Return where lines begin."""
+    return [0, *(found.end() for found in re.finditer("\n", text))]
+
+
+def _signature(text: str, node: Any, name: str = "") -> tuple[int, int, str]:
+    """Return the edit that leaves annotations out of the head of a function."""
+    given = [x.arg for x in node.args.args]
+    for k, default in enumerate(reversed(node.args.defaults), 1):
+        given[-k] += f"={ast.unparse(default)}"
+    begin, _ = _span(text, node)
+    end = text.rindex(":", 0, _span(text, node.body[0])[0]) + 1
+    return begin, end, f"def {name or node.name}({', '.join(given)}):"
+
+
+def _edited(text: str, node: ast.AST, edits: Sequence[tuple[int, int, str]]) -> str:
+    """Return the text of a node with parts of it replaced."""
+    begin, end = _span(text, node)
+    begin = text.rfind("\n", 0, begin) + 1
+    for first, last, new in sorted(edits, reverse=True):
+        text = text[:first] + new + text[last:]
+        end += len(new) - (last - first)
+    return textwrap.dedent(text[begin:end])
+
+
+def _text(x: Any) -> str:
+    return re.sub(r"\bnumpy\.", "np.", re.sub(r"([\w.]+(?:\[\d+\])?)\*\*\(-1\.0\)", r"1/\1", code(x)))
+
+
+def _result(entries: Sequence[str], shape: tuple[int, ...]) -> list[str]:
+    """Return the statement that returns entries, with a line for each row of a matrix."""
+    if not shape:
+        return [f"    return {entries[0]}"]
+    if len(shape) == 1:
+        return [f"    return np.array([{', '.join(entries)}], REAL)"]
+    rows = [f"        [{', '.join(entries[k : k + shape[1]])}]," for k in range(0, len(entries), shape[1])]
+    return ["    return np.array([", *rows, "    ], REAL)"]
+
+
+def lesson(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], names: Sequence[str]) -> dict[str, Any]:
+    """Return what a readable file names: texts of a method on a problem, whose parameters have these names; {} if they have none."""
+    loops = ivp.arrays or getattr(ivp.facts, "NODES", 0) or method.scheme_module.endswith(OUTER)
+    asked = not isinstance(ivp, ConstrainedIvp) or ivp.singular == "least-squares" or method.form in MAPPED or method.compensated
+    if loops or asked or getattr(method, "_asked", False):
+        return {}
+    linker = method.read(ivp)
+    texts = dict(zip(linker.derivation.parameters, (f"par.{name}" for name in names), strict=False))
+    found = Lesson(linker.derivation, linker.homes, linker.constants, texts)
+    for name in ("lam", "rows", "mass"):
+        linker.needed(name)
+    try:
+        for name in ("H", "H_p", "H_q", "g", "G", *["start"] * linker.constants["MULTISTEP"], "step", *["after_step"] * bool(method.projection)):
+            found.language(name)
+        for name in ("rows", "mass", "lam"):
+            found.language(name)
+    except Unreadable:
+        return {}
+    data = {"DATA": method.data[0], "FORM_DATA": method.data[1], "I": None}
+    return {
+        "problem": list(found.of_problem.values()),
+        "scheme": [(_title(module), list(texts.values())) for module, texts in found.of_scheme.items()],
+        "algebra": list(found.of_algebra.values()),
+        "constants": list(found.known.values()),
+        "data": {name: _rows(data[name]) for name in sorted(found.data)},
+        "about_data": _about(method) if "DATA" in found.data else "",
+        "weights": _rows(tuple(map(float, method.weights))) if len(method.weights) else "",
+        "projected": bool(method.projection),
+        "multistep": linker.constants["MULTISTEP"],
+    }
+
+
+def _title(module: str) -> str:
+    """Return the first line of the docstring of a file."""
+    return str(ast.get_docstring(ast.parse(text_of(module)))).partition("\n")[0]
+
+
+def _rows(x: Any) -> str:
+    """Return the text of numbers in tuples, with a line for each on the outside."""
+    if not isinstance(x, tuple):
+        return "np.eye(D, dtype=REAL)"
+    return "\n".join(["(", *(f"    {each!r}," for each in x), ")"])
+
+
+def _about(method: Any) -> str:
+    """Return what the numbers of a scheme are."""
+    numbers = getattr(method.member.numbers, "func", method.member.numbers)
+    return (inspect.getdoc(numbers) or "").partition("\n")[0].removeprefix("Return ")
