@@ -7,6 +7,7 @@ import typer
 
 from daebench.cli.arguments import Anyway, Case, Free, Json, Method, OnSingular, Param, Precision, Problem
 from daebench.cli.console import pairs, print_json, print_written
+from daebench.compiler.print.languages import INTEGRATORS, listed
 
 
 def generate(
@@ -14,7 +15,7 @@ def generate(
     method: Method,
     h: Annotated[float, typer.Option("--h", help="Step size, s, for which the code is checked; its functions take any.")],
     out: Annotated[Path, typer.Option("--out", help="New folder for the code.")],
-    language: Annotated[str, typer.Option("--language", help="c, cpp, javascript or python.")] = "c",
+    language: Annotated[str, typer.Option("--language", help=f"Language: {listed(INTEGRATORS)}.")] = "c",
     precision: Precision = "float64",
     name: Annotated[str | None, typer.Option("--name", help="Beginning of all names; that of problem and method if left out.")] = None,
     case: Case = None,

@@ -54,7 +54,7 @@ def both(first: Report, second: Report) -> Report:
 
 
 def solve(A: Any, b: Any, X: Any = None) -> Any:
-    """Return A^-1 b, for rows X also the rows A^-1 X_k, and the smallest pivot, relative to its row: Gauss's elimination with row exchanges."""
+    """Return A^-1 b, for rows X also the rows A^-1 X_k, and the smallest pivot relative to its row, by Gauss's elimination."""
     n, pivot = len(b), INF
     columns = [b] if X is None else [b, *X]
     A = np.column_stack([A, *columns])
@@ -71,7 +71,7 @@ def solve(A: Any, b: Any, X: Any = None) -> Any:
 
 
 def solve_mass(A: Any, b: Any, X: Any = None) -> Any:
-    """Return the same for A = M(q), without the pivot of a mass matrix that is regular."""
+    """Return A^-1 b, and for rows X the rows A^-1 X_k, of a mass matrix A = M(q)."""
     return solve(A, b, X)
 
 
@@ -115,6 +115,11 @@ def exceeding(y: Any, bound: Any) -> int:
 def multiplier(entries: Iterable[float]) -> Any:
     """Return the vector of these entries, one for each constraint."""
     return np.array(list(entries), REAL)
+
+
+def sqrt(x: float) -> Any:
+    """Return the square root; NaN of a negative number."""
+    return np.sqrt(REAL(x))
 
 
 def identity_d(q: Any) -> Any:

@@ -15,10 +15,9 @@ from daebench.pages.generation.linked import Linked
 
 @dataclass(frozen=True)
 class Language:
-    """A language: how functions and numbers are written, the files, and the operations of the longest function, 0 for any, and
-    whether the code is to be read.
+    """A language: how functions and numbers are written, and the files, of which the kernel has the name that is chosen.
 
-    The kernel has the name that is chosen.
+    Functions have at most ``longest`` operations, unless that is 0; code that is ``readable`` has formulas and loops where it can.
     """
 
     functions: Callable[[Linked], str]

@@ -1,7 +1,7 @@
 """A scheme on a constrained problem as Python to be read: the problem's functions as formulas, and the scheme's own file in NumPy.
 
-The text of a scheme is that of its file, with what is known of the problem decided, and without what only daebench needs: annotations, counts
-of work, and the walk that finds out whether a step landed on another branch of g = 0.
+The text of a scheme is that of its file, with branches on properties of the problem decided, and without what only daebench needs:
+annotations, counts of work, and the walk that finds out whether a step landed on another branch of g = 0.
 """
 
 import ast
@@ -16,8 +16,8 @@ from typing import Any
 import sympy as sp
 from sympy.printing.numpy import NumPyPrinter
 
+from daebench.compiler.constrained.representation import in_loops
 from daebench.compiler.syntax import LANGUAGES, RUN_TIME
-from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.pages.generation import algebra
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
 from daebench.schemes.kernels import language
@@ -116,6 +116,8 @@ class Lesson:
         entries = [sp.sympify(x) for x in values]
         about = inspect.getdoc(getattr(language, name))
         lines = [f"def {name}({', '.join(arguments)}):", f'    """{about}"""']
+        if name == "mass" and "M" in self.of_problem:
+            return "\n".join([*lines, "    return M(q)"])
         plain = dict(self.names)
         for vector, symbols in arguments.items():
             plain |= {symbol: f"{vector}[{k}]" for k, symbol in enumerate(symbols)}
@@ -326,21 +328,17 @@ def _result(entries: Sequence[str], shape: tuple[int, ...]) -> list[str]:
     return ["    return np.array([", *rows, "    ], REAL)"]
 
 
-def lesson(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], names: Sequence[str]) -> dict[str, Any]:
+def lesson(ivp: InitialValueProblem, method: Any, names: Sequence[str]) -> dict[str, Any]:
     """Return what a readable file names: texts of a method on a problem, whose parameters have these names; {} if they have none."""
-    loops = ivp.arrays or getattr(ivp.facts, "NODES", 0) or method.scheme_module.endswith(OUTER)
-    asked = not isinstance(ivp, ConstrainedIvp) or ivp.singular == "least-squares" or method.form in MAPPED or method.compensated
-    if loops or asked or getattr(method, "_asked", False):
+    if not isinstance(ivp, ConstrainedIvp) or not _plain(ivp, method):
         return {}
     linker = method.read(ivp)
     texts = dict(zip(linker.derivation.parameters, (f"par.{name}" for name in names), strict=False))
-    found = Lesson(linker.derivation, linker.homes, linker.constants, texts)
-    for name in ("lam", "rows", "mass"):
-        linker.needed(name)
+    found, multistep = Lesson(linker.derivation, linker.homes, linker.constants, texts), bool(linker.constants["MULTISTEP"])
+    around = ["start"] * multistep + ["after_step"] * bool(method.projection)
     try:
-        for name in ("H", "H_p", "H_q", "g", "G", *["start"] * linker.constants["MULTISTEP"], "step", *["after_step"] * bool(method.projection)):
-            found.language(name)
-        for name in ("rows", "mass", "lam"):
+        for name in ("H", "H_p", "H_q", "g", "G", "step", *around, "rows", "mass", "lam"):
+            linker.needed(name)
             found.language(name)
     except Unreadable:
         return {}
@@ -354,8 +352,14 @@ def lesson(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], names: S
         "about_data": _about(method) if "DATA" in found.data else "",
         "weights": _rows(tuple(map(float, method.weights))) if len(method.weights) else "",
         "projected": bool(method.projection),
-        "multistep": linker.constants["MULTISTEP"],
+        "multistep": multistep,
     }
+
+
+def _plain(ivp: ConstrainedIvp, method: Any) -> bool:
+    """Return whether a step is one of vectors p and q of few entries, with solves and iterations in their usual form."""
+    large = in_loops(ivp.facts) or ivp.arrays or ivp.singular == "least-squares"
+    return not (large or method.form in MAPPED or method.compensated or method._asked or method.scheme_module.endswith(OUTER))
 
 
 def _title(module: str) -> str:

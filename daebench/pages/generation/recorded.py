@@ -1,8 +1,8 @@
 """A scheme linked to a problem as recorded functions of arrays: a step, what goes before it, and functions of a state.
 
-Arrays hold numbers of one precision. ``X`` has the state that the scheme computes in, and behind it the memory of the scheme; ``V`` vectors of
-the problem; ``P`` the parameters of the problem, and behind them the scales of its start; ``L`` the stage multipliers; ``R`` status,
-residual and smallest relative pivot; ``O`` what a function returns.
+Arrays hold numbers of one precision. ``X`` has the state that the scheme computes in, and behind it the memory of the scheme; ``V``
+vectors of the problem; ``P`` the parameters of the problem, and behind them the scales of its start; ``L`` the stage multipliers; ``R``
+status, residual and smallest relative pivot; ``O`` what a function returns.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -24,7 +24,7 @@ FLAT = 10**9
 
 
 class Data(NamedTuple):
-    """Run-time data ``par`` in nested tuples, of which the first entries are ``given`` in P and others constant, and the kind of numbers."""
+    """Run-time data ``par`` in nested tuples, of which P has the first ``given`` and others are constant, and the kind of numbers."""
 
     par: Any
     given: int

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from daebench.compiler.print.languages import INTEGRATORS, KEYWORDS, unknown_language
 from daebench.compiler.trace.ir import FLOAT32
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem
@@ -98,12 +99,7 @@ def generate(
     >>> sorted(file.name for file in code.files)[-1]
     'spherical_pendulum_rattle.h'
     """
-    if language not in LANGUAGES:
-        raise BadInput(f"there is no language {language!r}; choose {' or '.join(LANGUAGES)}.")
-    if precision not in PRECISIONS:
-        raise unknown("precision", precision, PRECISIONS)
-    if language == "javascript" and precision != "float64":
-        raise BadInput(f"JavaScript computes in double precision alone, and {precision} would only make it slower; choose float64.")
+    _require_numbers(language, precision)
     folder = Path(out)
     if not overwrite:
         require_new(folder)
@@ -126,6 +122,16 @@ def generate(
     return Generated(list(texts), facts["reference"]["error"])
 
 
+def _require_numbers(language: str, precision: str) -> None:
+    """Accept a language that has numbers of this precision; raise :class:`BadInput` otherwise."""
+    if language not in INTEGRATORS:
+        raise unknown_language(language)
+    if precision not in PRECISIONS:
+        raise unknown("precision", precision, PRECISIONS)
+    if language == "javascript" and precision != "float64":
+        raise BadInput(f"JavaScript computes in double precision alone, and {precision} would only make it slower; choose float64.")
+
+
 def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a folder says of itself, so that it can be certified."""
     constrained = isinstance(ivp, ConstrainedIvp)
@@ -145,7 +151,7 @@ def _name(name: str | None, ivp: InitialValueProblem, method: FixedStepMethod[An
     """Return the beginning of all names."""
     if name is None:
         return sentences.identifiers(["".join(x if x.isalnum() else "_" for x in f"{Path(ivp.problem).stem}_{method.name}")])[0]
-    if not sentences.IDENTIFIER.fullmatch(name) or name in sentences.RESERVED or name in ("check", "example", "main"):
+    if not sentences.IDENTIFIER.fullmatch(name) or name in KEYWORDS or name in ("check", "example", "main"):
         raise BadInput(f"{name!r} is no name for functions and files of C; choose letters, digits and _, no keyword.")
     return name
 
@@ -172,7 +178,12 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     parameters = [each | {"text": language.number(each["value"], made.real)} for each in parameters]
     facts: dict[str, Any] = {"problem": ivp.problem, "case": ivp.case, "method": method.name, "h": repr(h)}
     single = made.real == FLOAT32
-    facts |= {"precision": precision, "real": "float" if single else "double", "wide": "(double)" if single else "", "precision_words": PRECISIONS[precision]}
+    facts |= {
+        "precision": precision,
+        "real": "float" if single else "double",
+        "wide": "(double)" if single else "",
+        "precision_words": PRECISIONS[precision],
+    }
     facts |= {"real_of_numpy": "float32" if single else "float64", "asked": "" if precision == "float64" else f" --precision {precision}"}
     facts |= {"f": "f" if single else "", "step_size": language.number(h, made.real), "callable": _callable(ivp, made)}
     facts["infinity"] = language.number(math.inf, made.real)
