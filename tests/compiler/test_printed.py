@@ -162,7 +162,7 @@ def test_the_command_prints_what_the_function_returns(daebench, language):
 
 
 def test_what_cannot_be_printed_is_refused(daebench):
-    assert daebench("show", "planar_pendulum", "--as", "cobol")[2].startswith("daebench: unknown language 'cobol'")
+    assert daebench("show", "planar_pendulum", "--as", "cobol")[2].startswith("daebench: there is no language 'cobol'; choose c, cpp,")
     assert (
         daebench("show", "planar_pendulum", "--as", "c", "--json")[2]
         == "daebench: --as c prints code; leave --json out, or give --as json.\n"

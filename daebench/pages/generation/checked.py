@@ -15,6 +15,9 @@ from daebench.runs.request import Request
 ROWS, STEPS, MARGIN, COARSE = 5, 200, 1.25, 0.1
 """Rows of a check, steps from one to the next, by how much more than daebench's own error a run may be off, and the largest such error."""
 
+FLOOR, READABLE = 64, 4096
+"""Roundings by which a run may differ besides, in the order of operations of daebench and in another."""
+
 ROUNDING = 3
 """How many times as far as rounding in float32 led daebench it may lead another mathematical library besides."""
 
@@ -43,7 +46,11 @@ def checked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: floa
         raise BadInput(
             f"with h = {h:g}, {method.name} on {ivp.problem} is off by {off.max():.2g} at t = {h * steps[-1]:g}; choose a smaller h."
         )
-    floor = 64 * np.finfo("float32" if precision == "float32" else float).eps * max(1.0, float(np.abs(rows).max()))
+    floor = (
+        (READABLE if language.readable else FLOOR)
+        * np.finfo("float32" if precision == "float32" else float).eps
+        * max(1.0, float(np.abs(rows).max()))
+    )
     bounds = MARGIN * off + exact.bound[key] + floor
     why = "a quarter more than daebench itself is off, and the bound of these rows"
     if precision != "float64":
