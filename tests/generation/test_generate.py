@@ -139,7 +139,7 @@ def test_code_in_single_precision_has_the_bits_and_no_double_but_in_its_check(pr
     doubles = re.findall(r"\bdouble\b|\b(?:sin|cos|sqrt|fabs|exp|log|pow)\(", source)
     assert not doubles or problem == "fekete"  # the run itself has tables of doubles there
     for file in ("README.md", "own.h", "own.c", "Makefile", "CMakeLists.txt"):
-        assert "computes in single precision" in (folder / file).read_text() or "in single precision" in (folder / file).read_text(), file
+        assert "in single precision" in (folder / file).read_text(), file
 
 
 @needs_compiler
@@ -187,7 +187,7 @@ def state_of(text):
 
 
 @pytest.mark.parametrize(("problem", "method", "h"), OTHERS, ids=[f"{problem}-{method}" for problem, method, _ in OTHERS])
-def test_python_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
+def test_python_passes_its_own_check_and_has_the_bits_of_machine_code_where_it_is_not_made_to_be_read(problem, method, h, tmp_path):
     folder = tmp_path / "code"
     daebench.generate(problem, method, folder, h=h, language="python", name="own")
     ivp = daebench.initial_value_problem(problem)
@@ -198,7 +198,10 @@ def test_python_has_the_bits_of_machine_code_and_passes_its_own_check(problem, m
         for args in (("check.py",), ("-c", show))
     ]
     assert told[0].count("good") == 5
-    assert np.array_equal(state_of(told[1]), state_after(ivp, method, h, 100))
+    found, expected = state_of(told[1]), state_after(ivp, method, h, 100)
+    readable = "made to be read" in (folder / "own.py").read_text()
+    assert readable == ((problem, method) in {("double_pendulum", "lobatto3"), ("car_axis", "rattle")})
+    assert np.allclose(found, expected, rtol=1e-10, atol=1e-12) if readable else np.array_equal(found, expected)
 
 
 @pytest.mark.skipif(NODE is None, reason="there is no node")
