@@ -11,6 +11,8 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import chain
+from pprint import pformat
 from typing import Any
 
 import sympy as sp
@@ -39,6 +41,12 @@ SCALES = {"LENGTH": "par.scale_length", "RATE": "par.scale_rate"}
 OUTER = ("energy_momentum", "livens")
 """Files in which a vector stands as a row, which NumPy does not tell from a column."""
 
+WIDTH = 118
+"""Letters of the longest line of a formula."""
+
+DEFINED = ("H", "U", "g")
+"""Functions that are as in the definition."""
+
 FEW = 40
 """Operations of a function whose common terms have no names."""
 
@@ -63,12 +71,15 @@ class Lesson:
         Constants of the language.
     names : mapping of Symbol to str
         Texts of the parameters.
+    constraints : sequence of str
+        What each constraint keeps, in words.
     """
 
     derivation: Any
     homes: Mapping[str, tuple[str, str]]
     constants: Mapping[str, Any]
     names: Mapping[sp.Symbol, str]
+    constraints: Sequence[str]
     of_problem: dict[str, str] = field(default_factory=dict)
     of_scheme: dict[str, dict[str, str]] = field(default_factory=dict)
     of_algebra: dict[str, str] = field(default_factory=dict)
@@ -124,10 +135,12 @@ class Lesson:
         used = set().union(*(x.free_symbols for x in entries))
         as_symbols = {symbol: sp.Symbol(text, real=True) for symbol, text in plain.items() if symbol in used}
         entries = [x.xreplace(as_symbols) for x in entries]
-        if sum(x.count_ops() for x in entries) > FEW:
+        if name not in DEFINED and sum(x.count_ops() for x in entries) > FEW:
             shared, entries = sp.cse(entries, symbols=sp.numbered_symbols("t"), order="none")
-            lines += [f"    {symbol} = {_text(x)}" for symbol, x in shared]
-        return "\n".join([*lines, *_result([_text(x) for x in entries], shape)])
+            for symbol, x in shared:
+                lines += _statement(f"{symbol} = ", _text(x))
+        comments = self.constraints if name == "g" else ()
+        return "\n".join([*lines, *_result([_text(x) for x in entries], shape, comments)])
 
     def of_file(self, module: str, name: str, shown: str = "") -> str:
         """Provide a function or a constant of a file; return its name here."""
@@ -318,14 +331,30 @@ def _text(x: Any) -> str:
     return re.sub(r"\bnumpy\.", "np.", re.sub(r"([\w.]+(?:\[\d+\])?)\*\*\(-1\.0\)", r"1/\1", code(x)))
 
 
-def _result(entries: Sequence[str], shape: tuple[int, ...]) -> list[str]:
-    """Return the statement that returns entries, with a line for each row of a matrix."""
+def _statement(head: str, x: str) -> list[str]:
+    """Return a statement that ends with an expression, in parentheses over several lines if it is long."""
+    return _wrapped(f"    {head}{x}") if len(x) < WIDTH else [f"    {head}(", *_wrapped(f"        {x}"), "    )"]
+
+
+def _wrapped(line: str) -> list[str]:
+    """Return lines for one that is long, broken at its spaces."""
+    indent = " " * (len(line) - len(line.lstrip()) + 4)
+    return textwrap.wrap(line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def _result(entries: Sequence[str], shape: tuple[int, ...], comments: Sequence[str] = ()) -> list[str]:
+    """Return the statement that returns entries, with a line for each row of a matrix, and for each entry of a long vector."""
     if not shape:
-        return [f"    return {entries[0]}"]
+        return _statement("return ", entries[0])
     if len(shape) == 1:
-        return [f"    return np.array([{', '.join(entries)}], REAL)"]
-    rows = [f"        [{', '.join(entries[k : k + shape[1]])}]," for k in range(0, len(entries), shape[1])]
-    return ["    return np.array([", *rows, "    ], REAL)"]
+        line = f"    return np.array([{', '.join(entries)}], REAL)"
+        if len(line) < WIDTH and not any(comments):
+            return [line]
+        above = [[f"        # {comment}"] if comment else [] for comment in comments] or [[]] * len(entries)
+        rows = [[*comment, *_wrapped(f"        {entry},")] for comment, entry in zip(above, entries, strict=True)]
+        return ["    return np.array([", *chain.from_iterable(rows), "    ], REAL)"]
+    rows = [_wrapped(f"        [{', '.join(entries[k : k + shape[1]])}],") for k in range(0, len(entries), shape[1])]
+    return ["    return np.array([", *chain.from_iterable(rows), "    ], REAL)"]
 
 
 def lesson(ivp: InitialValueProblem, method: Any, names: Sequence[str]) -> dict[str, Any]:
@@ -334,7 +363,10 @@ def lesson(ivp: InitialValueProblem, method: Any, names: Sequence[str]) -> dict[
         return {}
     linker = method.read(ivp)
     texts = dict(zip(linker.derivation.parameters, (f"par.{name}" for name in names), strict=False))
-    found, multistep = Lesson(linker.derivation, linker.homes, linker.constants, texts), bool(linker.constants["MULTISTEP"])
+    found, multistep = (
+        Lesson(linker.derivation, linker.homes, linker.constants, texts, ivp.facts.CONSTRAINED_BY),
+        bool(linker.constants["MULTISTEP"]),
+    )
     around = ["start"] * multistep + ["after_step"] * bool(method.projection)
     try:
         for name in ("H", "H_p", "H_q", "g", "G", "step", *around, "rows", "mass", "lam"):
@@ -368,10 +400,8 @@ def _title(module: str) -> str:
 
 
 def _rows(x: Any) -> str:
-    """Return the text of numbers in tuples, with a line for each on the outside."""
-    if not isinstance(x, tuple):
-        return "np.eye(D, dtype=REAL)"
-    return "\n".join(["(", *(f"    {each!r}," for each in x), ")"])
+    """Return the text of numbers in tuples, or of the identity."""
+    return pformat(x, width=110) if isinstance(x, tuple) else "np.eye(D, dtype=REAL)"
 
 
 def _about(method: Any) -> str:
