@@ -24,7 +24,7 @@ REFUSED = {
     "arrays without entries": r"\b(?:double|float|int64_t|int) \w+\[0\]",
     "numbers of other types": r"\blong double\b|\b_Complex\b|\b__int128\b|\blong long\b",
 }
-BLOCKS, PARENTHESES, LETTERS, STRING = 100, 100, 4000, 4000
+BLOCKS, PARENTHESES, LETTERS, STRING = 100, 100, 16000, 4000
 """Blocks and parentheses within each other, letters of a line and of a string; MSVC takes 128, 256, 65535 and 16380."""
 
 STUBS = {
@@ -39,7 +39,12 @@ float acosf(float), asinf(float), atanf(float), atan2f(float, float), cosf(float
     "stdint.h": "#pragma once\ntypedef long long int64_t;\n",
     "string.h": "#pragma once\nvoid *memcpy(void *, const void *, __SIZE_TYPE__);\nvoid *memmove(void *, const void *, __SIZE_TYPE__);\n"
     "void *memset(void *, int, __SIZE_TYPE__);\n",
-    "stdio.h": "#pragma once\ntypedef struct FILE FILE;\nextern FILE *stderr;\nint printf(const char *, ...);\nint fprintf(FILE *, const char *, ...);\n",
+    "stdio.h": """#pragma once
+typedef struct FILE FILE;
+extern FILE *stderr;
+int printf(const char *, ...);
+int fprintf(FILE *, const char *, ...);
+""",
 }
 """Declarations of the platform, as far as generated code reads them."""
 
