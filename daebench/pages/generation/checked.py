@@ -52,14 +52,14 @@ def checked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: floa
         * max(1.0, float(np.abs(rows).max()))
     )
     bounds = MARGIN * off + exact.bound[key] + floor
-    why = "a quarter more than daebench itself is off, and the bound of these rows"
+    parts = ["a quarter more than daebench itself is off", "the bound of these rows"]
     if precision != "float64":
         bounds += ROUNDING * np.abs(differences - apart("float64")).max(axis=1)
-        why += f", and {ROUNDING} times the difference that {precision} makes"
+        parts.append(f"{ROUNDING} times the difference that {precision} makes")
     return {
         "error": float(off.max()),
         "source": "the closed form of the motion" if exact.kind == "closed form" else f"a run of DOP853 with tolerance {TIGHT:g}",
-        "why": why,
+        "why": f"{', '.join(parts[:-1])} and {parts[-1]}",
         "steps": ", ".join(map(str, steps)),
         "rows": [", ".join(language.number(x, FLOAT64) for x in row) for row in rows.tolist()],
         "bounds": ", ".join(language.number(x, FLOAT64) for x in bounds.tolist()),
