@@ -429,6 +429,11 @@ def test_a_folder_that_is_there_stays_as_it_is(tmp_path):
     assert sorted(code.files) == sorted(tmp_path.iterdir())
 
 
+def test_redundant_constraints_are_said_to_be_solved_by_least_squares(tmp_path):
+    daebench.generate("cyclohexane_ring", "rattle", tmp_path / "code", h=1e-3)
+    assert "are solved by least squares" in (tmp_path / "code" / "README.md").read_text()
+
+
 def test_a_multiplier_of_a_distance_is_a_force_along_it():
     meant = sentences.multipliers(daebench.initial_value_problem("double_wishbone").source.define())
     assert all("the force along the distance l is 2 lam l, tension where it is positive" in each for each in meant)

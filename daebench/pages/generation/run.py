@@ -196,6 +196,7 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     facts |= dict(zip(("order", "claims", "source"), sentences.claimed(ivp, method), strict=True))
     facts |= {"definition": sentences.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
     facts |= {"statuses": sentences.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
+    facts["redundant"] = ivp.singular == "least-squares"
     facts |= _sizes(ivp, made) | {"functions": language.functions(made), "entering": made.entering, "charted": bool(made.entering)}
     facts["lesson"] = language.readable and lesson(ivp, method, [each["name"] for each in parameters])
     facts |= {f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)}
