@@ -157,121 +157,79 @@ class Lesson:
         return shown
 
     def _defined(self, module: str, name: str, shown: str) -> str:
-        text, statements = text_of(module), _statements(module, tuple(self.constants.items()))
-        for node in statements:
-            if isinstance(node, ast.FunctionDef) and node.name == name:
-                return _Body(self, module, text, node).written(shown)
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == name:
-                return f"{shown} = {ast.unparse(node.value)}"
+        node = self.names_of(module).get(name)
+        if isinstance(node, ast.FunctionDef):
+            return _Body(self, module, node).written(shown)
+        if isinstance(node, ast.Assign):
+            return f"{shown} = {ast.unparse(node.value)}"
         raise Unreadable(name)
 
-    def name(self, module: str, name: str) -> str | None:
-        """Provide what a name means in a file; return its name here, None for a name of Python."""
-        for node in _statements(module, tuple(self.constants.items())):
-            if isinstance(node, ast.FunctionDef) and node.name == name:
-                return self.of_file(module, name)
-            if isinstance(node, ast.Assign) and any(isinstance(x, ast.Name) and x.id == name for x in node.targets):
-                return self.of_file(module, name)
-            if isinstance(node, ast.ImportFrom):
-                for alias in node.names:
-                    if (alias.asname or alias.name) == name:
-                        return self._imported(str(node.module), alias.name)
-        return None
+    def name(self, module: str, name: str) -> str:
+        """Provide what a name means in a file; return its name here."""
+        meaning = self.names_of(module).get(name)
+        if not isinstance(meaning, tuple):
+            return self.of_file(module, name) if meaning else name  # of Python
+        if meaning[0] in LANGUAGES or meaning[0].endswith(".spaces"):
+            return self.language(meaning[1])
+        return self.of_file(*meaning)
 
-    def _imported(self, module: str, name: str) -> str:
-        if module in LANGUAGES or module.endswith(".spaces"):
-            return self.language(name)
-        return self.of_file(module, name)
+    def names_of(self, module: str) -> dict[str, Any]:
+        """Return the names of a file: statements, or file and name of what is imported."""
+        return _names_of(module, tuple(self.constants.items()))
 
 
 class _Body:
     """One function of a file, as it stands in the text."""
 
-    def __init__(self, lesson: Lesson, module: str, text: str, node: ast.FunctionDef) -> None:
-        self.lesson, self.module, self.text, self.node = lesson, module, text, node
-        self.edits: list[tuple[int, int, str]] = []
-        self.local = {x.id for x in ast.walk(node) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)} | {
-            x.arg for x in ast.walk(node) if isinstance(x, ast.arg)
-        }
+    def __init__(self, lesson: Lesson, module: str, node: ast.FunctionDef) -> None:
+        self.lesson, self.module, self.node = lesson, module, node
+        self.text = text_of(module)
+        self.edits: set[tuple[int, int, str]] = set()
 
     def written(self, shown: str) -> str:
-        """Return its text."""
-        body = list(self._live(self.node.body[1:]))
-        for statement in body:
-            self._visit(statement)
-        for statement in self.node.body[1:]:
-            if statement not in body:
+        """Return its text, without statements whose results nothing reads."""
+        local = {x.arg for x in ast.walk(self.node) if isinstance(x, ast.arg)} | _bound(self.node)
+        read: dict[tuple[int, int], str] = {}
+        for statement in reversed(self.node.body[1:]):
+            if isinstance(statement, ast.Assign) and not _bound(statement) & set(read.values()):
                 begin, end = _span(self.text, statement)
-                begin = self.text.rindex("\n", 0, begin) + 1
-                self.edits.append((begin, self.text.index("\n", end) + 1, ""))
+                self.edits.add((self.text.rindex("\n", 0, begin), end, ""))
+            else:
+                standing = [x for x in self._standing(statement) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Load)]
+                read |= {_span(self.text, x): x.id for x in standing}
+        for place, name in sorted(read.items()):
+            if name not in local and (renamed := self.lesson.name(self.module, name)) != name:
+                self.edits.add((*place, renamed))
         return _edited(self.text, self.node, [_signature(self.text, self.node, shown), *self.edits])
 
-    def _live(self, body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
-        """Yield the statements whose results are used, the first one first."""
-        used: set[str] = set()
-        live: list[ast.stmt] = []
-        for statement in reversed(body):
-            bound = {x.id for x in ast.walk(statement) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)}
-            if not isinstance(statement, ast.Assign) or bound & used:
-                live.append(statement)
-                used |= {x.id for x in self._walk(statement) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Load)}
-        return reversed(live)
-
-    def _walk(self, node: ast.AST) -> Iterator[ast.AST]:
-        """Yield the nodes that stand in the text."""
-        node = self._shown(node)
-        yield node
-        for child in self._children(node):
-            yield from self._walk(child)
-
-    def _shown(self, node: ast.AST) -> ast.AST:
-        """Return the report in place of a check of the branch."""
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in CHECKED:
-            return node.args[CHECKED[node.func.id]]
-        return node
-
-    def _children(self, node: ast.AST) -> Iterator[ast.AST]:
-        """Yield the nodes in another; of a branch on a constant, those of one side."""
-        if isinstance(node, ast.If) and (side := self._side(node)) is not None:
-            yield from side
-            return
-        count = _count(node)
-        yield from (child for child in ast.iter_child_nodes(node) if child is not count)
-
-    def _side(self, node: ast.If) -> list[ast.stmt] | None:
-        names = {x.id for x in ast.walk(node.test) if isinstance(x, ast.Name)}
-        if not names or not names <= self.lesson.constants.keys():
-            return None
-        return node.body if eval(ast.unparse(node.test), {}, dict(self.lesson.constants)) else node.orelse
-
-    def _visit(self, node: ast.AST) -> None:
-        if isinstance(node, ast.If) and (side := self._side(node)) is not None:
-            self._replaced(node, side)
-        elif (shown := self._shown(node)) is not node:
-            self._replaced(node, [shown])
+    def _standing(self, node: ast.AST) -> Iterator[ast.AST]:
+        """Yield a node and those in it that stay in the text; note the places of others."""
+        begin, end = _span(self.text, node) if hasattr(node, "lineno") else (0, 0)
+        if (others := self._in_place_of(node)) is not None:
+            places = [_span(self.text, x) for x in others] or [(end, end)]
+            self.edits |= {(begin, places[0][0], "" if others else "pass"), (places[-1][1], end, "")}
+        elif (count := _count(node)) is not None:
+            self.edits.add((_span(self.text, node.elts[-2])[1], _span(self.text, count)[1], ""))  # type: ignore[attr-defined]
+            others = node.elts[:-1]  # type: ignore[attr-defined]
         else:
-            if isinstance(node, ast.Name):
-                self._name(node)
-            if isinstance(node, ast.Tuple) and _count(node):
-                self.edits.append((_span(self.text, node.elts[-2])[1], _span(self.text, node.elts[-1])[1], ""))
-            for child in self._children(node):
-                self._visit(child)
+            yield node
+            others = list(ast.iter_child_nodes(node))
+        for other in others:
+            yield from self._standing(other)
 
-    def _replaced(self, node: ast.AST, by: Sequence[ast.AST]) -> None:
-        """Put nodes in another into its place."""
-        begin, end = _span(self.text, node)
-        if not by:
-            raise Unreadable(ast.unparse(node))
-        self.edits += [(begin, _span(self.text, by[0])[0], ""), (_span(self.text, by[-1])[1], end, "")]
-        for each in by:
-            self._visit(each)
+    def _in_place_of(self, node: ast.AST) -> Sequence[ast.AST] | None:
+        """Return one side of a branch on constants, or the report in a check of the branch of g = 0; None for another node."""
+        constants = self.lesson.constants
+        if isinstance(node, ast.If) and {x.id for x in ast.walk(node.test) if isinstance(x, ast.Name)} <= constants.keys():
+            return node.body if eval(ast.unparse(node.test), {}, dict(constants)) else node.orelse
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in CHECKED:
+            return [node.args[CHECKED[node.func.id]]]
+        return None
 
-    def _name(self, node: ast.Name) -> None:
-        if not isinstance(node.ctx, ast.Load) or node.id in self.local:
-            return
-        shown = self.lesson.name(self.module, node.id)
-        if shown is not None and shown != node.id:
-            self.edits.append((*_span(self.text, node), shown))
+
+def _bound(node: ast.AST) -> set[str]:
+    """Return the names that a statement binds."""
+    return {x.id for x in ast.walk(node) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)}
 
 
 def _count(node: ast.AST) -> ast.AST | None:
@@ -281,18 +239,21 @@ def _count(node: ast.AST) -> ast.AST | None:
 
 
 @cache
-def _statements(module: str, constants: tuple[tuple[str, Any], ...]) -> list[ast.stmt]:
-    """Return the statements of a file at module level, with branches on constants decided."""
-    known = dict(constants)
+def _names_of(module: str, constants: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
+    """Return the names of a file: statements, or file and name of what is imported, with branches on constants decided."""
+    names: dict[str, Any] = {}
 
-    def of(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
+    def add(body: Sequence[ast.stmt]) -> None:
         for node in body:
             if isinstance(node, ast.If):
-                yield from of(node.body if eval(ast.unparse(node.test), {}, known) else node.orelse)
+                add(node.body if eval(ast.unparse(node.test), {}, dict(constants)) else node.orelse)
+            elif isinstance(node, ast.ImportFrom):
+                names.update({alias.asname or alias.name: (str(node.module), alias.name) for alias in node.names})
             else:
-                yield node
+                names.update(dict.fromkeys([node.name] if isinstance(node, ast.FunctionDef) else _bound(node), node))
 
-    return list(of(ast.parse(text_of(module)).body))
+    add(ast.parse(text_of(module)).body)
+    return names
 
 
 def _span(text: str, node: Any) -> tuple[int, int]:
