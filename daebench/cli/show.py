@@ -8,6 +8,7 @@ import typer
 from daebench.cli import mechanism
 from daebench.cli.arguments import Json, Problem
 from daebench.cli.console import print_json, print_table, printable
+from daebench.compiler.print.languages import FUNCTIONS, listed
 from daebench.errors import BadInput
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def show(
     problem: Problem,
     language: Annotated[
         str | None,
-        typer.Option("--as", help="Print the functions of the problem and their derivatives as code: c, julia, python, latex or json."),
+        typer.Option("--as", help=f"Print the functions of the problem and their derivatives as code: {listed(FUNCTIONS)}."),
     ] = None,
     as_json: Json = False,
 ) -> None:

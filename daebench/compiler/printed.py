@@ -8,7 +8,8 @@ from typing import Any
 
 import sympy as sp
 
-from daebench.errors import BadInput, unknown
+from daebench.compiler.print.languages import FUNCTIONS, KEYWORDS, unknown_language
+from daebench.errors import BadInput
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ def printed(language: str, problem: str, derivation: Any) -> str:
     Parameters
     ----------
     language : str
-        One of :data:`LANGUAGES`.
+        One of :data:`daebench.compiler.print.languages.FUNCTIONS`.
     problem : str
         Name of the problem.
     derivation : Derivation or PoissonDerivation
@@ -131,15 +132,15 @@ def printed(language: str, problem: str, derivation: Any) -> str:
     BadInput
         If there is no such language, or the functions cannot be printed.
     """
-    if language not in LANGUAGES:
-        raise unknown("language", language, LANGUAGES)
+    if language not in FUNCTIONS:
+        raise unknown_language(language)
     writer: Any = LANGUAGES[language]
     return str(writer(problem, {symbol: float(value) for symbol, value in derivation.definition.parameters.items()}, functions(derivation)))
 
 
 def _plain(names: Sequence[sp.Symbol], taken: Sequence[str]) -> dict[sp.Symbol, sp.Symbol]:
     """Return symbols with names that are not reserved in any language."""
-    words = {*keyword.kwlist, *taken, "double", "int", "float", "const", "end", "function", "begin", "let", "local", "out", "par"}
+    words = {*keyword.kwlist, *taken, *KEYWORDS, "end", "begin", "local", "out", "par"}
     return {symbol: sp.Symbol(f"{symbol}_" if str(symbol) in words else str(symbol), real=True) for symbol in names}
 
 
@@ -164,9 +165,26 @@ def _c(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[F
         lines += [f"/* {function.about} */", f"static void {function.name}(const double *par{taken}, double *out)", "{"]
         lines += [f"    (void){name};" for name in ("par", *function.arguments) if name not in {vector for _, vector, _ in places}]
         lines += [f"    const double {name} = {vector}[{k}];" for name, vector, k in places]
-        lines += [f"    const double {name} = {sp.ccode(value)};" for name, value in shared]
-        lines += [f"    out[{k}] = {sp.ccode(entry)};" for k, entry in enumerate(entries)]
+        lines += [f"    const double {name} = {_in_c(value)};" for name, value in shared]
+        lines += [f"    out[{k}] = {_in_c(entry)};" for k, entry in enumerate(entries)]
         lines += ["}", ""]
+    return "\n".join(lines)
+
+
+def _in_c(x: sp.Expr) -> str:
+    """Return an expression without M_PI and its like, which not all compilers have."""
+    return str(sp.ccode(x.xreplace({number: sp.Float(number, 17) for number in x.atoms(sp.NumberSymbol)}), math_macros={}))
+
+
+def _javascript(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
+    lines = [f"/* {problem}: {_parameters(parameters)}. Arrays are stored by rows. */", ""]
+    for function in contents:
+        places, shared, entries = _body(function, list(parameters))
+        lines += [f"/* {function.about} */", f"function {function.name}({', '.join(['par', *function.arguments])}) {{"]
+        lines += [f"    const {name} = {vector}[{k}];" for name, vector, k in places]
+        lines += [f"    const {name} = {sp.jscode(value)};" for name, value in shared]
+        values = ", ".join(sp.jscode(entry) for entry in entries)
+        lines += [f"    return {f'[{values}]' if function.entries.shape else values};", "}", ""]
     return "\n".join(lines)
 
 
@@ -223,5 +241,5 @@ def _parameters(parameters: Mapping[sp.Symbol, float]) -> str:
     return "par = (" + ", ".join(f"{symbol} = {value:g}" for symbol, value in parameters.items()) + ")"
 
 
-LANGUAGES = {"c": _c, "julia": _julia, "python": _python, "latex": _latex, "json": _json}
+LANGUAGES = dict(zip(FUNCTIONS, (_c, _c, _javascript, _python, _julia, _latex, _json), strict=True))
 """The languages by name."""

@@ -128,6 +128,22 @@ def test_julia_gives_the_same(problem, tmp_path):
         assert np.allclose([float(word) for word in line.split()], want, rtol=1e-13, atol=1e-13), function.name
 
 
+@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
+@pytest.mark.parametrize("problem", ["double_pendulum", "four_bar", "free_rigid_body"])
+def test_javascript_gives_the_same(problem, tmp_path):
+    ivp = initial_value_problem(problem, consistent=False)
+    point, contents, names = next(points(ivp)), functions(ivp.source.derivation), module(ivp)
+    calls = [
+        f"console.log([{function.name}({[*ivp.par]}, {', '.join(str(point[x].tolist()) for x in function.arguments)})].flat().join(' '));"
+        for function in contents
+    ]
+    (tmp_path / "printed.mjs").write_text(printed("javascript", problem, ivp.source.derivation) + "\n".join(calls))
+    lines = subprocess.run(["node", str(tmp_path / "printed.mjs")], check=True, capture_output=True, text=True).stdout.splitlines()
+    for function, line in zip(contents, lines, strict=True):
+        want = np.ravel(names[function.name](ivp.par, *(point[argument] for argument in function.arguments)))
+        assert np.allclose([float(word) for word in line.split()], want, rtol=1e-13, atol=1e-13), function.name
+
+
 @pytest.mark.parametrize(("problem", "name"), [("double_pendulum", "H_q"), ("four_bar", "U_q"), ("free_rigid_body", "H_y")])
 def test_what_is_printed_is_what_is_compiled(problem, name):
     derivation = copy(initial_value_problem(problem, consistent=False).source.derivation)
@@ -165,7 +181,7 @@ def test_the_command_prints_what_the_function_returns(daebench, language):
 
 
 def test_what_cannot_be_printed_is_refused(daebench):
-    assert daebench("show", "planar_pendulum", "--as", "cobol")[2].startswith("daebench: unknown language 'cobol'")
+    assert daebench("show", "planar_pendulum", "--as", "cobol")[2].startswith("daebench: there is no language 'cobol'; choose c, cpp,")
     assert (
         daebench("show", "planar_pendulum", "--as", "c", "--json")[2]
         == "daebench: --as c prints code; leave --json out, or give --as json.\n"

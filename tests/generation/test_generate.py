@@ -18,7 +18,7 @@ from daebench.pages.generation.languages import LANGUAGES
 from daebench.runs.request import Request
 
 COMPILERS = list(filter(None, map(shutil.which, ("gcc", "clang")))) or list(filter(None, [shutil.which("cc")]))
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-ffp-contract=off")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-ffp-contract=off", "-Wdouble-promotion", "-Wfloat-conversion")
 PAIRS = [
     ("spherical_pendulum", "rattle", 0.01),
     ("spherical_pendulum", "shake", 0.01),
@@ -43,6 +43,22 @@ PAIRS = [
 """Pairs of each kind of code: tuples, solvers in loops, least squares, arrays, compositions, memories, charts, Poisson systems."""
 IDS = [f"{problem}-{name}" for problem, name, _ in PAIRS]
 
+SINGLE = [
+    ("spherical_pendulum", "rattle", 0.01),
+    ("spherical_pendulum", "shake", 0.01),
+    ("spherical_pendulum", "gauss2", 0.01),
+    ("double_pendulum", "lobatto3", 0.005),
+    ("double_pendulum", "baumgarte:rk4", 0.01),
+    ("slider_crank", "rattle/kahan_li8", 0.001),
+    ("spherical_pendulum", "gauss3+proj", 0.01),
+    ("spherical_pendulum", "local:gauss2", 0.01),
+    ("double_wishbone", "rattle", 0.001),
+    ("fekete", "rattle", 0.001),
+    ("free_rigid_body", "strang", 0.01),
+    ("lotka_volterra", "darboux:midpoint", 0.01),
+]
+"""Pairs in single precision: schemes, memories, index-reduced forms, compositions, projections, charts, joints, loops, splittings."""
+
 needs_compiler = pytest.mark.skipif(not COMPILERS, reason="there is no compiler of C")
 
 
@@ -60,7 +76,7 @@ def printed(folder, name, statements, *flags, compiler=None):
     """Return the numbers that C prints, after these statements about a state ``s``."""
     text = f"""#include <stdio.h>
 #include "{name}.h"
-#define SHOW(array, n) for (int i = 0; i < (int)(n); i++) printf("%a\\n", (array)[i])
+#define SHOW(array, n) for (int i = 0; i < (int)(n); i++) printf("%a\\n", (double)(array)[i])
 int main(void)
 {{
     {name}_state s;
@@ -74,24 +90,26 @@ int main(void)
     return np.array([float.fromhex(line) for line in out.split()])
 
 
-def state_after(ivp, method, h, steps):
+def state_after(ivp, method, h, steps, precision="float64"):
     """Return positions and momenta, or the unknowns, after so many steps."""
-    run = method_of(ivp, method).solve(ivp, Request(value=h, steps=steps, every=steps, watch=())).complete()
+    request = Request(value=h, steps=steps, every=steps, watch=(), precision=precision)
+    run = method_of(ivp, method).solve(ivp, request).complete()
     return run.y[-1] if hasattr(run, "y") else np.concatenate([run.q[-1], run.p[-1]])
 
 
-def has_the_bits(problem, method, h, folder):
+def has_the_bits(problem, method, h, folder, precision="float64"):
     """Check that generated C has the bits of machine code after 300 steps, with each compiler that there is."""
-    daebench.generate(problem, method, folder, h=h, name="own")
+    daebench.generate(problem, method, folder, h=h, name="own", precision=precision)
     ivp = daebench.initial_value_problem(problem)
+    real = "float" if precision == "float32" else "double"
     get = (
-        f"double y[{len(ivp.start[0])}]; own_get(&s, y); SHOW(y, {len(ivp.start[0])});"
+        f"{real} y[{len(ivp.start[0])}]; own_get(&s, y); SHOW(y, {len(ivp.start[0])});"
         if ivp.facts.KIND == "poisson"
-        else f"double q[{ivp.d}], p[{ivp.d}]; own_get(&s, q, p); SHOW(q, {ivp.d}); SHOW(p, {ivp.d});"
+        else f"{real} q[{ivp.d}], p[{ivp.d}]; own_get(&s, q, p); SHOW(q, {ivp.d}); SHOW(p, {ivp.d});"
     )
-    expected = state_after(ivp, method, h, 300)
+    expected = state_after(ivp, method, h, 300, precision)
     for compiler in COMPILERS:
-        found = printed(folder, "own", f"if (own_run(&s, {h!r}, 300)) return 1;\n    {get}", compiler=compiler)
+        found = printed(folder, "own", f"if (own_run(&s, OWN_STEP_SIZE, 300)) return 1;\n    {get}", compiler=compiler)
         assert np.array_equal(found, expected), compiler
 
 
@@ -100,9 +118,53 @@ def has_the_bits(problem, method, h, folder):
 def test_code_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
     folder = tmp_path / "code"
     has_the_bits(problem, method, h, folder)
+    passes_its_check(folder)
+
+
+def passes_its_check(folder):
+    """Check that all programs of a folder compile without a warning, and that its check finds five states good."""
+    compiled(folder, "example.c")
     told = subprocess.run([compiled(folder, "check.c")], capture_output=True, text=True, check=False)
     assert told.returncode == 0, told.stdout
     assert told.stdout.count("good") == 5
+
+
+@needs_compiler
+@pytest.mark.parametrize(("problem", "method", "h"), SINGLE, ids=[f"{problem}-{method}" for problem, method, _ in SINGLE])
+def test_code_in_single_precision_has_the_bits_and_no_double_but_in_its_check(problem, method, h, tmp_path):
+    folder = tmp_path / "code"
+    has_the_bits(problem, method, h, folder, "float32")
+    passes_its_check(folder)
+    source = (folder / "own.c").read_text() + (folder / "own.h").read_text()
+    doubles = re.findall(r"\bdouble\b|\b(?:sin|cos|sqrt|fabs|exp|log|pow)\(", source)
+    assert not doubles or problem == "fekete"  # the run itself has tables of doubles there
+    for file in ("README.md", "own.h", "own.c", "Makefile", "CMakeLists.txt"):
+        assert "in single precision" in (folder / file).read_text(), file
+
+
+@needs_compiler
+@pytest.mark.parametrize(("problem", "method"), [("slider_crank", "rattle"), ("spherical_pendulum", "rattle/kahan_li8")])
+def test_forces_in_single_precision_have_the_bits_too(problem, method, tmp_path):
+    has_the_bits(problem, method, 0.001, tmp_path / "code", "mixed")
+    passes_its_check(tmp_path / "code")
+    assert "float" in (tmp_path / "code" / "own.c").read_text()
+
+
+@needs_compiler
+def test_a_library_in_single_precision_is_loaded_but_not_certified(tmp_path, daebench):
+    folder = tmp_path / "code"
+    asked = ("--method", "rattle", "--h", "0.01", "--precision", "float32", "--name", "own", "--out", str(folder))
+    assert daebench("generate", "spherical_pendulum", *asked)[0] == 0
+    subprocess.run(["make", "-s", "libown.so"], cwd=folder, check=True)
+    show = (
+        "import library as own; s = own.Integrator(); s.run(0.01, 100); print(s.q.dtype, s.init(s.q, 0 * s.q), s.energy < 0, s.q.tolist())"
+    )
+    out = subprocess.run([sys.executable, "-c", show], cwd=folder, capture_output=True, text=True, check=True).stdout
+    assert out.startswith("float32 0 True ")
+    status, _, err = daebench("certify", str(folder), "--out", str(tmp_path / "certificate"))
+    assert status == 2
+    assert "computes in single precision, in which claims cannot be measured; generate it with --precision float64" in err
+    assert "own_call" not in (folder / "own.h").read_text()
 
 
 @needs_compiler
@@ -125,7 +187,7 @@ def state_of(text):
 
 
 @pytest.mark.parametrize(("problem", "method", "h"), OTHERS, ids=[f"{problem}-{method}" for problem, method, _ in OTHERS])
-def test_python_has_the_bits_of_machine_code_and_passes_its_own_check(problem, method, h, tmp_path):
+def test_python_passes_its_own_check_and_has_the_bits_of_machine_code_where_it_is_not_made_to_be_read(problem, method, h, tmp_path):
     folder = tmp_path / "code"
     daebench.generate(problem, method, folder, h=h, language="python", name="own")
     ivp = daebench.initial_value_problem(problem)
@@ -136,7 +198,10 @@ def test_python_has_the_bits_of_machine_code_and_passes_its_own_check(problem, m
         for args in (("check.py",), ("-c", show))
     ]
     assert told[0].count("good") == 5
-    assert np.array_equal(state_of(told[1]), state_after(ivp, method, h, 100))
+    found, expected = state_of(told[1]), state_after(ivp, method, h, 100)
+    readable = "made to be read" in (folder / "own.py").read_text()
+    assert readable == ((problem, method) in {("double_pendulum", "lobatto3"), ("car_axis", "rattle"), ("pendulum_chain", "rattle")})
+    assert np.allclose(found, expected, rtol=1e-10, atol=1e-12) if readable else np.array_equal(found, expected)
 
 
 @pytest.mark.skipif(NODE is None, reason="there is no node")
@@ -261,9 +326,9 @@ def test_a_folder_is_certified_with_its_claims(tmp_path, daebench):
     [
         (None, "has no generated.json of daebench generate"),
         ("[]", "has no generated.json of daebench generate"),
-        ('{"name": "../x", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "has no generated.json"),
-        ('{"name": "x", "on": "a", "h": 0.1, "claims": {}, "callable": false}', "cannot be called step by step"),
-        ('{"name": "x", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "cannot be compiled"),
+        ('{"name": "../x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "has no generated.json"),
+        ('{"name": "x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": false}', "cannot be called step by step"),
+        ('{"name": "x", "precision": "float64", "on": "a", "h": 0.1, "claims": {}, "callable": true}', "cannot be compiled"),
     ],
     ids=["nothing", "no object", "path", "remembers", "no source"],
 )
@@ -336,11 +401,17 @@ def test_what_a_definition_says_of_itself_ends_no_comment(tmp_path):
         ({"method": "ida:index2"}, "has no fixed step"),
         ({"name": "while"}, "'while' is no name"),
         ({"name": "my code"}, "'my code' is no name"),
-        ({"language": "fortran"}, "there is no language 'fortran'; choose c or cpp or javascript or python"),
+        (
+            {"language": "julia"},
+            "no language 'julia'; choose c, cpp, javascript or python for daebench generate.* julia, latex or json for",
+        ),
+        ({"precision": "float16"}, "unknown precision 'float16'; did you mean float64"),
+        ({"language": "javascript", "precision": "float32"}, "JavaScript computes in double precision alone"),
+        ({"problem": "lotka_volterra", "method": "strang", "precision": "mixed"}, "no forces to compute in single precision"),
         ({"h": 0.9}, "choose a smaller h"),
         ({"method": "rattle_settle"}, "rattle_settle needs the three distances"),
     ],
-    ids=["tolerance", "keyword", "letters", "language", "coarse", "refused"],
+    ids=["tolerance", "keyword", "letters", "language", "precision", "JavaScript", "mixed", "coarse", "refused"],
 )
 def test_what_cannot_be_generated_is_one_sentence_and_leaves_nothing(settings, said, tmp_path):
     asked = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "out": tmp_path / "code"} | settings
@@ -356,6 +427,11 @@ def test_a_folder_that_is_there_stays_as_it_is(tmp_path):
     assert list(tmp_path.iterdir()) == []
     code = daebench.generate("spherical_pendulum", "rattle", tmp_path, h=0.01, overwrite=True)
     assert sorted(code.files) == sorted(tmp_path.iterdir())
+
+
+def test_redundant_constraints_are_said_to_be_solved_by_least_squares(tmp_path):
+    daebench.generate("cyclohexane_ring", "rattle", tmp_path / "code", h=1e-3)
+    assert "are solved by least squares" in (tmp_path / "code" / "README.md").read_text()
 
 
 def test_a_multiplier_of_a_distance_is_a_force_along_it():

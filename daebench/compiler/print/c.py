@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from ctypes import c_float
 from types import MappingProxyType
 
 from daebench.compiler.print.braces import Braces
@@ -24,38 +25,40 @@ CONVERSIONS = {f"{of}to{to}": TYPES[to] for of in "dsib" for to in "dsib" if of 
 """Types that numbers are converted to, by the name of the operation."""
 
 
-def function(recorded: Function, parameters: Sequence[str]) -> str:
+def function(recorded: Function, parameters: Sequence[str], real: str = FLOAT64) -> str:
     """Return a function with these names for its parameters; arrays are in capital letters, and constant where nothing is written to them.
+
+    Those that it is given have numbers of the kind ``real``.
 
     Raises
     ------
     BadInput
         If it contains an operation that C cannot compute.
     """
-    body = _Printer(recorded, parameters).text()
-    given = ", ".join(_given(recorded, parameters, body))
+    body = _Printer(recorded, parameters, real).text()
+    given = ", ".join(_given(recorded, parameters, body, real))
     unused = "".join(f"(void){name};" for name in parameters if not re.search(rf"\b{name}\b", body))
     return f"static void {recorded.name}({given}){{{unused}{body}}}"
 
 
-def instance(recorded: Function) -> str:
+def instance(recorded: Function, real: str = FLOAT64) -> str:
     """Return a function that others call: its results go where its last arguments point to."""
     names = [f"in{k}" for k in range(len(recorded.parameters))]
-    printer = _Printer(recorded, names)
+    printer = _Printer(recorded, names, real)
     body = printer.text()
     results = [f"*out{k}={x};" for k, value in enumerate(recorded.results) for x, _ in printer.of(value)]
-    given = _given(recorded, names, body) + [f"{TYPES[value.kind]} *out{k}" for k, value in enumerate(recorded.results)]
+    given = _given(recorded, names, body, real) + [f"{TYPES[value.kind]} *out{k}" for k, value in enumerate(recorded.results)]
     whole = "".join([body, *results])
     unused = "".join(f"(void){name};" for name in names if not re.search(rf"\b{name}\b", whole))
     return f"static void {recorded.name}({', '.join(given)}){{{unused}{whole}}}"
 
 
-def _given(recorded: Function, names: Sequence[str], body: str) -> list[str]:
+def _given(recorded: Function, names: Sequence[str], body: str, real: str) -> list[str]:
     """Return the declarations of the parameters; what pointers point to is constant where nothing is written to it."""
     given = []
     for name, parameter in zip(names, recorded.parameters, strict=True):
         changed = re.search(rf"\b{name}\[[^\]]*\]=(?!=)", body)
-        kind = f"{'' if changed else 'const '}double *" if parameter.kind == POINTER else f"{TYPES[parameter.kind]} "
+        kind = f"{'' if changed else 'const '}{TYPES[real]} *" if parameter.kind == POINTER else f"{TYPES[parameter.kind]} "
         given.append(f"{kind}{name}")
     return given
 
@@ -66,8 +69,9 @@ class _Printer(Braces):
     infix, same, one, what = INFIX | {"floordiv": ("/", 7)}, frozenset(), "1.0", "C"
     signs: Mapping[str, str] = MappingProxyType({"neg": "-", "not": "!"})
 
-    def __init__(self, function: Function, parameters: Sequence[str]) -> None:
+    def __init__(self, function: Function, parameters: Sequence[str], real: str) -> None:
         super().__init__(function, parameters)
+        self.real = real
         self.arrays: dict[str, str] = {}
 
     def text(self) -> str:
@@ -81,11 +85,11 @@ class _Printer(Braces):
         return f"{POINTER}{self._pointed(value)}" if value.kind == POINTER else value.kind[0]
 
     def _pointed(self, pointer: Value) -> str:
-        """Return the kind of the numbers that a pointer points to; parameters of functions point to doubles."""
+        """Return the kind of the numbers that a pointer points to; parameters of functions point to those of a state."""
         while pointer in self.need.sources:
             pointer = self.need.sources[pointer][0]
         places = {"alloc": 1, "table": 1, "offset": 2}
-        return pointer.args[places[pointer.op]] if pointer.op in places else FLOAT64
+        return pointer.args[places[pointer.op]] if pointer.op in places else self.real
 
     def memory(self, value: Value) -> None:
         """Write a statement on memory: arrays of known lengths belong to the call of a function."""
@@ -139,8 +143,8 @@ class _Printer(Braces):
             return f"({CONVERSIONS[op]}){bound(x[0], SIGN)}", SIGN
         if op not in CALLS or kind == INTEGER:
             return None
-        name, known = CALLS[op], [a.args[0] for a in value.args if a.op == "const"]
-        if len(known) == len(x) and kind == FLOAT64 and hasattr(math, name):  # compilers compute it otherwise than the platform does
+        name, known = CALLS[op], [rounded(a.args[0], kind) for a in value.args if a.op == "const"]
+        if len(known) == len(x) and hasattr(math, name):  # compilers compute it otherwise than the platform does
             return number(getattr(math, name)(*known), kind), ATOM
         return f"{name}{'f' * (kind == FLOAT32)}({','.join(each[0] for each in x)})", ATOM
 
@@ -157,8 +161,13 @@ def number(x: float, kind: str) -> str:
         return str(int(x))
     suffix = "f" if kind == FLOAT32 else ""
     if x != x:
-        return "NAN"
+        return f"({TYPES[kind]})NAN"
     if math.isinf(x):
-        return "INFINITY" if x > 0 else "-INFINITY"
+        return ("" if x > 0 else "-") + ("INFINITY" if kind == FLOAT32 else "HUGE_VAL")  # INFINITY is a float
     written = repr(float(x))
-    return (written if len(written) <= 8 else float(x).hex()) + suffix
+    return (written if len(written) <= 8 else rounded(x, kind).hex()) + suffix
+
+
+def rounded(x: float, kind: str) -> float:
+    """Return a number as one of this kind has it."""
+    return c_float(x).value if kind == FLOAT32 else float(x)

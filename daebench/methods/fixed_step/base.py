@@ -149,9 +149,9 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the text of a generated module for translation; unless ``singular`` says so, it does not monitor the rank of G."""
         return self._module(ivp, self._options(ivp, precision, watch, count=False, stage_multipliers=False, singular=singular))
 
-    def printable(self, ivp: Ivp, h: float) -> tuple[str, Any, Any]:
+    def printable(self, ivp: Ivp, h: float, precision: str) -> tuple[str, Any, Any]:
         """Return the text of a generated module with one step by itself, a state that the scheme computes in, and the run-time data."""
-        options = self._options(ivp, "float64", (), count=False, stage_multipliers=True, singular=ivp.singular)
+        options = self._options(ivp, precision, (), count=False, stage_multipliers=True, singular=ivp.singular)
         linker, roots = self._linker(ivp, options)
         linked = self.linked(ivp, types.ModuleType("none"), h)
         state, held = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
@@ -185,11 +185,15 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         options = self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular="")
         key = self._key(ivp, options)
         if key not in _ITERATED:
-            linker, roots = self._linker(ivp, options)
-            for file, name in roots:
-                linker.resolve(file, name)
-            _ITERATED[key] = frozenset(linker.iterated)
+            _ITERATED[key] = frozenset(self.read(ivp).iterated)
         return _ITERATED[key]
+
+    def read(self, ivp: Ivp) -> "Linker":
+        """Return the linker of a module, which has read the files of the scheme and of what surrounds it."""
+        linker, roots = self._linker(ivp, self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular=""))
+        for file, name in roots:
+            linker.resolve(file, name)
+        return linker
 
     def linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
         """Return the scheme linked to a problem with its numbers, to run with a kernel."""

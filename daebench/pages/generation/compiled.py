@@ -38,13 +38,15 @@ def _about(folder: Path) -> dict[str, Any]:
     """Return what a folder says of itself."""
     try:
         found = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
-        known = {"name": str, "on": str, "h": float, "claims": dict, "callable": bool}
+        known = {"name": str, "precision": str, "on": str, "h": float, "claims": dict, "callable": bool}
         if not isinstance(found, dict) or any(not isinstance(found.get(key), kind) for key, kind in known.items()):
             raise ValueError
         if not found["name"].isidentifier():  # it becomes the name of a file
             raise ValueError
     except (OSError, ValueError) as error:
         raise BadInput(f"{folder} has no {ABOUT} of daebench generate; generate it again, or name a code.") from error
+    if found["precision"] == "float32":
+        raise BadInput(f"{folder} computes in single precision, in which claims cannot be measured; generate it with --precision float64.")
     if not found["callable"]:
         raise BadInput(f"{folder} has a scheme that remembers steps, or a Poisson system, so that it cannot be called step by step.")
     return found

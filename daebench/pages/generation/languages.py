@@ -8,7 +8,6 @@ from typing import Any
 
 from daebench.compiler import in_python
 from daebench.compiler.print import c, javascript, javascript_operations, python
-from daebench.compiler.trace.ir import FLOAT64
 from daebench.compiler.written import text_of
 from daebench.pages.generation.layout import laid_out
 from daebench.pages.generation.linked import Linked
@@ -16,23 +15,24 @@ from daebench.pages.generation.linked import Linked
 
 @dataclass(frozen=True)
 class Language:
-    """A language: how functions and numbers are written, the files, and the operations of the longest function, 0 for any.
+    """A language: how functions and numbers are written, and the files, of which the kernel has the name that is chosen.
 
-    The kernel has the name that is chosen.
+    Functions have at most ``longest`` operations, unless that is 0; code that is ``readable`` has formulas and loops where it can.
     """
 
     functions: Callable[[Linked], str]
-    number: Callable[[float], str]
+    number: Callable[[float, str], str]
     files: tuple[str, ...]
     longest: int = 0
+    readable: bool = False
 
 
-def _one_by_one(language: Any, made: Linked) -> str:
-    """Return the functions, each behind those that it calls."""
+def _one_by_one(language: Any, made: Linked, *kind: str) -> str:
+    """Return the functions, each behind those that it calls; ``kind`` is that of their numbers, where the language has several."""
     texts = []
     for part in (*made.problem, made.scheme):
-        texts += [laid_out(language.instance(function)) for function in part.called]
-        texts += [laid_out(language.function(function, parameters)) for function, parameters in part.functions.values()]
+        texts += [laid_out(language.instance(function, *kind)) for function in part.called]
+        texts += [laid_out(language.function(function, parameters, *kind)) for function, parameters in part.functions.values()]
     return "\n".join(texts)
 
 
@@ -43,7 +43,7 @@ def _of_python(made: Linked) -> str:
     return "\n\n\n".join([*helpers, python.text(list(chain.from_iterable(functions)))])
 
 
-_OF_C = partial(_one_by_one, c), lambda x: c.number(float(x), FLOAT64)
+_OF_C = lambda made: _one_by_one(c, made, made.real), lambda x, kind: c.number(float(x), kind)
 LANGUAGES = {
     "c": Language(
         *_OF_C, ("kernel.h", "kernel.c", "example.c", "check.c", "library.py", "Makefile", "CMakeLists.txt"), longest=10_000
@@ -51,10 +51,10 @@ LANGUAGES = {
     "cpp": Language(*_OF_C, ("kernel.hpp", "example.cpp", "check.cpp", "Makefile", "CMakeLists.txt"), longest=10_000),
     "javascript": Language(
         partial(_one_by_one, javascript),
-        javascript_operations.number,
+        lambda x, _: javascript_operations.number(x),
         ("kernel.mjs", "kernel.d.ts", "check.mjs", "page.html"),
         longest=4000,  # V8 leaves functions of more than 60 kB of bytecode to its interpreter, which takes 20 times as long
     ),
-    "python": Language(_of_python, repr, ("kernel.py", "check.py")),
+    "python": Language(_of_python, lambda x, _: repr(x), ("kernel.py", "check.py"), readable=True),
 }
 """Languages, by the names that they have here."""

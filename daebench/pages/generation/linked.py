@@ -7,8 +7,9 @@ from typing import Any
 from daebench.compiler.constrained.representation import in_loops
 from daebench.compiler.link import Linker, Options
 from daebench.compiler.syntax import LANGUAGE
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64
 from daebench.methods.fixed_step.base import FixedStepMethod
-from daebench.pages.generation.recorded import Recorded, of_problem, of_scheme
+from daebench.pages.generation.recorded import Data, Recorded, of_problem, of_scheme
 from daebench.runs.ivp import InitialValueProblem
 from daebench.schemes.kernels.claims import MAPPED
 
@@ -37,6 +38,8 @@ class Linked:
         The length and the rate of the start.
     entering : str
         Function into the coordinates of the scheme; "" if these are the problem's.
+    real : str
+        Kind of the numbers of a state: double or single precision.
     """
 
     scheme: Recorded
@@ -44,19 +47,22 @@ class Linked:
     state: Any
     scales: tuple[float, ...]
     entering: str
+    real: str
 
 
-def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, longest: int = 0) -> Linked:
+def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, longest: int = 0, precision: str = "float64") -> Linked:
     """Return a method on a problem, recorded; what has functions of more than ``longest`` operations is divided, unless that is 0."""
-    source, state, par = method.printable(ivp, h)
-    given, weights = len(ivp.par) + 1, tuple(map(float, method.weights))
-    scheme = _divided(lambda alone: of_scheme(source, state, par, given, weights, alone), longest)
+    source, state, par = method.printable(ivp, h, precision)
+    weights, real = tuple(map(float, method.weights)), FLOAT32 if precision == "float32" else FLOAT64
+    data = Data(par, len(ivp.par) + 1, real)
+    scheme = _divided(lambda alone: of_scheme(source, state, data, weights, alone), longest)
     entering = ENTERING[method.form] if method.form in MAPPED else ""
-    functions = [_divided(lambda alone: _functions(ivp, par, given, alone), longest)]
+    functions = [_divided(lambda alone: _functions(ivp, data, alone), longest)]
     if entering:
-        text = Linker(ivp.source.form(method.form), Options(form=method.form)).module("Coordinates.", [(LANGUAGE, entering)])
-        functions.append(of_problem(text, _vectors(ivp, loops=False), par, given, [entering]))
-    return Linked(scheme, tuple(functions), state, par[len(ivp.par)], entering)
+        options = Options(form=method.form, precision=precision)
+        text = Linker(ivp.source.form(method.form), options).module("Coordinates.", [(LANGUAGE, entering)])
+        functions.append(of_problem(text, _vectors(ivp, loops=False), data, [entering]))
+    return Linked(scheme, tuple(functions), state, par[len(ivp.par)], entering, real)
 
 
 def _divided(record: Callable[[int], Recorded], longest: int) -> Recorded:
@@ -65,17 +71,18 @@ def _divided(record: Callable[[int], Recorded], longest: int) -> Recorded:
     return record(PART) if 0 < longest < whole.longest else whole
 
 
-def _functions(ivp: InitialValueProblem, par: Any, given: int, alone: int) -> Recorded:
-    """Return the functions of a problem in its own coordinates."""
-    loops = in_loops(ivp.facts)
+def _functions(ivp: InitialValueProblem, data: Data, alone: int) -> Recorded:
+    """Return the functions of a problem in its own coordinates; in mixed precision, too, they are of double precision."""
+    precision = "float32" if data.real == FLOAT32 else "float64"
+    loops = in_loops(ivp.facts, precision)
     names = ["H"]
     if ivp.facts.KIND == "constrained":
         momenta = ["alone_momenta"] if ivp.source.derivation.mechanical else []
         names += ["H_p", "lam", "alone_residuals", "alone_projected", *momenta]
     roots = [(ALONE, name.removeprefix("alone_")) if name.startswith("alone_") else (LANGUAGE, name) for name in names]
-    options = Options(singular=ivp.singular, loops=loops)
+    options = Options(singular=ivp.singular, loops=loops, precision=precision)
     text = Linker(ivp.source.derivation, options).module(f"Functions of {ivp.problem}.", roots)
-    return of_problem(text, _vectors(ivp, loops=loops), par, given, names, alone)
+    return of_problem(text, _vectors(ivp, loops=loops), data, names, alone)
 
 
 def _vectors(ivp: InitialValueProblem, *, loops: bool) -> tuple[Any, ...]:

@@ -1,19 +1,19 @@
 """A scheme linked to a problem as recorded functions of arrays: a step, what goes before it, and functions of a state.
 
-Arrays hold doubles. ``X`` has the state that the scheme computes in, and behind it the memory of the scheme; ``V`` vectors of
-the problem; ``P`` the parameters of the problem, and behind them the scales of its start; ``L`` the stage multipliers; ``R`` status,
-residual and smallest relative pivot; ``O`` what a function returns.
+Arrays hold numbers of one precision. ``X`` has the state that the scheme computes in, and behind it the memory of the scheme; ``V``
+vectors of the problem; ``P`` the parameters of the problem, and behind them the scales of its start; ``L`` the stage multipliers; ``R``
+status, residual and smallest relative pivot; ``O`` what a function returns.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from daebench.compiler.trace.arrays import Array
-from daebench.compiler.trace.ir import FLOAT64, POINTER, Function, Value
+from daebench.compiler.trace.ir import FLOAT32, POINTER, Code, Function, Value
 from daebench.compiler.trace.program import Program, operations
 
 LONG, LONGEST = 300, 10**9
@@ -21,6 +21,14 @@ LONG, LONGEST = 300, 10**9
 
 FLAT = 10**9
 """Length of arrays whose lengths nobody asks for."""
+
+
+class Data(NamedTuple):
+    """Run-time data ``par`` in nested tuples, of which P has the first ``given`` and others are constant, and the kind of numbers."""
+
+    par: Any
+    given: int
+    real: str
 
 
 @dataclass(frozen=True)
@@ -74,6 +82,11 @@ def put(array: Array, index: int, x: Any) -> int:
     return index + 1
 
 
+def table(code: Code, numbers: Sequence[float], kind: str) -> Array:
+    """Return an array of constants of a kind."""
+    return Array(Value(code, "table", POINTER, (tuple(numbers), kind)), kind, (len(numbers),), (1,), tuple(numbers))
+
+
 def length(x: Any) -> int:
     """Return how many numbers there are in nested tuples of numbers and arrays."""
     return sum(map(length, x)) if isinstance(x, tuple) else x.shape[0] if isinstance(x, Array | np.ndarray) else 1
@@ -93,18 +106,15 @@ class _Recorder:
         The module.
     like : nested tuple of float, or of ndarray
         A state.
-    par : nested tuple of float
-        The run-time data: the parameters of the problem, and the scales of its start. What is behind them is constant.
-    given : int
-        Entries of ``par`` that P has.
+    data : Data
+        The parameters of the problem, and the scales of its start; constants behind them.
     alone : int
         Operations of the longest function that is recorded where its one call is; 0 for any.
     """
 
     source: str
     like: Any
-    par: Any
-    given: int
+    data: Data
     alone: int = 0
     functions: dict[str, tuple[Function, Sequence[str]]] = field(default_factory=dict)
 
@@ -115,9 +125,16 @@ class _Recorder:
             self.program = Program(self.source, inlined=LONG, alone=self.alone)
         self.space = self.program.space
 
-    def data(self, P: Array) -> Any:
+    def par(self, P: Array) -> Any:
         """Return the run-time data."""
-        return (*taken(P, self.par[: self.given], count()), *self.par[self.given :])
+        par, given, _ = self.data
+        return (*taken(P, par[:given], count()), *self.known(par[given:]))
+
+    def known(self, x: Any) -> Any:
+        """Return constants, which are rounded where numbers are of single precision."""
+        if isinstance(x, tuple):
+            return tuple(map(self.known, x))
+        return self.program.code.constant(x, FLOAT32) if self.data.real == FLOAT32 else x
 
     def function(self, name: str, parameters: str, make: Callable[..., None]) -> None:
         """Record what ``make`` does, given arrays and numbers of these names, as a function."""
@@ -125,8 +142,8 @@ class _Recorder:
 
         def parameter(made: Function, each: str) -> Any:
             if not each.isupper():
-                return self.program.parameter(made, FLOAT64)
-            return Array(self.program.parameter(made, POINTER), FLOAT64, (FLAT,), (1,))
+                return self.program.parameter(made, self.data.real)
+            return Array(self.program.parameter(made, POINTER), self.data.real, (FLAT,), (1,))
 
         made, _ = self.program.recorded(name, lambda made: make(*(parameter(made, each) for each in given)))
         self.functions[name] = made, given
@@ -137,27 +154,27 @@ class _Recorder:
         return [made for made, _ in self.program.instances.values()]
 
 
-def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[float, ...], alone: int = 0) -> Recorded:
+def of_scheme(source: str, state: Any, data: Data, weights: tuple[float, ...], alone: int = 0) -> Recorded:
     """Return the functions of a scheme: ``start(X,h,P,R)`` where it remembers, ``step(X,h,P,L,R)``, and ``output(X,P,V)``.
 
     Parameters
     ----------
     source : str
         The linked module, with the roots of the loop, and one step by itself.
-    state, par, given
+    state, data
         See :class:`_Recorder`.
     weights : tuple of float
         Weights of the substeps of a composition.
     alone
         See :class:`_Recorder`.
     """
-    recorder = _Recorder(source, state, par, given, alone)
+    recorder = _Recorder(source, state, data, alone)
     space, memory, multipliers = recorder.space, (), 0
-    substeps: Any = space["array"](list(weights)) if weights else ()  # of a tuple, each substep would be written out
+    substeps: Any = table(recorder.program.code, weights, data.real) if weights else ()  # of a tuple, each substep would be written out
 
     def start(X: Array, h: Value, P: Array, R: Array) -> None:
         nonlocal memory
-        memory, report = space["initialise"](taken(X, state, count()), h, recorder.data(P))
+        memory, report = space["initialise"](taken(X, state, count()), h, recorder.par(P))
         put(R, 0, report[:3])
         put(X, length(state), memory)
 
@@ -165,13 +182,13 @@ def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[floa
         nonlocal multipliers
         index = count()
         x, carried = taken(X, state, index), taken(X, memory, index)
-        x1, memory1, lam, report = space["alone_alone"](x, carried, h, substeps, recorder.data(P))
+        x1, memory1, lam, report = space["alone_alone"](x, carried, h, substeps, recorder.par(P))
         put(X, 0, (x1, memory1))
         put(R, 0, report[:3])
         multipliers = put(L, 0, lam)
 
     def output(X: Array, P: Array, V: Array) -> None:
-        put(V, 0, space["output"](taken(X, state, count()), recorder.data(P)))
+        put(V, 0, space["output"](taken(X, state, count()), recorder.par(P)))
 
     if "initialise" in space:
         recorder.function("start", "X,h,P,R", start)
@@ -181,7 +198,7 @@ def of_scheme(source: str, state: Any, par: Any, given: int, weights: tuple[floa
     return Recorded(recorder.functions, recorder.called, length(state), length(memory), multipliers)
 
 
-def of_problem(source: str, vectors: tuple[Any, ...], par: Any, given: int, names: Sequence[str], alone: int = 0) -> Recorded:
+def of_problem(source: str, vectors: tuple[Any, ...], data: Data, names: Sequence[str], alone: int = 0) -> Recorded:
     """Return functions ``NAME(V,P,O)`` of a problem at vectors V in its own coordinates.
 
     Parameters
@@ -190,16 +207,16 @@ def of_problem(source: str, vectors: tuple[Any, ...], par: Any, given: int, name
         The linked module.
     vectors : tuple of (tuple of float, or ndarray)
         The vectors of a state.
-    par, given, alone
+    data, alone
         See :class:`_Recorder`.
     names : sequence of str
         Functions, by the names that they have in the module.
     """
-    recorder = _Recorder(source, vectors, par, given, alone)
+    recorder = _Recorder(source, vectors, data, alone)
 
     def function(name: str) -> Callable[[Array, Array, Array], None]:
         def made(V: Array, P: Array, O: Array) -> None:  # noqa: E741
-            put(O, 0, recorder.space[name](*taken(V, vectors, count()), recorder.data(P)))
+            put(O, 0, recorder.space[name](*taken(V, vectors, count()), recorder.par(P)))
 
         return made
 

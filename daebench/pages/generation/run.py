@@ -1,13 +1,16 @@
 """Generate a method on a problem as code of one's own."""
 
 import json
+import math
 from collections.abc import Mapping
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from daebench.errors import BadInput
+from daebench.compiler.print.languages import INTEGRATORS, KEYWORDS, unknown_language
+from daebench.compiler.trace.ir import FLOAT32
+from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
@@ -16,10 +19,12 @@ from daebench.pages.generation import sentences
 from daebench.pages.generation.checked import STEPS, checked, request
 from daebench.pages.generation.compiled import ABOUT
 from daebench.pages.generation.languages import LANGUAGES, Language
+from daebench.pages.generation.lesson import lesson
 from daebench.pages.generation.linked import Linked, linked
 from daebench.runs.files import require_new
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
 from daebench.runs.members import flat
+from daebench.runs.request import PRECISIONS
 
 BESIDE = ("README.md", "LICENSE")
 """Files besides them."""
@@ -39,6 +44,7 @@ def generate(
     *,
     h: float,
     language: str = "c",
+    precision: str = "float64",
     name: str | None = None,
     case: str | None = None,
     parameters: Mapping[str, float] | None = None,
@@ -60,6 +66,8 @@ def generate(
     language : str
         "c": C99, which C++ can include, and a loader of the compiled library for Python. "cpp": a header of C++17 with one class.
         "javascript": an ES module, with types and a page. "python": a file that needs NumPy alone.
+    precision : str
+        Number type of the code, as for :func:`daebench.run`: "float64", or, but for JavaScript, "float32" or "mixed".
     name : str, optional
         Beginning of all names in the code; by default that of problem and method.
     case : str, optional
@@ -81,7 +89,8 @@ def generate(
     Raises
     ------
     BadInput
-        If the method has no fixed step or stops early, the name is no identifier, or the folder is there.
+        If the method has no fixed step or stops early, the name is no identifier, the folder is there, or the language has no numbers of
+        that precision.
 
     Examples
     --------
@@ -90,8 +99,7 @@ def generate(
     >>> sorted(file.name for file in code.files)[-1]
     'spherical_pendulum_rattle.h'
     """
-    if language not in LANGUAGES:
-        raise BadInput(f"there is no language {language!r}; choose {' or '.join(LANGUAGES)}.")
+    _require_numbers(language, precision)
     folder = Path(out)
     if not overwrite:
         require_new(folder)
@@ -99,32 +107,43 @@ def generate(
     chosen = method_of(ivp, method, options, anyway=anyway)
     if not isinstance(chosen, FixedStepMethod):
         raise BadInput(f"{method} has no fixed step, so that it cannot be generated; choose a scheme such as rattle.")
-    chosen.check(ivp, request(h))
+    chosen.check(ivp, request(h, precision))
     named = _name(name, ivp, chosen)
-    facts = _facts(ivp, chosen, h, named, LANGUAGES[language])
+    facts = _facts(ivp, chosen, h, precision, LANGUAGES[language]) | {"name": named, "NAME": named.upper()}
     texts: dict[Path, str] = {}
     for file in (*LANGUAGES[language].files, *BESIDE):
         module = texts.get(folder / f"{named}.mjs", "").replace("\nexport ", "\n")
         texts[folder / file.replace("kernel", named)] = _rendered(language, file, facts | {"module": module})
     if language == "c":
-        texts[folder / ABOUT] = json.dumps(_about(ivp, chosen, h, named, facts["memory"]), indent=1) + "\n"
+        texts[folder / ABOUT] = json.dumps(_about(ivp, chosen, facts), indent=1) + "\n"
     folder.mkdir(parents=True, exist_ok=True)
     for path, text in texts.items():
         path.write_text(text, encoding="utf-8")
     return Generated(list(texts), facts["reference"]["error"])
 
 
-def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, name: str, memory: int) -> dict[str, Any]:
+def _require_numbers(language: str, precision: str) -> None:
+    """Accept a language that has numbers of this precision; raise :class:`BadInput` otherwise."""
+    if language not in INTEGRATORS:
+        raise unknown_language(language)
+    if precision not in PRECISIONS:
+        raise unknown("precision", precision, PRECISIONS)
+    if language == "javascript" and precision != "float64":
+        raise BadInput(f"JavaScript computes in double precision alone, and {precision} would only make it slower; choose float64.")
+
+
+def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a folder says of itself, so that it can be certified."""
     constrained = isinstance(ivp, ConstrainedIvp)
     claims = sentences.claims(ivp, method) if constrained else {}
     return {
-        "name": name,
+        "name": facts["name"],
         "on": f"{ivp.problem}:{ivp.case}",
         "method": method.name,
-        "h": h,
+        "h": float(facts["h"]),
+        "precision": facts["precision"],
         "claims": claims,
-        "callable": constrained and not memory,
+        "callable": facts["callable"],
     }
 
 
@@ -132,7 +151,7 @@ def _name(name: str | None, ivp: InitialValueProblem, method: FixedStepMethod[An
     """Return the beginning of all names."""
     if name is None:
         return sentences.identifiers(["".join(x if x.isalnum() else "_" for x in f"{Path(ivp.problem).stem}_{method.name}")])[0]
-    if not sentences.IDENTIFIER.fullmatch(name) or name in sentences.RESERVED or name in ("check", "example", "main"):
+    if not sentences.IDENTIFIER.fullmatch(name) or name in KEYWORDS or name in ("check", "example", "main"):
         raise BadInput(f"{name!r} is no name for functions and files of C; choose letters, digits and _, no keyword.")
     return name
 
@@ -146,9 +165,9 @@ def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
     return environment.get_template(f"{file}.jinja").render(**facts)
 
 
-def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, name: str, language: Language) -> dict[str, Any]:
+def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
     """Return what templates name."""
-    made = linked(ivp, method, h, language.longest)
+    made = linked(ivp, method, h, language.longest, precision)
     file = find_problem(ivp.problem)
     parameters = sentences.parameters_of(ivp, sentences.docstring(file.path.read_text(encoding="utf-8")))
     scales = [
@@ -156,15 +175,18 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
         ("scale_rate", "1/s, rate of the motion at the start"),
     ]
     parameters += [{"name": own, "value": value, "about": about} for (own, about), value in zip(scales, made.scales, strict=True)]
-    parameters = [each | {"text": language.number(each["value"])} for each in parameters]
-    facts: dict[str, Any] = {
-        "name": name,
-        "NAME": name.upper(),
-        "problem": ivp.problem,
-        "case": ivp.case,
-        "method": method.name,
-        "h": repr(h),
+    parameters = [each | {"text": language.number(each["value"], made.real)} for each in parameters]
+    facts: dict[str, Any] = {"problem": ivp.problem, "case": ivp.case, "method": method.name, "h": repr(h)}
+    single = made.real == FLOAT32
+    facts |= {
+        "precision": precision,
+        "real": "float" if single else "double",
+        "wide": "(double)" if single else "",
+        "precision_words": PRECISIONS[precision],
     }
+    facts |= {"real_of_numpy": "float32" if single else "float64", "asked": "" if precision == "float64" else f" --precision {precision}"}
+    facts |= {"f": "f" if single else "", "step_size": language.number(h, made.real), "callable": _callable(ivp, made)}
+    facts["infinity"] = language.number(math.inf, made.real)
     facts |= {
         "summary": sentences.commented(file.summary),
         "version": version("daebench"),
@@ -174,10 +196,18 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     facts |= dict(zip(("order", "claims", "source"), sentences.claimed(ivp, method), strict=True))
     facts |= {"definition": sentences.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
     facts |= {"statuses": sentences.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
+    facts["redundant"] = ivp.singular == "least-squares"
     facts |= _sizes(ivp, made) | {"functions": language.functions(made), "entering": made.entering, "charted": bool(made.entering)}
-    facts["start"] = ", ".join(map(language.number, flat(made.state)))
+    facts["lesson"] = language.readable and lesson(ivp, method, [each["name"] for each in parameters])
+    facts |= {f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)}
+    facts["start"] = ", ".join(language.number(x, made.real) for x in flat(made.state))
     facts["defaults"] = ", ".join(each["text"] for each in parameters)
-    return facts | {"reference": checked(ivp, method, h, language), "steps_per_row": STEPS}
+    return facts | {"reference": checked(ivp, method, h, precision, language), "steps_per_row": STEPS}
+
+
+def _callable(ivp: InitialValueProblem, made: Linked) -> bool:
+    """Return whether the library can be called step by step, in numbers of double precision."""
+    return isinstance(ivp, ConstrainedIvp) and not made.scheme.memory and made.real != FLOAT32
 
 
 def _sizes(ivp: InitialValueProblem, made: Linked) -> dict[str, Any]:

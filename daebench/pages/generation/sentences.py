@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from daebench.compiler.constrained.distances import distance
+from daebench.compiler.print.languages import KEYWORDS
 from daebench.methods.fixed_step.stepping import IN_SHORT
 from daebench.pages import definition as definitions
 from daebench.runs.ivp import InitialValueProblem
@@ -121,22 +122,13 @@ def claims(ivp: InitialValueProblem, method: Any) -> dict[str, Any]:
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
-_RESERVED = """
-auto break case char const continue default do double else enum extern float for goto if inline int long register restrict return
-short signed sizeof static struct switch typedef union unsigned void volatile while and bool catch class delete explicit export
-false friend mutable namespace new not operator or private protected public template this throw true try typename using virtual
-xor await debugger finally function import in instanceof let null super typeof var with yield
-"""
-RESERVED = frozenset(_RESERVED.split())
-"""Keywords of C, C++ and JavaScript."""
-
 
 def identifiers(names: Sequence[str]) -> list[str]:
     """Return names that are identifiers and no keywords, each used once."""
     found: list[str] = []
     for name in names:
         plain = "".join(c if c.isascii() and (c.isalnum() or c == "_") else f"u{ord(c):x}" for c in name)
-        plain = plain if IDENTIFIER.fullmatch(plain) and plain not in RESERVED else f"{plain}_" if plain[:1].isalpha() else f"_{plain}"
+        plain = plain if IDENTIFIER.fullmatch(plain) and plain not in KEYWORDS else f"{plain}_" if plain[:1].isalpha() else f"_{plain}"
         while plain in found:
             plain += "_"
         found.append(plain)
