@@ -145,7 +145,7 @@ CLASSES_OF_A_KIND = {
     *("ConstrainedIvp", "PoissonIvp", "Trajectory", "PoissonTrajectory"),
     *("ConstrainedHamiltonian", "ConstrainedChain", "PoissonSystem", "PoissonLattice"),
 }
-MOST_FORKS = 14
+MOST_FORKS = 11
 """Files that ask for the class of a problem. More questions belong to ``runs/state.py`` and the initial value problem."""
 
 

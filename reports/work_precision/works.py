@@ -16,7 +16,6 @@ from daebench.pages.report import Progress
 from daebench.pages.report.timed_runs import Processes, make_runs
 from daebench.pages.report.two_processes import two_processes
 from daebench.records.store import opened
-from daebench.runs.ivp import PoissonIvp
 from daebench.studies.grid.claimed import claims_of
 from daebench.studies.grid.metrics import defect_of
 from daebench.studies.grid.study import Study
@@ -64,7 +63,7 @@ class Work:
     @property
     def poisson(self) -> bool:
         """Whether it is a Poisson system."""
-        return isinstance(initial_value_problem(self.problem, self.case), PoissonIvp)
+        return not initial_value_problem(self.problem, self.case).on_manifold
 
     @property
     def letter(self) -> str:
@@ -180,4 +179,4 @@ def _uncompiled(solver: Any) -> Any:
 
 
 def _claimed(solver: Any, ivp: Any) -> bool:
-    return bool(solver.is_poisson(ivp) if isinstance(ivp, PoissonIvp) else solver.claims.symplectic)
+    return bool(solver.claims.symplectic if ivp.on_manifold else solver.is_poisson(ivp))

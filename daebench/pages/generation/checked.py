@@ -9,7 +9,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.pages.generation.languages import Language
 from daebench.reference.solution import TIGHT, reference_solution
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 
 ROWS, STEPS, MARGIN, COARSE = 5, 200, 1.25, 0.1
@@ -31,7 +31,7 @@ def checked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: floa
     """Return rows of the exact motion, and by how much a run of the method may be off."""
     steps = [STEPS * k for k in range(1, ROWS + 1)]
     exact = reference_solution(ivp, [h * k for k in steps])
-    key = "q" if isinstance(ivp, ConstrainedIvp) else "y"
+    key = ivp.state.position
     rows = exact.states[key]
 
     def apart(precision: str) -> Any:

@@ -22,7 +22,7 @@ from daebench.pages.generation.languages import LANGUAGES, Language
 from daebench.pages.generation.lesson import lesson
 from daebench.pages.generation.linked import Linked, linked
 from daebench.runs.files import require_new
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem
+from daebench.runs.ivp import Ivp
 from daebench.runs.members import flat
 from daebench.runs.request import PRECISIONS
 
@@ -132,9 +132,9 @@ def _require_numbers(language: str, precision: str) -> None:
         raise BadInput(f"JavaScript computes in double precision alone, and {precision} would only make it slower; choose float64.")
 
 
-def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
+def _about(ivp: Ivp, method: FixedStepMethod[Any, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a folder says of itself, so that it can be certified."""
-    constrained = isinstance(ivp, ConstrainedIvp)
+    constrained = ivp.on_manifold
     claims = sentences.claims(ivp, method) if constrained else {}
     return {
         "name": facts["name"],
@@ -147,7 +147,7 @@ def _about(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], facts: M
     }
 
 
-def _name(name: str | None, ivp: InitialValueProblem, method: FixedStepMethod[Any, Any]) -> str:
+def _name(name: str | None, ivp: Ivp, method: FixedStepMethod[Any, Any]) -> str:
     """Return the beginning of all names."""
     if name is None:
         return sentences.identifiers(["".join(x if x.isalnum() else "_" for x in f"{Path(ivp.problem).stem}_{method.name}")])[0]
@@ -165,7 +165,7 @@ def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
     return environment.get_template(f"{file}.jinja").render(**facts)
 
 
-def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
+def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
     """Return what templates name."""
     made = linked(ivp, method, h, language.longest, precision)
     file = find_problem(ivp.problem)
@@ -205,15 +205,15 @@ def _facts(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float
     return facts | {"reference": checked(ivp, method, h, precision, language), "steps_per_row": STEPS}
 
 
-def _callable(ivp: InitialValueProblem, made: Linked) -> bool:
+def _callable(ivp: Ivp, made: Linked) -> bool:
     """Return whether the library can be called step by step, in numbers of double precision."""
-    return isinstance(ivp, ConstrainedIvp) and not made.scheme.memory and made.real != FLOAT32
+    return ivp.on_manifold and not made.scheme.memory and made.real != FLOAT32
 
 
-def _sizes(ivp: InitialValueProblem, made: Linked) -> dict[str, Any]:
+def _sizes(ivp: Ivp, made: Linked) -> dict[str, Any]:
     own = sum(len(vector) for vector in ivp.start)
     sizes = {"state": made.scheme.state, "memory": made.scheme.memory, "multipliers": made.scheme.multipliers, "own": own}
-    if not isinstance(ivp, ConstrainedIvp):
+    if not ivp.on_manifold:
         return sizes | {"n": own, "shown": min(own, 6), "constraints": [], "has_momenta": False}
     constraints = sentences.multipliers(ivp.source.define())
     has = any("momenta" in part.functions for part in made.problem)
