@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.errors import BadInput, DaebenchError, RunFailed, in_words
+from daebench.lazily import mpmath, scipy
 from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.formulations.poisson import pose_poisson
 from daebench.methods.solvers.least_squares import reduced
@@ -126,8 +127,6 @@ def exactly(
     closed_form: Callable[..., Any], times: ArrayLike, start: Sequence[Array | Sequence[Any]], parameters: Mapping[str, Any]
 ) -> list[Any]:
     """Return the values of a closed form at these times in mpmath numbers of 20 digits, from vectors ``start`` taken as exact."""
-    import mpmath
-
     with mpmath.workdps(DIGITS):
         initial = [[mpmath.mpmathify(x) for x in np.asarray(part).tolist()] for part in start]
         values = {name: mpmath.mpmathify(value) for name, value in parameters.items()}
@@ -256,7 +255,6 @@ def _advanced(dae: Posed, t: float, t_end: float, y: Array, tol: float, calls: f
 
 
 def _solver(dae: Posed, t: float, t_end: float, tol: float, y: Array | None = None) -> Any:
-    from scipy.integrate import DOP853
 
     def right_side(_: float, y: Array) -> Array:
         out = np.empty(dae.n)
@@ -264,7 +262,7 @@ def _solver(dae: Posed, t: float, t_end: float, tol: float, y: Array | None = No
         return out
 
     with np.errstate(all="ignore"):
-        return DOP853(right_side, t, dae.y0 if y is None else y, t_end, rtol=tol, atol=tol * _sizes(dae))  # type: ignore[arg-type]
+        return scipy.integrate.DOP853(right_side, t, dae.y0 if y is None else y, t_end, rtol=tol, atol=tol * _sizes(dae))  # type: ignore[arg-type]
 
 
 def _sizes(dae: Posed) -> Array:

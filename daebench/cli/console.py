@@ -5,14 +5,12 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from daebench.errors import BadInput
+from daebench.lazily import pandas as pd
 from daebench.runs.json_values import plain
 from daebench.runs.texts import words
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 PATIENCE = 2.0
 """Seconds before a progress bar appears."""
@@ -79,7 +77,6 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: st
 
 def print_frame(frame: "pd.DataFrame", title: str) -> None:
     """Print a frame as a table, floats with three digits, and nothing where a value is missing."""
-    import pandas as pd
 
     def cell(value: Any) -> str:
         return "" if pd.isna(value) else f"{value:.3g}" if isinstance(value, float) else str(value)

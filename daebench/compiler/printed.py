@@ -10,6 +10,7 @@ import sympy as sp
 
 from daebench.compiler.print.languages import FUNCTIONS, KEYWORDS, unknown_language
 from daebench.errors import BadInput
+from daebench.lazily import sympy
 
 
 @dataclass(frozen=True)
@@ -203,9 +204,8 @@ def _julia(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequen
 
 
 def _python(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
-    from sympy.printing.numpy import NumPyPrinter
 
-    code = NumPyPrinter({"fully_qualified_modules": True, "inline": True}).doprint
+    code = sympy.printing.numpy.NumPyPrinter({"fully_qualified_modules": True, "inline": True}).doprint
     lines = [f'"""{problem}: {_parameters(parameters)}."""', "", "import numpy", "", f"par = {list(parameters.values())}", ""]
     for function in contents:
         places, shared, entries = _body(function, list(parameters))

@@ -6,6 +6,7 @@ import numpy as np
 
 from daebench.diagnostics.freedom import freedom
 from daebench.diagnostics.unit_rows import root, unit_rows
+from daebench.lazily import scipy, sympy
 from daebench.runs.ivp import ConstrainedIvp
 
 
@@ -28,16 +29,14 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
     found = freedom(ivp)
     if found is None or not found.permanent:
         return ivp
-    from scipy.linalg import qr
-    from sympy import Rational
 
     rows = np.array(ivp.value("G", ivp.q0) @ root(ivp, ivp.q0), dtype=float)
     length = np.linalg.norm(rows, axis=1)
     n = np.linalg.svd(unit_rows(ivp, ivp.q0))[0][:, found.rank :]
-    added = sorted(map(int, qr(n.T, mode="r", pivoting=True)[1][: ivp.m - found.rank]))
+    added = sorted(map(int, scipy.linalg.qr(n.T, mode="r", pivoting=True)[1][: ivp.m - found.rank]))
     c = -n @ np.linalg.inv(n[added]) * length[:, None] / length[added]
     shares = {
-        i: {j: Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}
+        i: {j: sympy.Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}
         for i in range(ivp.m)
         if i not in added
     }

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
 
 LARGEST = 60
@@ -59,8 +60,6 @@ def _scales(ivp: ConstrainedIvp, n: int) -> Array:
 
 def _least_squares(ivp: ConstrainedIvp, x0: Array, scale: Array) -> Array:
     """Return the residuals, in parts of their scales, where the sum of their squares is least near x0; NaN where they are not defined."""
-    from scipy.optimize import least_squares
-
     rest = tuple(ivp.q0[len(x0) :])
 
     def residual(x: Array) -> Array:
@@ -71,7 +70,7 @@ def _least_squares(ivp: ConstrainedIvp, x0: Array, scale: Array) -> Array:
 
     try:
         with np.errstate(all="ignore"):
-            found = least_squares(residual, x0, slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS)
+            found = scipy.optimize.least_squares(residual, x0, slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS)
     except (ValueError, np.linalg.LinAlgError):
         return np.full(len(scale), np.nan)
     return np.asarray(found.fun, dtype=float)

@@ -22,6 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
+from daebench.lazily import scipy
+from daebench.lazily import sympy as sp
 
 if TYPE_CHECKING:
     from daebench.systems.poisson import PoissonSystem
@@ -118,8 +120,6 @@ class DarbouxLie:
 
     def _follow(self, y: Vector, m: int, slope: Callable[[Vector], tuple[Vector, Any]]) -> tuple[Vector, Any]:
         """Return the end of the line from y to y_m = y0_m, and the time along it, from its slopes with respect to y_m."""
-        from scipy.integrate import solve_ivp
-
         length = self.y0[m] - y[m]
 
         def right(_: float, x: Vector) -> Vector:
@@ -129,7 +129,7 @@ class DarbouxLie:
 
         scale = TOLERANCE * (np.max(np.abs(self.y0)) or 1.0)
         start = np.append(y, 0.0).astype(complex)
-        solution = solve_ivp(right, (0, 1), start, method="DOP853", rtol=TOLERANCE, atol=scale)
+        solution = scipy.integrate.solve_ivp(right, (0, 1), start, method="DOP853", rtol=TOLERANCE, atol=scale)
         if not solution.success:
             raise BadInput(
                 f"a line could not be followed to the plane of y0 ({solution.message.rstrip('.').lower()}); choose a point nearer to y0."
@@ -166,8 +166,6 @@ def darboux_lie(system: "PoissonSystem", y0: ArrayLike) -> DarbouxLie:
     BadInput
         If the system is not three-dimensional, y0 is not in its domain, or B(y0) = 0.
     """
-    import sympy as sp
-
     if system.n != 3:
         raise BadInput(f"the demonstration of the Darboux-Lie theorem is for three coordinates; this system has {system.n}.")
     point = np.asarray(y0, dtype=float)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.secular import Secular
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 PERIODIC = 20
@@ -111,10 +112,8 @@ def _periods(error: Array, swings: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _mean_squares(error: Array) -> Array:
     """Return the mean squares of the differences of values that are 0, 1, 2, ... samples apart, up to half of them, shape(m, n // 2)."""
-    from scipy.fft import next_fast_len
-
     n = error.shape[1]
-    length = next_fast_len(n + n // 2, real=True)  # products of values up to n/2 apart meet no others
+    length = scipy.fft.next_fast_len(n + n // 2, real=True)  # products of values up to n/2 apart meet no others
     transform = np.fft.rfft(error, length)
     correlated = np.fft.irfft(transform.real**2 + transform.imag**2, length)[:, : n // 2]
     squares = np.cumsum(error**2, axis=1)

@@ -11,6 +11,7 @@ import numpy as np
 
 from daebench.diagnostics.quantile_shift import ROUNDED, fewest, quantile, shift_bounds
 from daebench.errors import BadInput, positive
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 EQUIVALENT, DIFFERENT, UNDECIDED = "equivalent", "different", "undecided"
@@ -180,11 +181,9 @@ def _of_mean(d: Array, level: float) -> Difference:
 
 def _mean_bounds(d: Array, tail: float) -> tuple[float, float]:
     """Return the farther ends of two intervals of a mean: that of Student and that of Hall, which corrects it for skewness."""
-    from scipy.stats import t as student
-
     n, value, spread, rounding = len(d), float(np.mean(d)), float(np.std(d)), ROUNDED * float(np.max(np.abs(d)))
     skewness = float(np.mean(((d - value) / spread) ** 3)) if spread > rounding else 0.0
-    error, beyond = spread / (n - 1) ** 0.5, float(student.ppf(1 - tail, n - 1))
+    error, beyond = spread / (n - 1) ** 0.5, float(scipy.stats.t.ppf(1 - tail, n - 1))
     ends = [beyond, -beyond, *(_unskewed(t, skewness, n) for t in (beyond, -beyond) if abs(skewness) > SYMMETRIC)]
     return value - max(ends) * error - rounding, value - min(ends) * error + rounding
 

@@ -9,6 +9,7 @@ import numpy as np
 from daebench.diagnostics.oscillations import centred, correlation, products
 from daebench.diagnostics.secular import POINTS, shape
 from daebench.diagnostics.window_means import MOST, window_means
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 NAN, INFINITE = float("nan"), float("inf")
@@ -140,11 +141,9 @@ class _Fit:
 
     def allowed(self, level: float) -> float:
         """Return by which part of the sum of squares another number may leave more."""
-        from scipy.special import fdtri
-
         w, r = self.windows, self.alike
         freedom = max(LEAST_FREEDOM, w * (1 - r**2) / (1 + r**2) - NUMBERS)
-        return float(fdtri(1.0, freedom, level)) / ((w - NUMBERS) * (1 - r) / (1 + r))
+        return float(scipy.special.fdtri(1.0, freedom, level)) / ((w - NUMBERS) * (1 - r) / (1 + r))
 
 
 def _alike(residual: Array, floor: float) -> float:
@@ -204,15 +203,13 @@ def _later(means: Array) -> tuple[float, float]:
 
 def _end(excess: Callable[[float], float], inside: float, last: float) -> float:
     """Return where an excess becomes positive between a number inside of an interval and the last one, which is returned if it does not."""
-    from scipy.optimize import brentq
-
     if excess(inside) >= 0:
         return inside
     tried = np.geomspace(inside, last, TRIED // 3)
     before = inside
     for number in map(float, tried[1:]):
         if excess(number) > 0:
-            return float(brentq(excess, before, number, rtol=1e-6))
+            return float(scipy.optimize.brentq(excess, before, number, rtol=1e-6))
         before = number
     return last
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 CHAOTIC, REGULAR, UNDETERMINED = "chaotic", "regular", "undetermined"
@@ -110,8 +111,6 @@ def exponents(growth: Array, interval: float) -> Exponents:
     interval : float
         Length of one, s.
     """
-    from scipy.stats import t as student
-
     count = growth.shape[1]
     with np.errstate(invalid="ignore"):
         mean = mean_megno(growth)
@@ -122,7 +121,7 @@ def exponents(growth: Array, interval: float) -> Exponents:
         size = int((1 - TRANSIENT) * count) // BATCHES
         batches = growth[:, count - size * BATCHES :].reshape(len(growth), BATCHES, size).mean(axis=2) / interval
         exponent = batches.mean(axis=1)
-        reach = float(student.ppf(0.5 + CONFIDENCE / 2, BATCHES - 1)) * batches.std(axis=1, ddof=1) / np.sqrt(BATCHES)
+        reach = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, BATCHES - 1)) * batches.std(axis=1, ddof=1) / np.sqrt(BATCHES)
         low, high = np.maximum(exponent - reach, 0.0), np.maximum(exponent + reach, 0.0)
     known = np.isfinite(last)
     verdict = np.select([~known, chaotic, regular], ["", CHAOTIC, REGULAR], UNDETERMINED)

@@ -9,6 +9,8 @@ from daebench.diagnostics.consistency import project
 from daebench.diagnostics.inverse_mass import mass
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import BadInput
+from daebench.lazily import mpmath as mp
+from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
 
 State = tuple[Array, Array]
@@ -73,8 +75,6 @@ def rates(ivp: ConstrainedIvp, p: Array, q: Array) -> State:
 
 def without_potential(ivp: ConstrainedIvp, p: Array, q: Array, rate: Array) -> float:
     """Return by how much a rate (p', q') misses the motion without U, relative to its size; lam is the one that fits best."""
-    import sympy as sp
-
     derivation, d = ivp.source.derivation, ivp.d
     v, G = ivp.value("H_p", tuple(p), tuple(q)), ivp.value("G", tuple(q))
     slopes = [[entry.diff(symbol) for entry in sp.flatten(derivation.M)] for symbol in derivation.problem.q]
@@ -114,9 +114,6 @@ def flat(ivp: Ivp, state: Sequence[Any]) -> list[Any]:
 
 def exact_start(ivp: Ivp) -> tuple[list[list[Any]], dict[str, Any]]:
     """Return the initial values and the parameters of a case as mpmath numbers of the working precision."""
-    import mpmath as mp
-    import sympy as sp
-
     problem = ivp.source.derivation.problem
     exact = {symbol: sp.Rational(repr(ivp.parameters[str(symbol)])) for symbol in problem.parameters}
     case, parts = problem.cases[ivp.case], ivp.state.columns
@@ -126,8 +123,6 @@ def exact_start(ivp: Ivp) -> tuple[list[list[Any]], dict[str, Any]]:
 
 def numeric(ivp: ConstrainedIvp, expressions: Sequence[Any], *more: Any) -> Callable[..., Any]:
     """Return expressions in p, q, the parameters and more symbols as a function of p, q and values of those."""
-    import sympy as sp
-
     problem = ivp.source.derivation.problem
     call = sp.lambdify([list(problem.p), list(problem.q), list(problem.parameters), *more], expressions, "numpy", cse=True)
 

@@ -22,6 +22,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 HALVINGS = 16
@@ -64,12 +65,10 @@ def ranks(count: int, q: float, level: float) -> Ranks | None:
 
     None is returned where half of the level is too little for one of them.
     """
-    from scipy.stats import binom
-
     if count < fewest(q, level):
         return None
-    up_to = binom.cdf(np.arange(count), count, q)
-    from_next = binom.sf(np.arange(count), count, q)
+    up_to = scipy.stats.binom.cdf(np.arange(count), count, q)
+    from_next = scipy.stats.binom.sf(np.arange(count), count, q)
     share = [level / 4 if level / 4 >= least else level / 2 for least in (from_next[-1], up_to[0])]
     above = int(np.argmax(from_next <= share[0])) + 1
     below = int(np.searchsorted(up_to, share[1], side="right")) - 1
@@ -79,9 +78,7 @@ def ranks(count: int, q: float, level: float) -> Ranks | None:
 @lru_cache(maxsize=64)
 def _fewest_one_way(count: int, left: float) -> NDArray[np.int64]:
     """Return how many of m pairs have to lie one way round, for m from 0 to the number of all pairs, by the sign test."""
-    from scipy.stats import binom
-
-    return np.asarray(binom.isf(left, np.arange(count + 1), 0.5) + 1, dtype=np.int64)
+    return np.asarray(scipy.stats.binom.isf(left, np.arange(count + 1), 0.5) + 1, dtype=np.int64)
 
 
 def quantile(ordered: Array, q: float) -> float:

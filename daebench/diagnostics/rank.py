@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.metric import least_displacement
 from daebench.diagnostics.unit_rows import beyond_comparison, rank_of
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.members import Members
 
@@ -163,12 +164,10 @@ def _way(ivp: ConstrainedIvp, W: Array, q: Array, dq: Array) -> Iterator[Array]:
 
 def _least_between(sigma: Callable[[Array], float], way: Sequence[Array]) -> float:
     """Return the least value of a function along a parabola through three points, in the middle that where it is least."""
-    from scipy.optimize import minimize_scalar
-
     values = [sigma(x) for x in way]
     k = min(max(1, int(np.argmin(values))), len(way) - 2)
     a, b, c = way[k - 1 : k + 2]
-    found = minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda u: sigma(b + u * ((c - a) + u * (a - 2 * b + c)) / 2), bounds=(-1.0, 1.0), method="bounded", options={"xatol": 1e-7}
     )
     return min(float(found.fun), *values)

@@ -6,6 +6,7 @@ import numpy as np
 
 from daebench.diagnostics.inverse_mass import DEPENDENT, root_of
 from daebench.errors import BadInput
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
 
 ZERO = 1e-8
@@ -128,14 +129,14 @@ def _highest(basis: Array) -> Array | None:
 
     By linear programs: maximise s with v^T A v >= s for the eigenvectors v of all forms so far. Each s is a bound from above.
     """
-    from scipy.optimize import linprog
-
     traces = np.trace(basis, axis1=1, axis2=2)
     cuts = np.array([np.einsum("kij,i,j->k", basis, v, v) for v in np.eye(basis.shape[1])])
     bounds = [(-1.0, 1.0)] * len(basis) + [(None, None)]  # a semidefinite form of unit trace has a norm of at most 1
     for _ in range(ROUNDS):
         rows = np.column_stack([-cuts, np.ones(len(cuts))])
-        found = linprog(np.append(np.zeros(len(basis)), -1.0), rows, np.zeros(len(cuts)), np.append(traces, 0.0)[None], [1.0], bounds)
+        found = scipy.optimize.linprog(
+            np.append(np.zeros(len(basis)), -1.0), rows, np.zeros(len(cuts)), np.append(traces, 0.0)[None], [1.0], bounds
+        )
         if found.x is None or found.x[-1] < -DEFINITE:
             return None
         A = np.einsum("k,kij->ij", found.x[:-1], basis)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy import energy_drift
 from daebench.errors import BadInput
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
 
@@ -76,15 +77,13 @@ def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike
     BadInput
         If the system is not planar, or center or direction is not valid.
     """
-    from scipy.interpolate import CubicHermiteSpline
-
     begin, along = _ray(ivp, center, direction)
     across = np.array([-along[1], along[0]])
     t, y, rate = trajectory.t, trajectory.y, ivp.along("field", trajectory.y)
     if len(t) < 2:
         return _crossed(np.empty(0), np.empty((0, 2)), begin, along)
-    orbit = CubicHermiteSpline(t, y, rate)
-    height = CubicHermiteSpline(t, (y - begin) @ across, rate @ across)
+    orbit = scipy.interpolate.CubicHermiteSpline(t, y, rate)
+    height = scipy.interpolate.CubicHermiteSpline(t, (y - begin) @ across, rate @ across)
     times = np.unique(height.roots(discontinuity=False, extrapolate=False))
     times = times[np.isfinite(times) & ((orbit(times) - begin) @ along > 0)]
     sense = np.sign(height(times, 1))

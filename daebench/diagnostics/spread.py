@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from daebench.diagnostics.order import straight_line
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 FEWEST = 6
@@ -111,7 +112,6 @@ def _fitted(x: Array, means: Array) -> Spread:
 
 def _with_constant(x: Array, logs: Array, line: Array, parameters: Array) -> tuple[float, Array, Array]:
     """Return exponent, Jacobian and fitted values with a constant beside the power; those of the power alone where none fits."""
-    from scipy.optimize import least_squares
 
     def values(numbers: Array) -> Array:
         alpha, level, constant = numbers
@@ -120,7 +120,7 @@ def _with_constant(x: Array, logs: Array, line: Array, parameters: Array) -> tup
     def residuals(numbers: Array) -> Array:
         return np.asarray(values(numbers) - logs)
 
-    fit = least_squares(residuals, [*parameters, 0.0], bounds=([-np.inf, -np.inf, LEAST], np.inf))
+    fit = scipy.optimize.least_squares(residuals, [*parameters, 0.0], bounds=([-np.inf, -np.inf, LEAST], np.inf))
     if not fit.success or np.any(fit.active_mask):
         return float(parameters[0]), line, np.asarray(line @ parameters)
     return float(fit.x[0]), np.asarray(fit.jac), values(fit.x)

@@ -8,12 +8,12 @@ from numpy.typing import ArrayLike
 
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
+from daebench.lazily import sympy
+from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import initial_values
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from daebench.compiler.constrained.local import LocalDerivation
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonCase, PoissonSystem
@@ -87,8 +87,6 @@ def _structure(local: "LocalDerivation") -> "sp.Matrix":
 
         [[0, A], [-A^T, C]]^-1 = [[R^T C R, -R^T], [R, 0]]      R = A^-1
     """
-    import sympy as sp
-
     form, n = local.two_form, local.d
     if not form[:n, :n].is_zero_matrix:
         return _skew(_inverse(form))
@@ -97,26 +95,21 @@ def _structure(local: "LocalDerivation") -> "sp.Matrix":
 
 
 def _inverse(A: "sp.Matrix") -> "sp.Matrix":
-    from sympy.matrices.exceptions import NonInvertibleMatrixError
 
     try:
         return A.inv(method="ADJ")
-    except NonInvertibleMatrixError as error:
+    except sympy.matrices.exceptions.NonInvertibleMatrixError as error:
         raise BadInput("X^T J X of the problem's chart is singular everywhere; its coordinates are not independent.") from error
 
 
 def _skew(B: "sp.Matrix") -> "sp.Matrix":
     """Return B made of its upper triangle, so that it is skew-symmetric letter by letter."""
-    import sympy as sp
-
     upper = sp.Matrix(*B.shape, lambda i, j: _short(B[i, j]) if i < j else 0)
     return upper - upper.T
 
 
 def _carried(F: "sp.Expr", chi: Mapping["sp.Symbol", "sp.Expr"]) -> "sp.Expr":
     """Return F(chi(y))."""
-    import sympy as sp
-
     return _short(sp.sympify(F).subs(chi, simultaneous=True))
 
 
@@ -129,8 +122,6 @@ def _short(F: "sp.Expr") -> "sp.Expr":
 
 def _cases(problem: "ConstrainedHamiltonian") -> dict[str, "PoissonCase"]:
     """Return the cases in the chart."""
-    import sympy as sp
-
     from daebench.systems.poisson import PoissonCase
 
     assert problem.chart is not None
@@ -144,7 +135,6 @@ def _cases(problem: "ConstrainedHamiltonian") -> dict[str, "PoissonCase"]:
 
 
 def _at(expressions: Iterable["sp.Expr"], start: Mapping["sp.Symbol", "sp.Expr"]) -> tuple["sp.Expr", ...]:
-    import sympy as sp
 
     return tuple(sp.sympify(expression).subs(start, simultaneous=True) for expression in expressions)
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from daebench.diagnostics.inverse_mass import root_of
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
 
 DEPENDENT = 1e-9
@@ -57,9 +58,7 @@ def dependent_rows(rows: Array) -> dict[int, list[int]]:
 
 def rank_of(rows: Array) -> int:
     """Return the number of independent rows, by column-pivoted QR of the transposed matrix."""
-    from scipy.linalg import qr  # takes long to import, and most problems do without
-
-    size = np.abs(np.diagonal(qr(rows.T, mode="r", pivoting=True)[0]))
+    size = np.abs(np.diagonal(scipy.linalg.qr(rows.T, mode="r", pivoting=True)[0]))
     return int(np.sum(size > DEPENDENT * size[0]))
 
 

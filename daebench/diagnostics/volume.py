@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.diagnostics.nearby import field
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
 
 TOLERANCE = 1e-12
@@ -34,14 +35,13 @@ def divergence(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
 
 def volume_left(ivp: ConstrainedIvp, t: float) -> float:
     """Return the share of volume that the exact motion from the start leaves at time t: exp of the integral of the divergence."""
-    from scipy.integrate import solve_ivp  # takes long to import, and most problems do without
 
     def rate(_: float, y: Array) -> Array:
         x = y[:-1]
         return np.append(field(ivp, x), divergence(ivp, x[ivp.d :], x[: ivp.d]))
 
     start = np.concatenate([ivp.q0, ivp.p0, [0.0]])
-    end = solve_ivp(rate, (0.0, t), start, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE).y[-1, -1]
+    end = scipy.integrate.solve_ivp(rate, (0.0, t), start, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE).y[-1, -1]
     return float(np.exp(end))
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 MOST = 31
@@ -68,7 +69,5 @@ def smooth(u: Array, values: Array) -> Array:
     values : ndarray, shape(m, n)
         Errors, a row each.
     """
-    from scipy.interpolate import CubicSpline
-
     middles = np.arange(1, MOST + 1) / (MOST + 1)
-    return np.ascontiguousarray(CubicSpline(middles, window_means(u, values, MOST), axis=-1)(u))
+    return np.ascontiguousarray(scipy.interpolate.CubicSpline(middles, window_means(u, values, MOST), axis=-1)(u))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.errors import InvalidProblem
+from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, InitialValueProblem
 
 if TYPE_CHECKING:
@@ -139,8 +140,6 @@ def zigzag(ends: Array, amplitude: float) -> Array:
 
 def surface_lines(picture: "Picture", parameters: Sequence[Any], par: Sequence[float]) -> Array:
     """Return lines of constant coordinates on the surface, shape(lines, ALONG, 3)."""
-    import sympy as sp
-
     if picture.surface is None:
         return np.empty((0, ALONG, 3))
     (u, *of_u), (v, *of_v) = picture.over
@@ -164,7 +163,6 @@ def moving(points: Array, candidates: Sequence[int]) -> list[int]:
 
 
 def _points(flat: list[Any], symbols: list[Any], parameters: list[Any], par: list[float]) -> Callable[[Array], Array]:
-    import sympy as sp
 
     call = sp.lambdify([symbols, parameters], [[sp.sympify(x) for x in point] for point in flat], "numpy")
 
@@ -189,7 +187,6 @@ def _dimension(problem: str, picture: "Picture", flat: Sequence[Any]) -> int:
 
 
 def _require_declared(problem: str, points: Sequence[Any], known: set[Any]) -> None:
-    import sympy as sp
 
     symbols = {symbol for point in points for x in point for symbol in sp.sympify(x).free_symbols}
     if extra := sorted(map(str, symbols - known)):

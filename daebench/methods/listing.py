@@ -2,13 +2,11 @@
 
 import warnings
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from daebench.errors import DaebenchError
+from daebench.lazily import pandas as pd
 from daebench.methods import names
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 def list_problems() -> "pd.DataFrame":
@@ -26,8 +24,6 @@ def list_problems() -> "pd.DataFrame":
     >>> problems.loc["spherical_pendulum", "cases"]
     ['fig1.1', 'fig1.2', 'fig1.2b']
     """
-    import pandas as pd
-
     from daebench.compiler.definition import source_in
     from daebench.methods import catalogue
 
@@ -66,8 +62,6 @@ def list_methods() -> "pd.DataFrame":
     (2, True, 'HLW (1.25), (1.26)')
     """
     from dataclasses import asdict
-
-    import pandas as pd
 
     from daebench.methods.registry import poisson_registry, registry
 

@@ -9,13 +9,12 @@ import csv
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import pandas as pd
+from daebench.lazily import pandas as pd
 
 FORMULA = re.compile(r"'*[=+\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
 """Beginning of a text that a spreadsheet evaluates, with half- or full-width characters, or of a text that is already marked."""
@@ -58,8 +57,6 @@ class _Lines:
 
 def write_frame(path: Path, data: "pd.DataFrame | Mapping[str, Any]", float_format: str | None = None) -> None:
     """Write columns. Columns that are not numbers are texts. Without a format, numbers have all digits of the round trip."""
-    import pandas as pd
-
     frame = pd.DataFrame(data)
     texts = frame.select_dtypes(exclude=["number", "bool"]).columns
     marked = frame.astype(dict.fromkeys(texts, object))

@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.compiler.cache import generated
 from daebench.errors import BadInput, unknown
+from daebench.lazily import sympy as sp
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.make_ivp import case_start
 from daebench.runs.scales import STEP as STEP
@@ -162,7 +163,6 @@ def start_by_parameters(ivp: Ivp) -> tuple[Array, ...]:
     names = ivp.state.starts
 
     def build() -> str:
-        import sympy as sp
 
         from daebench.compiler import codegen
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
+from daebench.lazily import scipy
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,5 @@ def _degree(outputs: int) -> int:
 
 
 def _spline(t: Array, rows: Array) -> Any:
-    from scipy.interpolate import make_interp_spline
 
-    return make_interp_spline(t, rows, k=_degree(len(t)))
+    return scipy.interpolate.make_interp_spline(t, rows, k=_degree(len(t)))

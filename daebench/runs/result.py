@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from markupsafe import escape
 
 from daebench.errors import DaebenchError
+from daebench.lazily import pandas as pd
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 MOST_ITEMS = 6
@@ -36,8 +36,6 @@ class Table:
 
 def frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     """Return a table with a row for each mapping."""
-    import pandas as pd
-
     return pd.DataFrame(list(rows))
 
 

@@ -4,20 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput, RunFailed, bounded
+from daebench.lazily import pandas as pd
 from daebench.runs.interpolant import Interpolant
 from daebench.runs.result import Result
 from daebench.runs.solver_steps import SolverSteps
 from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.runs.trajectory_files import WRITERS, columns, dataset, write_trajectory
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Array = NDArray[np.float64]
 
@@ -229,8 +227,6 @@ class Outcome(Result):
 
     def to_frame(self) -> "pd.DataFrame":
         """Return the outputs as a table, one row per time: t, then q1, ..., p1, ..., or y1, ..., and other requested quantities."""
-        import pandas as pd
-
         return pd.DataFrame(columns(self))
 
     def to_xarray(self) -> Any:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array
 from daebench.starts.linear import Rows
 from daebench.starts.walk import Chains, LevelSet, begun, step
@@ -243,8 +244,6 @@ def same_distribution(a: Array, b: Array) -> float:
     It is the least p-value of the two-sample Kolmogorov-Smirnov tests of all coordinates, times their number, at most 1; coordinates that
     never change are left out.
     """
-    from scipy.stats import ks_2samp
-
-    compare: Any = ks_2samp
+    compare: Any = scipy.stats.ks_2samp
     values = [float(compare(x, y).pvalue) for x, y in zip(a, b, strict=True) if _varies(x, y)]
     return min([1.0, *(len(values) * value for value in values)])

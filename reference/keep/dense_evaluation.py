@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
+from daebench.lazily import mpmath as mp
 from daebench.reference.keep.record import Reference
 from daebench.reference.solution import EPS, SAFETY, ReferenceSolution, integrated
 from daebench.runs.ivp import Array, Ivp
@@ -99,8 +100,6 @@ def _integrated(ivp: Ivp, reference: Reference, nearest: NDArray[np.intp], t: Ar
 
 def _exact(reference: Reference, t: Array, row: NDArray[np.intp]) -> Iterator[Found]:
     """Yield the states between stored times from the closed form."""
-    import mpmath as mp
-
     from daebench.reference.keep.definition import define
     from daebench.reference.make.mathematics import mathematics
 

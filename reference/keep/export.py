@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from daebench.errors import BadInput, unknown
+from daebench.lazily import pandas as pd
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.keep.record import Reference
 from daebench.runs.csv_files import write_rows
@@ -74,7 +75,6 @@ def _npz(path: Path, _: Reference, at: At) -> None:
 
 
 def _parquet(path: Path, _: Reference, at: At) -> None:
-    import pandas as pd
 
     columns = {"t": at.t} | _columns(at.states) | _columns(at.bound, "bound_")
     try:

@@ -14,6 +14,7 @@ from daebench.diagnostics.drift import LAWS
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.section import closure, section
 from daebench.draw.figures import BLUE, QUIET, VERMILION, grid_of_axes, save
+from daebench.lazily import scipy
 from daebench.pages.report import count, number
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Table, code, part, text
@@ -90,14 +91,12 @@ def level_curve(ivp: PoissonIvp) -> pd.DataFrame:
 
     In logarithms H is convex about the equilibrium, so each ray from the equilibrium meets the curve once.
     """
-    from scipy.optimize import brentq
-
     centre = np.log([ivp.parameters["a"], ivp.parameters["b"]])
     level = float(ivp.value("H", ivp.y0))
     points = []
     for angle in np.linspace(0, 2 * np.pi, AROUND):
         ray = np.array([np.cos(angle), np.sin(angle)])
-        points.append(np.exp(centre + brentq(partial(above, ivp, centre, ray, level), 1e-3, 50.0, xtol=1e-13) * ray))
+        points.append(np.exp(centre + scipy.optimize.brentq(partial(above, ivp, centre, ray, level), 1e-3, 50.0, xtol=1e-13) * ray))
     return pd.DataFrame(points, columns=["u", "v"])
 
 

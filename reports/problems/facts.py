@@ -11,6 +11,8 @@ import pandas as pd
 from markupsafe import Markup, escape
 
 from daebench.diagnostics.freedom import freedom
+from daebench.lazily import sympy
+from daebench.lazily import sympy as sp
 from daebench.methods.catalogue import find_problem
 from daebench.pages.report import MINUS, NONE, TIMES, count
 from daebench.pages.report.tables import Of, Table
@@ -149,8 +151,6 @@ def formulas(declared: Any) -> list[tuple[str, Markup]]:
 
 def mass(declared: Any) -> Markup:
     """Return the mass matrix: its diagonal, or the whole matrix if it is small, or its size."""
-    import sympy as sp
-
     M = declared.M
     if M.is_diagonal():
         entries = list(M.diagonal())
@@ -166,14 +166,13 @@ def mass(declared: Any) -> Markup:
 
 def written(expression: Any) -> Markup:
     """Return an expression as MathML, or its length if it is too long to be read."""
-    import sympy as sp
-    from sympy.printing.mathml import mathml
-
     expression = sp.sympify(expression)
     if sp.count_ops(expression) > LONGEST:
         return Markup("an expression of {} operations").format(int(sp.count_ops(expression)))
     renamed = {symbol: sp.Symbol(str(symbol).replace("_", " ")) for symbol in expression.free_symbols if "_" in str(symbol)}
-    return Markup("<math>{}</math>").format(Markup(mathematics(mathml(expression.subs(renamed), printer="presentation"))))
+    return Markup("<math>{}</math>").format(
+        Markup(mathematics(sympy.printing.mathml.mathml(expression.subs(renamed), printer="presentation")))
+    )
 
 
 def mathematics(markup: str) -> str:

@@ -14,6 +14,7 @@ from daebench.diagnostics.integrals import energy_error
 from daebench.draw.figures import QUIET, grid_of_axes, legend_below, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import DaebenchError
+from daebench.lazily import scipy
 from daebench.pages.report import NONE, number
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Of, Table, code, part, text
@@ -35,15 +36,13 @@ SHOWN = MappingProxyType({"four_bar": (3, "height of the middle joint $B_1$ [m]"
 
 def loss(problem: str) -> float:
     """Return the time at which G loses rank, s, by integration of one angle with SciPy, without constraints."""
-    from scipy.integrate import solve_ivp
-
     rate, start, place = MOTIONS[problem]
 
     def reached(t: float, x: Any) -> float:
         return float(x[0] - place)
 
     reached.terminal = True  # type: ignore[attr-defined]
-    run = solve_ivp(rate, (0.0, 5.0), start, method="DOP853", rtol=1e-12, atol=1e-12, events=reached)
+    run = scipy.integrate.solve_ivp(rate, (0.0, 5.0), start, method="DOP853", rtol=1e-12, atol=1e-12, events=reached)
     assert run.t_events is not None
     return float(run.t_events[0][0])
 

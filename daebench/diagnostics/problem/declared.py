@@ -22,6 +22,8 @@ from daebench.diagnostics.nearby import (
     without_potential,
 )
 from daebench.errors import BadInput, in_words
+from daebench.lazily import mpmath as mp
+from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
 from daebench.systems.files.execute import telling_exits
 
@@ -34,8 +36,6 @@ ROUGH = 1e-5
 
 def integrals(ivp: ConstrainedIvp) -> str:
     """Hold I_p p' + I_q q' = 0 along (1.18) against each first integral."""
-    import sympy as sp
-
     problem = ivp.source.derivation.problem
     x = [*problem.p, *problem.q]
     slopes = numeric(ivp, [[sp.sympify(integral).diff(symbol) for symbol in x] for integral in problem.integrals.values()])
@@ -53,8 +53,6 @@ def integrals(ivp: ConstrainedIvp) -> str:
 
 def closed_form(ivp: Ivp) -> str:
     """Hold the closed form against the initial values at time 0, and against the equations of motion there and 1 s later."""
-    import mpmath as mp
-
     where = f"{ivp.problem}, case {ivp.case!r}: closed_form"
     with mp.workdps(40):
         start, values = exact_start(ivp)
@@ -75,8 +73,6 @@ def closed_form(ivp: Ivp) -> str:
 
 def _rate(form: Callable[[Any], list[Any]], t: Any) -> Array:
     """Return the derivative of a motion, by a difference that loses half of mpmath's digits."""
-    import mpmath as mp
-
     step = mp.mpf("1e-12")
     return np.array([float((b - a) / (2 * step)) for a, b in zip(form(t - step), form(t + step), strict=True)])
 

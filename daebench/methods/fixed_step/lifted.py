@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, RunFailed
+from daebench.lazily import sympy as sp
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.poisson import require_poisson
@@ -135,8 +136,6 @@ def _definition(ivp: PoissonIvp) -> Any:
 
 def _rising(ivp: PoissonIvp) -> Callable[[Any], tuple[Any, Any]]:
     """Return the map y -> (p, q), for real and complex states."""
-    import sympy as sp
-
     definition = _definition(ivp)
     expressions = [list(definition.lift.p), list(definition.lift.q)]
     up = sp.lambdify([list(definition.y), list(definition.parameters)], expressions, "numpy", cse=True)

@@ -11,6 +11,7 @@ import numpy as np
 from daebench.compiler.definition import Source
 from daebench.diagnostics.freedom import redundant
 from daebench.errors import BadInput
+from daebench.lazily import sympy as sp
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
@@ -20,8 +21,6 @@ from daebench.methods.solvers.variants import HEYOKA
 from daebench.runs.ivp import InitialValueProblem, Ivp
 
 if TYPE_CHECKING:
-    import sympy as sp
-
     from daebench.methods.solvers.taylor_equations import Equations
 
 FIRST = 1e-3
@@ -99,7 +98,6 @@ class _Exact:
 def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tuple[Equations, Any]":
     """Return variables and rates, and what gives velocities of states where these are the unknowns of others, or None."""
     import heyoka as hy
-    import sympy as sp
 
     from daebench.methods.solvers.taylor_equations import hamiltonian, own_coordinates
 

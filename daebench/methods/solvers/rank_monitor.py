@@ -7,6 +7,7 @@ import numpy as np
 
 from daebench.diagnostics.passage import Crossing
 from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, loses_rank, upcoming_loss, zero_of
+from daebench.lazily import scipy
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
@@ -120,12 +121,10 @@ class RankMonitor(Monitor):
             at[:d] = q0 + x * (v0 + x * (3 * (q1 - q0) - 2 * v0 - v1 + x * (v0 + v1 - 2 * (q1 - q0))))
             return self._sigma(at)
 
-        from scipy.optimize import minimize_scalar
-
         near = min((0.125, 0.375, 0.625, 0.875), key=sigma)
         if sigma(near) > 0.5 * max(sigma0, sigma1):
             return None
-        minimum = minimize_scalar(sigma, bounds=(near - 0.125, near + 0.125), method="bounded", options={"xatol": 1e-6})
+        minimum = scipy.optimize.minimize_scalar(sigma, bounds=(near - 0.125, near + 0.125), method="bounded", options={"xatol": 1e-6})
         x, small = float(minimum.x), max(INSIDE * min(sigma0, sigma1), INSIDE**2 * max(sigma0, sigma1))
         return t0 + h * x if EDGE < x < 1 - EDGE and minimum.fun <= small else None
 

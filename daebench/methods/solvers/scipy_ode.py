@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench.lazily import scipy
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, one_by_one
 from daebench.methods.solvers.monitor import Monitor, Stopped
@@ -27,7 +28,6 @@ class ScipyOde(OnReducedOde):
         return SCIPY[self.variant]
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
-        from scipy import integrate
 
         def right_side(t: float, y: Array) -> Array:
             began, state[:] = time.perf_counter(), y
@@ -47,7 +47,7 @@ class ScipyOde(OnReducedOde):
             JJ = np.empty((dae.n, dae.n))
             rhs_jacobian(0.0, state, JJ, par)
             options["jac"] = jacobian
-        solver = getattr(integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
+        solver = getattr(scipy.integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
         return stepwise(solver, monitor, "SciPy", lambda interpolant: interpolant)
 
 

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
 from daebench.errors import BadInput, DaebenchError
+from daebench.lazily import pandas as pd
 from daebench.pages.certificate.court_tables import contestants_table, excluded_table
 from daebench.pages.report import build_stamp
 from daebench.pages.report.gallery import put
@@ -200,8 +201,6 @@ def _top(parts: Sequence[Any]) -> float | None:
 
 def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
     """Return the picture of a court: the errors of all contestants over step sizes, on the problem that most of them have."""
-    import pandas as pd
-
     where, rows = next(iter(fields.items()))
     parts = []
     with drawing():

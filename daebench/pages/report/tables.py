@@ -6,16 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup, escape
 
 from daebench.draw.figures import save_table
+from daebench.lazily import pandas as pd
 from daebench.pages.report.sentences import NONE, number
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Formats = dict[str, Callable[[Any], Any]]
 """What makes text of the values of each column, in order."""
@@ -162,8 +160,6 @@ def tiny(value: float) -> Markup:
 
 def column(cells: Sequence[Markup], frame: "pd.DataFrame") -> "pd.Series[Any]":
     """Return HTML as a column of a frame; left to itself pandas would make plain text of it."""
-    import pandas as pd
-
     return pd.Series(list(cells), index=frame.index, dtype=object)
 
 

@@ -3,17 +3,15 @@
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+from daebench.lazily import pandas as pd
 from daebench.methods.outside.read import is_outside
 from daebench.runs.result import Result
 from daebench.studies.advise.conserved import Kept
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.search import Found, Row, error_of
 from daebench.studies.advise.sensitivity import Change, OverStarts
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 INTERVAL = "Clopper-Pearson, 95 %"
 
@@ -106,8 +104,6 @@ class Advice(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """All runs of the search, one row each."""
-        import pandas as pd
-
         return pd.DataFrame([row for found in self.found for row in found.rows])
 
     @property

@@ -3,18 +3,16 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.lazily import pandas as pd
 from daebench.methods.names import method_of
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 STEPS, LAST = 120, 30
 """Steps of the runs that a limit of stability is measured by, and those at the end of which the largest |g| counts."""
@@ -149,8 +147,6 @@ def measured_limit(ivp: ConstrainedIvp, scheme: str, h: float, ratio: float, dig
 
 def frame(cells: Sequence[Cell], h: float) -> "pd.DataFrame":
     """Return one row a run."""
-    import pandas as pd
-
     rows = [{key: value for key, value in vars(one).items() if key != "options"} | dict(one.options) for one in cells]
     return pd.DataFrame(rows).assign(h=h)
 

@@ -4,20 +4,18 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, TOLD, UNDETERMINED, Exponents, exponents
+from daebench.lazily import pandas as pd
 from daebench.methods.ensemble.tangents import TangentGrowth
 from daebench.runs.result import Result
 from daebench.starts.box import coordinates
 from daebench.studies.chaos.plane import Plane
 from daebench.studies.chaos.section import Section
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 EMPTY, STOPPED = "empty", "stopped"
 """What a cell is that has no start, or whose run did not come to its end."""
@@ -91,8 +89,6 @@ class Chaos(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """One row per cell: coordinates of the plane, start, exponent with its interval, <Y>, verdict, and the reason for an empty cell."""
-        import pandas as pd
-
         plane, found = self.plane, self.exponents
         first, second = plane.names
         table: dict[str, Any] = {"across": np.tile(plane.across, len(plane.up)), "up": np.repeat(plane.up, len(plane.across))}

@@ -12,6 +12,7 @@ import numpy as np
 
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
+from daebench.lazily import pandas as pd
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
@@ -26,8 +27,6 @@ from daebench.studies.orders.series import Series
 from daebench.studies.orders.study import Began, study
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
 
@@ -98,8 +97,6 @@ def check(
     >>> sorted(set(findings["verdict"]))
     ['not claimed', 'ok']
     """
-    import pandas as pd
-
     ivp = initial_value_problem(problem, case, parameters, on_singular=on_singular)
     chosen = method_of(ivp, method, options, anyway=anyway)
     findings = [*check_claims(ivp, chosen, h=h, steps=steps), *on_second(ivp, chosen)]

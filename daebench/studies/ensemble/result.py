@@ -4,13 +4,14 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.drift import FAILED
 from daebench.draw.bands import LEVELS, column
+from daebench.lazily import pandas as pd
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.request import Request
 from daebench.runs.result import Result
@@ -18,9 +19,6 @@ from daebench.runs.trajectory import Array
 from daebench.starts.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
 from daebench.studies.held_verdict import held_verdicts
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -140,8 +138,6 @@ class Ensemble(Result):
     @property
     def bands(self) -> "pd.DataFrame":
         """Quantiles in time, one row per stored state: of H - H0, of |g| or the Casimirs; the spread and the number of active members."""
-        import pandas as pd
-
         t = self.t if self.t.ndim == 1 else self.t.mean(axis=1)
         table = {"t": t, "members": np.count_nonzero(np.isfinite(self.energy_errors), axis=1)}
         shown = {"energy": self.energy_errors} | ({self.kept: self.constraint_errors} if self.kept else {})
@@ -166,15 +162,11 @@ class Ensemble(Result):
     @property
     def start_table(self) -> "pd.DataFrame":
         """Starts, one row per member."""
-        import pandas as pd
-
         return pd.DataFrame(self.members(self.run.states[0]))
 
     @property
     def end_table(self) -> "pd.DataFrame":
         """Last good states, one row per member, with steps and time, monitored maxima, and why it stopped if it did."""
-        import pandas as pd
-
         run = self.run
         table = self.members(run.ends) | {"steps": run.steps, "t": run.steps * np.broadcast_to(run.members.h, (len(run.members),))}
         table |= {f"max_{name}": values for name, values in run.maxima.items()}

@@ -3,18 +3,16 @@
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from daebench.errors import BadInput
+from daebench.lazily import pandas as pd
 from daebench.records.code import code_version
 from daebench.records.store import Store, StoredRow
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
 from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.specification import specification_of
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 NOT_FIELDS = ("parameters", "options", "varied", "values", "first", "differing", "numbers", "watch", "work")
 """Fields of runs that are no columns: their rows have what they say."""
@@ -49,8 +47,6 @@ def table_of(store: Store) -> "pd.DataFrame":
 
 def frame(rows: Sequence[StoredRow]) -> "pd.DataFrame":
     """Return rows as a table, see :func:`table_of`."""
-    import pandas as pd
-
     flat_rows = [flat for stored in rows for flat in _flat(stored)]
     return pd.DataFrame(flat_rows).sort_values(["problem", "case", "method", "value", "key"], ignore_index=True)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.rank import TOO_LARGE
 from daebench.errors import DaebenchError
+from daebench.lazily import pandas as pd
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import Array
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
@@ -18,9 +19,6 @@ from daebench.studies.grid.measure import Row
 from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import GridRun, ivp_of
 from daebench.studies.grid.runs import Runs
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FINE, COARSE, LOST, OFF, OTHER = "fine", "coarse", "lost", "off the manifold", "wrong branch"
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"
@@ -95,8 +93,6 @@ def varied_runs(specifications: Sequence[GridRun], parameter: str, runs: Runs) -
 
 def parameter_table(specifications: Sequence[ParameterRuns], runs: Runs) -> "pd.DataFrame":
     """Return the same of runs in a parameter, a row each, with :data:`COLUMNS` alone."""
-    import pandas as pd
-
     parts: dict[str, list[Any]] = {name: [] for name in COLUMNS[:-3]}
     scales: list[float] = []
     columns = {name: column.tolist() for name, column in runs(specifications).items()}

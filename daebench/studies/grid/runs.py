@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from daebench.lazily import pandas as pd
 from daebench.methods.outside.read import is_outside
 from daebench.records.store import Store
 from daebench.studies.grid.batches import Batch, rows_in_batches
@@ -13,9 +13,6 @@ from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
 from daebench.systems.files.execute import is_path
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Runs = Callable[[Sequence[GridRun]], "pd.DataFrame"]
 """Makes the rows of runs, in their order."""
@@ -28,7 +25,6 @@ def runs_of(store: Store, *, executor: Executor | None = None, tell: Tell | None
     """Return what makes the rows of runs: those that the store has are taken from there."""
 
     def runs(specifications: Sequence[GridRun]) -> "pd.DataFrame":
-        import pandas as pd
 
         rows = computed(specifications, store, executor=executor, tell=tell)
         return pd.DataFrame([_named(rows[key_of(specification)], specification) for specification in specifications])

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,16 +10,13 @@ from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_rounding
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
+from daebench.lazily import pandas as pd
 from daebench.runs.trajectory import Array
 from daebench.studies.long.blocks import middles
 from daebench.studies.long.checkpoint import Checkpoint
 from daebench.studies.long.initial_conditions import ROUNDINGS
 from daebench.studies.long.run import LongRun
 from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, centres, mean_square
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 FAR_BEHIND = 0.5
 """A member that has less than this part of the samples of the longest one is left out of the verdict until it has caught up."""
@@ -76,8 +72,6 @@ def share(spec: LongRun, members: Mapping[int, Checkpoint], asked: int, steps: i
 
 def members_table(spec: LongRun, members: Mapping[int, Checkpoint]) -> "pd.DataFrame":
     """Return the windows of each member, a row each: t in seconds, samples, mean, rms, least and most of H(x) - H(x0)."""
-    import pandas as pd
-
     frames = []
     for number, checkpoint in members.items():
         table = checkpoint.windows.with_(checkpoint.errors).table

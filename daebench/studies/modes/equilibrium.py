@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from daebench.errors import BadInput
+from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
 
 ITERATIONS = 500
@@ -52,12 +53,10 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     BadInput
         If there is none where the descent ends, or a body at rest does not stay at rest there.
     """
-    from scipy.optimize import minimize
-
     zero = np.zeros(ivp.d)
     on_manifold = {"type": "eq", "fun": lambda q: ivp.value("g", q), "jac": lambda q: ivp.value("G", q)}
     with np.errstate(all="ignore"):
-        found = minimize(  # type: ignore[call-overload]  # its stubs want to know the rank of arrays
+        found = scipy.optimize.minimize(  # type: ignore[call-overload]  # its stubs want to know the rank of arrays
             lambda q: float(ivp.value("H", zero, q)),
             ivp.q0,
             jac=lambda q: np.array(ivp.value("H_q", zero, q), dtype=float),

@@ -1,9 +1,10 @@
 """The effect of precision: single, double and compensated arithmetic, and Newton's iteration ended early, with their costs."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from daebench.errors import BadInput
+from daebench.lazily import pandas as pd
 from daebench.methods.outside.read import is_outside
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.feasibility import feasible
@@ -15,9 +16,6 @@ from daebench.studies.grid.specification_key import require_possible
 from daebench.studies.grid.study import computed_in
 from daebench.studies.stability.extreme import Asked, uncertified
 from daebench.studies.work_precision.study import REPEAT
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3", "newton=1e-6")
 """How to compute, in the words of :class:`daebench.studies.grid.study.Study`."""
@@ -99,8 +97,6 @@ def table_of(labelled: Sequence[tuple[str, GridRun]], runs: Runs) -> "pd.DataFra
 
 def smallest_steps(table: "pd.DataFrame") -> "pd.DataFrame":
     """Return the rows with each method's smallest step, where precision matters most, and their time over that of double precision."""
-    import pandas as pd
-
     rows: list[dict[str, Any]] = []
     for _, runs in by_method(table):
         last = rows_of(runs[runs["value"] == runs["value"].min()])

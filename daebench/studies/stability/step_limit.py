@@ -1,18 +1,15 @@
 """The largest usable step: up to where the equations of a step can be solved, and up to where the energy is kept."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.draw.methods import name_of
+from daebench.lazily import pandas as pd
 from daebench.methods.fixed_step.stepping import ITS_OWN
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.largest_step import PART, completes, keeps_energy, largest_step
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 LARGEST = 8
 """The bisection begins at the end of the run over this."""
@@ -39,8 +36,6 @@ def specifications(asked: Asked) -> list[GridRun]:
 
 def measure(asked: Asked, runs: Runs) -> "pd.DataFrame":
     """Return one row for each method and verdict: the step, the next one that fails, why, and whether larger ones pass again."""
-    import pandas as pd
-
     rows = []
     for specification in specifications(asked):
         for verdict, passes in VERDICTS.items():

@@ -3,13 +3,11 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from daebench.diagnostics.equivalence import EQUIVALENT, UNDECIDED, Equivalence
+from daebench.lazily import pandas as pd
 from daebench.runs.result import Result, Table
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 STOPPED = "stopped"
 """The verdict on a step size at which a member did not come to its end."""
@@ -94,8 +92,6 @@ class StepFor(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """A row a step and a quantity: mean and quantiles, their differences from those at half of the step, and intervals."""
-        import pandas as pd
-
         rows: list[dict[str, Any]] = []
         for row in self.tried:
             about = {"h": row.h, "verdict": row.verdict}

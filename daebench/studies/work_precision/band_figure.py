@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill as wrapped
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +11,9 @@ from daebench.draw.bands import LEVELS, column, fill
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, save
 from daebench.draw.methods import short_name_of, strokes_of
 from daebench.errors import DaebenchError
+from daebench.lazily import pandas as pd
 from daebench.studies.work_precision.figure import COSTS, HIGHEST, MARGIN, OTHERS
 from daebench.studies.work_precision.starts import Curves
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 ROOM = 15.0
 """Factor between the largest time and the frame, for the legend."""
@@ -31,8 +29,6 @@ def bands(curves: Sequence[Curves]) -> "pd.DataFrame":
     median; q05 to q95, errors of which each is at least the bound of its reference; and reference and reference_q95, the median of these
     bounds and their quantile.
     """
-    import pandas as pd
-
     rows = []
     for some in curves:
         reference, high = np.quantile(some.bound, (0.5, 0.95), method="inverted_cdf")

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 
+from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
 
 CONFIDENCE = 0.95
@@ -52,13 +53,11 @@ def share(wins: float, starts: int) -> Estimate:
     starts : int
         Number of starts.
     """
-    from scipy.stats import beta
-
     if not starts:
         return Estimate(np.nan, np.nan, np.nan, 0)
     tail = (1 - CONFIDENCE) / 2
-    low = float(beta.ppf(tail, wins, starts - wins + 1)) if wins > 0 else 0.0
-    high = float(beta.ppf(1 - tail, wins + 1, starts - wins)) if wins < starts else 1.0
+    low = float(scipy.stats.beta.ppf(tail, wins, starts - wins + 1)) if wins > 0 else 0.0
+    high = float(scipy.stats.beta.ppf(1 - tail, wins + 1, starts - wins)) if wins < starts else 1.0
     return Estimate(wins / starts, low, high, starts)
 
 
@@ -89,14 +88,12 @@ def median(values: Array) -> Estimate:
     values : ndarray, shape(n,)
         One number a start, none NaN.
     """
-    from scipy.stats import binom
-
     n = len(values)
     if not n:
         return Estimate(np.nan, np.nan, np.nan, 0)
     ordered = np.sort(values)
     value = float(np.quantile(ordered, 0.5, method="inverted_cdf"))
-    below = int(binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))
+    below = int(scipy.stats.binom.ppf((1 - CONFIDENCE) / 2, n, 0.5))
     if not below:
         return Estimate(value, 0.0, np.inf, n)
     return Estimate(value, float(ordered[below - 1]), float(ordered[n - below]), n)

@@ -1,15 +1,12 @@
 """Recommended methods, with step size or tolerance, for an accuracy and quantities to be conserved."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from daebench.diagnostics.drift import BOUNDED, KEPT, UNDETERMINED
+from daebench.lazily import pandas as pd
 from daebench.studies.work_precision.study import cheapest
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 ROUND_OFF = 1e-12
 """An error of a conserved quantity of the size of one, or a defect, up to this is round-off."""
@@ -80,8 +77,6 @@ def _claiming(table: "pd.DataFrame", claims: Mapping[str, Collection[str]], name
 
 def _agreed(table: "pd.DataFrame", flags: "pd.Series[bool]") -> "pd.Series[bool]":
     """Return for which runs something holds, and for all of the same method with smaller values that came to their end."""
-    import pandas as pd
-
     done = table[table["failure"] == ""]
     agreed = pd.Series(False, index=table.index)
     for _, runs in done.sort_values("value").groupby("method"):
@@ -99,8 +94,6 @@ def recommended(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[f
     runs, and ratio the factor by which the next method is more expensive there, see
     :func:`daebench.studies.work_precision.study.cheapest`. Where no run does both, method is "" and numbers are NaN.
     """
-    import pandas as pd
-
     nan = float("nan")
     rows = []
     for level in levels:

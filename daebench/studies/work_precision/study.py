@@ -1,12 +1,13 @@
 """The cost of accuracy: errors of many methods against their cost, and the cheapest method for each accuracy."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
+from daebench.lazily import pandas as pd
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
@@ -17,9 +18,6 @@ from daebench.studies.grid.reference import usual_end
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import OUTPUTS
 from daebench.studies.grid.study import Study
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 ON_MANIFOLD = (
     *("symplectic_euler", "rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "strang/suzuki4"),
@@ -175,8 +173,6 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
     bound are unknown, and count as their bound. Columns are level, method, value, cost, next, ratio; a level that no method reaches has no
     row.
     """
-    import pandas as pd
-
     rows = []
     for level in levels:
         ranked = list(costs_at(table, error, cost, level).items())

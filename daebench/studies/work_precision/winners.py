@@ -3,18 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.lazily import pandas as pd
 from daebench.runs.trajectory import Array
 from daebench.studies.work_precision.intervals import Estimate, median, share
 from daebench.studies.work_precision.starts import Curves
 from daebench.studies.work_precision.study import interpolated
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 LEVELS = (1e-3, 1e-6, 1e-9)
 """Accuracies for which methods are ranked."""
@@ -92,8 +90,6 @@ def winners(curves: Sequence[Curves], levels: Sequence[float] = LEVELS) -> "pd.D
         have intervals, ..._low and ..._high, see :mod:`daebench.studies.work_precision.intervals`: these are over starts, at costs as
         they were measured.
     """
-    import pandas as pd
-
     rows: list[dict[str, Any]] = []
     scatter = {some.method: some.scatter for some in curves}
     for level in levels:

@@ -1,0 +1,31 @@
+"""Libraries that are slow to import, each imported where it is first used: ``from daebench.lazily import pandas as pd``.
+
+lazy_loader would do the same, but leaves an unfinished module in ``sys.modules``, where other libraries look for what is there.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import mpmath as mpmath
+    import pandas as pandas
+    import scipy as scipy
+    import sympy as sympy
+else:
+
+    class Later:
+        """A library, or a package of one, by its name."""
+
+        def __init__(self, name: str) -> None:
+            self._name = name
+
+        def __getattr__(self, attribute: str) -> Any:
+            module = import_module(self._name)
+            try:
+                value = getattr(module, attribute)
+            except AttributeError:
+                value = import_module(f"{self._name}.{attribute}")
+            setattr(self, attribute, value)
+            return value
+
+    mpmath, pandas, scipy, sympy = map(Later, ("mpmath", "pandas", "scipy", "sympy"))
