@@ -101,13 +101,13 @@ def added(
 def _clusters(values: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> list[Cluster]:
     """Return the terms of sums, grouped by the symbols that they contain."""
     rank = {symbol: i for i, symbol in enumerate(symbols)}
-    found: dict[frozenset[sp.Symbol | int], Cluster] = {}
+    clusters: dict[frozenset[sp.Symbol | int], Cluster] = {}
     for k, value in enumerate(values):
         for term in sp.Add.make_args(value):
             inside = term.free_symbols & rank.keys()
-            cluster = found.setdefault(frozenset(inside or {k}), Cluster(tuple(sorted(inside, key=rank.__getitem__)), {}))
+            cluster = clusters.setdefault(frozenset(inside or {k}), Cluster(tuple(sorted(inside, key=rank.__getitem__)), {}))
             cluster.terms.setdefault(k, []).append(term)
-    return list(found.values())
+    return list(clusters.values())
 
 
 def _alike(clusters: Sequence[Cluster]) -> dict[tuple[sp.Expr, ...], list[Cluster]]:

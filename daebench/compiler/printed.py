@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy as sp
+from sympy.printing.numpy import NumPyPrinter
 
 from daebench.errors import BadInput, unknown
 
@@ -185,8 +186,6 @@ def _julia(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequen
 
 
 def _python(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
-    from sympy.printing.numpy import NumPyPrinter
-
     code = NumPyPrinter({"fully_qualified_modules": True, "inline": True}).doprint
     lines = [f'"""{problem}: {_parameters(parameters)}."""', "", "import numpy", "", f"par = {list(parameters.values())}", ""]
     for function in contents:

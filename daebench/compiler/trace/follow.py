@@ -14,7 +14,7 @@ from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, l
 
 
 class Program(Protocol):
-    """What a function belongs to: a recorded program, the names that functions read, and what follows those that steer."""
+    """A recorded program: its operations, the names that functions read, and the follower of those that steer."""
 
     code: Code
     space: dict[str, Any]
