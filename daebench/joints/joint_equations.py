@@ -53,12 +53,12 @@ def equations(joint: Joint, a: Frame, b: Frame, place: sp.Matrix, axes: Sequence
         return _slide(a, b, place, axes[0]) if flat else _slide_in_space(a, b, place, axes[0])
     if isinstance(joint, Cylindrical):
         return [*common_axis(a, b, axes[0]), *_on_axis(a, b, place, across(axes[0]))]
-    found = coincidence(a, b, place)
+    conditions = coincidence(a, b, place)
     if isinstance(joint, Universal):
-        found.append(a.along(axes[0]).dot(b.along(axes[1])))
+        conditions.append(a.along(axes[0]).dot(b.along(axes[1])))
     elif isinstance(joint, Revolute) and not flat:
-        found += common_axis(a, b, axes[0])
-    return found
+        conditions += common_axis(a, b, axes[0])
+    return conditions
 
 
 def _on_axis(a: Frame, b: Frame, place: sp.Matrix, ways: Sequence[sp.Matrix]) -> list[sp.Expr]:

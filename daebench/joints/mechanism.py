@@ -229,6 +229,7 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
 def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
     """Refuse a mass matrix that is not positive definite."""
     entries = numbers(M, values)
+    # Each row and column in its own unit: masses and moments of inertia cannot be compared.
     scale = np.sqrt(np.diag(entries))
     if np.all(scale > 0) and np.linalg.eigvalsh(entries / np.outer(scale, scale))[0] > SINGULAR:
         return
@@ -236,7 +237,7 @@ def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Va
         if isinstance(body, Body) and (missing := missing_moment(name, body, values)):
             raise InvalidProblem(missing)
     at = places.q[int(np.abs(np.linalg.eigh(entries)[1][:, 0]).argmax())]
-    name = next(name for name, own in places.owners.items() if at in own)
+    name = next(name for name, unknowns in places.owners.items() if at in unknowns)
     raise InvalidProblem(f"the mass matrix is singular: {name} has no inertia in some direction; give it mass.")
 
 
