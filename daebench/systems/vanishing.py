@@ -10,6 +10,7 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import mpmath as mp
 import sympy as sp
 
 from daebench.errors import InvalidProblem
@@ -60,8 +61,6 @@ def expands_to_zero(expression: sp.Expr) -> bool:
 
 def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], domain: Sequence[sp.Expr]) -> list[tuple[Any, bool]]:
     """Return for each expression its largest modulus over the points, and whether that counts as zero."""
-    import mpmath as mp
-
     terms = [list(sp.Add.make_args(expression)) for expression in expressions]
     values = sp.lambdify(list(symbols), terms, "mpmath", cse=True)
     inside = sp.lambdify(list(symbols), list(domain), "mpmath")
@@ -86,8 +85,6 @@ def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], doma
 
 def _at(values: Any, inside: Any, point: Point) -> list[list[Any]] | None:
     """Return the terms of all expressions at a point; None if it is outside the domain or a value there is not finite."""
-    import mpmath as mp
-
     try:
         if not all(mp.im(bound) == 0 and mp.re(bound) > 0 for bound in inside(*point)):
             return None
@@ -99,8 +96,6 @@ def _at(values: Any, inside: Any, point: Point) -> list[list[Any]] | None:
 
 def _candidates(symbols: Sequence[sp.Symbol]) -> Iterator[Point]:
     """Yield points of exact numbers, of four sizes, alternately with any signs that the symbols allow and all positive."""
-    import mpmath as mp
-
     draw = random.Random(1)
     for k in range(TRIES):
         point = [mp.mpf(draw.randrange(2**18, 2**20 + 2**19)) / 2**20 for _ in symbols]
@@ -110,7 +105,5 @@ def _candidates(symbols: Sequence[sp.Symbol]) -> Iterator[Point]:
 
 def _text(expression: sp.Expr, size: Any) -> str:
     """Return a short expression unchanged, and the size of a long one."""
-    import mpmath as mp
-
     text = str(sp.expand(expression)) if expression.count_ops() <= SMALL else ""
     return text if 0 < len(text) <= 80 else f"an expression as large as {mp.nstr(size, 3)} at random points"
