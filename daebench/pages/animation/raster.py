@@ -35,7 +35,7 @@ CAPTION = 0.3
 
 @dataclass(frozen=True)
 class Moving:
-    """What is drawn anew in each frame: the parts of each scene by kind, and the cursors."""
+    """The artists that are drawn anew in each frame: the parts of each scene by kind, the cursors and the clock."""
 
     parts: list[dict[str, Any]]
     cursors: list[Any]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
@@ -200,8 +201,6 @@ def _top(parts: Sequence[Any]) -> float | None:
 
 def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
     """Return the picture of a court: the errors of all contestants over step sizes, on the problem that most of them have."""
-    import pandas as pd
-
     where, rows = next(iter(fields.items()))
     parts = []
     with drawing():
