@@ -33,9 +33,10 @@ def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, va
     tied += places.closures
     groups: list[range] = []
     for joint in joints:
-        label, equations, positive = _of_joint(joint, places, values)
-        groups.append(range(len(tied), len(tied) + max(1, len(equations))))
-        tied += [(label, x) for x in equations or [sp.S.Zero]]
+        label, expressions, positive = _of_joint(joint, places, values)
+        # A joint without equations is entered with 0 = 0, so that it is named among those that add none.
+        groups.append(range(len(tied), len(tied) + max(1, len(expressions))))
+        tied += [(label, x) for x in expressions or [sp.S.Zero]]
         signs += [(label, x) for x in positive]
     return tied, signs, groups
 

@@ -41,6 +41,7 @@ def common_axis(a: Frame, b: Frame, axis: sp.Matrix) -> list[sp.Expr]:
 def across(axis: sp.Matrix) -> list[sp.Matrix]:
     """Return two directions at right angles to an axis and to each other, shape(3, 1), without roots."""
     sizes = [abs(sp.N(x)) if x.is_number else sp.S.One for x in axis]
+    # The coordinate axis that is least along it, so that their cross product is not 0.
     least = sp.eye(3)[:, sizes.index(min(sizes))]
     first = axis.cross(least)
     return [first, axis.cross(first)]

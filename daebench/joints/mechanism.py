@@ -217,6 +217,7 @@ def matrix_of(terms: Terms, d: int) -> sp.Matrix:
 
 def _require_used(mechanism: Mechanism, places: Places) -> None:
     """Refuse points that no body has, and forces at points that there are not."""
+    # A dot is in the names of directions that a body was given besides its own, see Places._completed.
     left = [name for name in places.declared if name not in places.columns and "." not in name]
     if left:
         raise InvalidProblem(f"{', '.join(left)} belongs to no body, so it has no mass; name it in one, or add a PointMass there.")
@@ -236,6 +237,7 @@ def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Va
     for name, body in mechanism.bodies.items():
         if isinstance(body, Body) and (missing := missing_moment(name, body, values)):
             raise InvalidProblem(missing)
+    # The unknown that moves most in the direction of least inertia.
     at = places.q[int(np.abs(np.linalg.eigh(entries)[1][:, 0]).argmax())]
     name = next(name for name, unknowns in places.owners.items() if at in unknowns)
     raise InvalidProblem(f"the mass matrix is singular: {name} has no inertia in some direction; give it mass.")
