@@ -27,10 +27,11 @@ def write(path: Path, animated: AnimatedRuns, progress: Progress) -> None:
     first = next(pictures)
     height, width, _ = first.shape
     with atomic(path) as scratch:
+        # By default pictures are scaled to multiples of 16 pixels. The index comes first, so that a browser plays before it has all.
         film = imageio_ffmpeg.write_frames(
             str(scratch), (width, height), fps=animated.fps, codec="libx264", macro_block_size=2, output_params=["-movflags", "+faststart"]
         )
-        film.send(None)
+        film.send(None)  # a generator takes frames once it has been started
         film.send(first.tobytes())
         for n, frame in enumerate(pictures, start=2):
             film.send(frame.tobytes())

@@ -51,7 +51,7 @@ def frames(animated: AnimatedRuns) -> Iterator[Pixels]:
         canvas: Any = FigureCanvasAgg(figure)
         moving = _drawn(animated, figure, scenes, graphs)
         canvas.draw()
-        figure.set_layout_engine("none")
+        figure.set_layout_engine("none")  # the places that this drawing found stay
     still = canvas.copy_from_bbox(figure.bbox)
     shown = [run.shown(animated.times) for run in animated.runs]
     for n, time in enumerate(animated.times):
