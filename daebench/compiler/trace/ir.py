@@ -63,7 +63,7 @@ class Value:
     __pow__, __rpow__ = _operators("power")
     __and__, __rand__ = _operators("both")
     __or__, __ror__ = _operators("either")
-    __hash__ = object.__hash__
+    __hash__ = object.__hash__  # which a class with an __eq__ of its own does not inherit
 
     def __neg__(self) -> Any:
         return self.code.emit("neg", self.kind, (self,))
@@ -264,6 +264,7 @@ class Code:
     def constant(self, x: Any, kind: str) -> Value:
         """Return the value of a known number; equal bits are one value."""
         typed = float(x) if kind[0] in FLOATS else int(x)
+        # By bits, since 0.0 equals -0.0, and NaN does not equal itself.
         key = kind, pack("<d", typed) if kind[0] in FLOATS else typed
         value = self.constants.get(key)
         if value is None:

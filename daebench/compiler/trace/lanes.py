@@ -128,6 +128,7 @@ def absent(function: Any, arguments: tuple[Any, ...]) -> Any:
     """Return zeros in place of the result of a function, which is not called."""
     code = next(x.code for x in parts_of(arguments) if isinstance(x, Value))
     sizes = getattr(getattr(function, "program", None), "sizes", {})
+    # The block is dropped, and with it the sizes of functions that were first met in it: the next call of each is then the first.
     known = dict(sizes)
     with code.inside([]):
         result = unset(code, function(*arguments))

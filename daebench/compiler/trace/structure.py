@@ -120,7 +120,7 @@ def same(x: Any, y: Any) -> bool:
         return True
     if isinstance(x, Value) or isinstance(y, Value) or type(x) is not type(y):
         return False
-    return repr(x) == repr(y)
+    return repr(x) == repr(y)  # texts tell 0.0 from -0.0, and that of NaN equals itself
 
 
 class Mismatch(TypeError):
