@@ -192,6 +192,7 @@ class _Lowered(ast.NodeTransformer):
         conjunction: ast.expr | None = None
         left = node.left
         for op, right in zip(node.ops, node.comparators, strict=True):
+            # An operand in the middle stands twice; equal operations are recorded once.
             one = ast.Compare(left, [op], [right])
             conjunction, left = one if conjunction is None else _call(BOTH, conjunction, one), right
         assert conjunction is not None
@@ -322,6 +323,7 @@ def _note_live(
 
 def _note_loop(loop: Statement, live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]) -> AbstractSet[str]:
     head = _note_live(loop.otherwise, live, broken, continued) if loop.kind != "while" else frozenset[str]()
+    # A turn may read what the one before has bound: repeated until no name is added.
     while True:
         more = head | (_note_live(loop.body, head, live, head) - {loop.target})
         if more == head:
