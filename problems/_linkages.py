@@ -73,7 +73,7 @@ def by_angle(
     place: Sequence[sp.Expr],
     slope: sp.Matrix,
     slope_at: sp.Matrix,
-    found: sp.Expr,
+    angle_of_q: sp.Expr,
 ) -> Chart:
     """Return the chart of the angle of a crank and its rate omega.
 
@@ -93,7 +93,7 @@ def by_angle(
         Positions in it.
     slope, slope_at : Matrix, shape(d, 1)
         q_angle in the positions, and in the angle.
-    found : Expr
+    angle_of_q : Expr
         The angle in the positions.
     """
     omega = sp.Symbol("omega", real=True)
@@ -103,5 +103,5 @@ def by_angle(
         p=tuple(omega * entry for entry in M * slope_at),
         q=tuple(place),
         inverse_eta=(dot(sp.Matrix(list(p)), slope) / dot(slope, M * slope),),
-        inverse_xi=(found,),
+        inverse_xi=(angle_of_q,),
     )

@@ -43,7 +43,7 @@ def in_units(motion: Motion, t: Any, q0: Sequence[Any], p0: Sequence[Any], param
         v = [b - along * a for a, b in zip(x, v, strict=True)]
         x, v = motion(w * mp.mpmathify(t), x, v)
         q, p = [length * a for a in x], [mass * length * w * b for b in v]
-    return [+a for a in q], [+b for b in p]
+    return [+a for a in q], [+b for b in p]  # rounded to the precision of the caller
 
 
 def planar(tau: Any, x: Vector, v: Vector) -> tuple[Vector, Vector]:

@@ -32,7 +32,7 @@ def euler(t: Any, y0: Sequence[Any], moments: Sequence[Any]) -> Vector:
     with mp.workdps(2 * mp.mp.dps + 25 + zeros):
         after = _ordered(sense * mp.mpmathify(t), y, [1 / moment for moment in J], S)
         components = [after[order.index(i)] for i in range(3)]
-    return [+component for component in components]
+    return [+component for component in components]  # rounded to the precision of the caller
 
 
 def _from_the_separatrix(J: Vector, y: Vector) -> tuple[Any, int]:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import mpmath as mp
 import sympy as sp
 
 from daebench.errors import BadInput
@@ -71,8 +72,6 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
     BadInput
         If q0 and p0 are off the manifold by more than rounding.
     """
-    import mpmath as mp
-
     if abs(q0[0] ** 2 + q0[1] ** 2 - 1) > OFF or abs(q0[0] * p0[0] + q0[1] * p0[1]) > OFF * (1 + abs(p0[0]) + abs(p0[1])):
         raise BadInput("the start is not on the unit circle, or does not move along it; give one that is.")
     omega0 = q0[1] * p0[0] - q0[0] * p0[1]

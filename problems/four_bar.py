@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+import mpmath as mp
 import sympy as sp
 
 from daebench.errors import BadInput
@@ -143,8 +144,6 @@ def closed_form(t: Any, q0: Sequence[Any], p0: Sequence[Any], parameters: Mappin
     BadInput
         If the uprights are not parallel, or q0 and p0 off the manifold, by more than rounding.
     """
-    import mpmath as mp
-
     with mp.workdps(mp.mp.dps + 10):
         m, length, gravity = (mp.mpmathify(parameters[name]) for name in ("mass", "length", "gravity"))
         ends = couplers(len(q0) // 2 - 1)

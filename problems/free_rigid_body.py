@@ -6,6 +6,7 @@ from typing import Any
 
 import sympy as sp
 
+from daebench.problems._rigid_body_motion import euler
 from daebench.problems._rotations import hat, turned
 from daebench.problems.rigid_body_rotation import turning
 from daebench.systems.picture import Picture
@@ -140,6 +141,4 @@ def closed_form(t: Any, y0: Sequence[Any], parameters: Mapping[str, Any]) -> lis
     parameters : mapping of str to number
         The moments I1, I2, I3, positive.
     """
-    from daebench.problems._rigid_body_motion import euler
-
     return euler(t, y0, [parameters[name] for name in ("I1", "I2", "I3")])

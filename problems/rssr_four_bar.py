@@ -73,5 +73,5 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
         place=place,
         slope=sp.Matrix([*a_rate, *followed(b, [(a, a_rate), (at["Q"], still), (at["R"], still)])]),
         slope_at=sp.Matrix(place).diff(phi),
-        found=sp.atan2(-q[1], q[2]),
+        angle_of_q=sp.atan2(-q[1], q[2]),
     )

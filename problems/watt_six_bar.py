@@ -79,7 +79,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
         place=place,
         slope=slope(q),
         slope_at=sp.Matrix(place).diff(beta),
-        found=sp.atan2(q[0] * q[3] - q[1] * q[2], q[0] * (q[2] - q[0]) + q[1] * (q[3] - q[1])),
+        angle_of_q=sp.atan2(q[0] * q[3] - q[1] * q[2], q[0] * (q[2] - q[0]) + q[1] * (q[3] - q[1])),
     )
 
 

@@ -34,7 +34,7 @@ def cache_directory() -> Path:
     chosen = os.environ.get("DAEBENCH_CACHE")
     if chosen:
         return Path(chosen)
-    import platformdirs
+    import platformdirs  # which takes longer to import than the rest of this module
 
     return platformdirs.user_cache_path("daebench")
 
@@ -79,7 +79,7 @@ def _name(stem: str, text: str) -> str:
 
 def _with_names_used(source: str) -> str:
     """Return a source that imports from NumPy only the names in its text: among all others are modules that take long to import."""
-    import numpy
+    import numpy  # which `daebench list` does without
 
     used = sorted(set(re.findall(r"(?<![\w.])[A-Za-z_]\w*", source)) & set(numpy.__all__))
     return source.replace("from numpy import *", f"from numpy import {', '.join(used)}" if used else "", 1)
@@ -99,7 +99,7 @@ ELSEWHERE = "compiling in memory, set DAEBENCH_CACHE to a writable folder"
 
 def _read(path: Path) -> str:
     """Return the source of a generated module; "" if there is none. A file that is damaged or belongs to another user is removed."""
-    whole = sealed.own(path)
+    whole = sealed.owned_bytes(path)
     if whole is not None:
         content, _, last = whole.rpartition(END.encode())
         if last == sealed.digest(path.stem, content) + b"\n":
@@ -130,7 +130,7 @@ def _execute(name: str, source: str, file: str) -> types.ModuleType:
     try:
         exec(compile(source.partition(RECORDED)[0], file, "exec"), module.__dict__)
         if "NATIVE" in vars(module):
-            from daebench.compiler.native import Callback, Native
+            from daebench.compiler.native import Callback, Native  # which imports NumPy
 
             names, called, cached = vars(module)["NATIVE"], vars(module).get("CALLBACKS", {}), file != name
             vars(module).update({root: Native(module, source, root, cached=cached) for root in names})

@@ -89,18 +89,18 @@ def called_back(n: int, parameters: int, *texts: str) -> str:
 
 def noted(user: Any, which: int, t: float, health: float) -> int:
     """Count one evaluation at time t; return 0, or -1 if its health is bad or a limit of work is reached."""
-    own = carray(real_pointer(user), HEAD)
-    own[which] += 1.0
-    if not health > SINGULAR:
-        own[WHY], own[HEALTH], own[WHEN] = ILL, health, t
+    head = carray(real_pointer(user), HEAD)
+    head[which] += 1.0
+    if not health > SINGULAR:  # NaN is bad too
+        head[WHY], head[HEALTH], head[WHEN] = ILL, health, t
         return -1
     if which != JACOBIANS:
-        if own[which] > own[MOST]:
-            own[WHY], own[WHEN] = SPENT, t
+        if head[which] > head[MOST]:
+            head[WHY], head[WHEN] = SPENT, t
             return -1
-        if own[SLOW] > 0.0 and own[which] % own[SLOW] == 0.0:
-            if t - own[MARK] < own[SPAN]:
-                own[WHY], own[WHEN] = CRAWLING, t
+        if head[SLOW] > 0.0 and head[which] % head[SLOW] == 0.0:
+            if t - head[MARK] < head[SPAN]:
+                head[WHY], head[WHEN] = CRAWLING, t
                 return -1
-            own[MARK] = t
+            head[MARK] = t
     return 0

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.compiler.cache import generated
 from daebench.compiler.facts import facts
+from daebench.compiler.same_definition import digest_of
+from daebench.compiler.syntax import LANGUAGE
 from daebench.compiler.wrapper import Wrapper
 from daebench.errors import BadInput, unknown
 from daebench.schemes.kernels.claims import MAPPED
@@ -109,8 +111,6 @@ class Source:
         """Facts of the problem: sizes, names and initial values, see :func:`daebench.compiler.facts.facts`."""
 
         def build() -> str:
-            from daebench.compiler.same_definition import digest_of
-
             definition = self.derivation.definition
             fingerprint = hashlib.sha256(definition.fingerprint.encode()).hexdigest()
             return f"{facts(self.problem, self.derivation)}FINGERPRINT = {fingerprint!r}\nMATHEMATICS = {digest_of(definition)!r}\n"
@@ -146,8 +146,7 @@ class Source:
         """
 
         def build() -> str:
-            from daebench.compiler.link import Linker, Options
-            from daebench.compiler.syntax import LANGUAGE
+            from daebench.compiler.link import Linker, Options  # which imports SymPy; a module from the cache needs neither
 
             derivation = self.form(form)
             linker = Linker(derivation, Options(form=form, **options))

@@ -56,6 +56,7 @@ def given(form: Any) -> Any:
 
 def described(x: Any) -> Any:
     """Return a description of a result: null for a number of the program, a list, a known number, or an array."""
+    # Imported here, where something has been recorded: a process that finds its object files imports no compiler.
     from daebench.compiler.trace.arrays import Array
     from daebench.compiler.trace.complex import Complex
     from daebench.compiler.trace.ir import Value
@@ -99,23 +100,25 @@ class Entry:
         space |= {"array": array, "bool": bool, "complex": complex, "DTYPES": DTYPES, "inf": float("inf"), "nan": float("nan")}
         space |= {"floats": (float, np.float64), "bools": (bool, np.bool_), "complexes": (complex, np.complex128), "float32": np.float32}
         space |= {"pack": pack, "Other": Other}
-        found = f"({_together(head['results'], self.kinds, count())})"
+        result = f"({_together(head['results'], self.kinds, count())})"
         guard = f"    if not ({' and '.join(checks)}): raise Other\n" if checks else ""
         size = " + ".join(f"{name}.nbytes" for name in self._places if self._allocates) or "0"
         text = (
-            f"def taken(x):\n    {pattern} = x\n{guard}    return pack({', '.join(words)}), {size}\ndef together(v):\n    return {found}\n"
+            f"def taken(x):\n    {pattern} = x\n{guard}    return pack({', '.join(words)}), {size}\ndef together(v):\n    return {result}\n"
         )
         exec(text, space)
         self._taken, self._together = space["taken"], space["together"]
 
     def _pattern(self, form: Any, place: Callable[[Any], Any], leaves: Iterator[int]) -> tuple[str, list[str], list[str]]:
-        """Return what an argument is unpacked to, the words that it is packed into, and tests of its form."""
+        """Return the pattern that unpacks an argument, the words that it is packed into, and tests of its form."""
         if not isinstance(form, tuple):
             name = f"x{next(leaves)}"
             if form is None:
                 return name, [], [f"{name} is None"]
             if form == "z":
                 return name, [f"{name}.real", f"{name}.imag"], [f"type({name}) in complexes"]
+            # Formats take more than their kind: that of a double also whole numbers, that of a float also doubles, that of a truth
+            # value any whole number. Whole numbers need no test, because their format refuses floats.
             tests = {"s": f"type({name}) is float32", "b": f"type({name}) in bools", "d": f"type({name}) in floats"}
             return name, [name], [tests[form]] if form in tests else []
         if of_array(form):
@@ -148,30 +151,30 @@ class OfMachine(Entry):
 
     def __init__(self, form: Any, head: dict[str, Any], address: int) -> None:
         letters = "".join(packed(form)), "".join(FORMATS.get(kind, "q") for kind in head["kinds"])
-        taken, self._found = (struct.Struct("=" + each) for each in letters)
+        taken, self._found = (struct.Struct("=" + codes) for codes in letters)
         super().__init__(form, head, _Place, taken.pack, _array)
         self._buffer, self._unpacked = ctypes.c_char * self._found.size, self._found.unpack
         self._call = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_void_p)(address)
 
     def __call__(self, words: bytes, given: int) -> Any:
         """Return the result for what :meth:`words` gives."""
-        found, memory = self._buffer(), memory_for(given) if self._allocates else None
-        self._call(words, ctypes.addressof(found), memory.begun() if memory else 0)
-        return self._ended(found, memory)
+        buffer, memory = self._buffer(), memory_for(given) if self._allocates else None
+        self._call(words, ctypes.addressof(buffer), memory.begun() if memory else 0)
+        return self._ended(buffer, memory)
 
     def timed(self, words: bytes, given: int) -> tuple[Any, float]:
         """Return the same, and the CPU time of the machine code."""
-        found, memory = self._buffer(), memory_for(given) if self._allocates else None
-        place, free = ctypes.addressof(found), memory.begun() if memory else 0
+        buffer, memory = self._buffer(), memory_for(given) if self._allocates else None
+        place, free = ctypes.addressof(buffer), memory.begun() if memory else 0
         began = time.thread_time()
         self._call(words, place, free)
         seconds = time.thread_time() - began
-        return self._ended(found, memory), seconds
+        return self._ended(buffer, memory), seconds
 
-    def _ended(self, found: Any, memory: Memory | None) -> Any:
+    def _ended(self, buffer: Any, memory: Memory | None) -> Any:
         if memory:
             memory.require_enough()
-        return self._together(self._unpacked(found))
+        return self._together(self._unpacked(buffer))
 
 
 class Other(Exception):

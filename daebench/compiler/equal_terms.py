@@ -101,13 +101,14 @@ def added(
 def _clusters(values: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> list[Cluster]:
     """Return the terms of sums, grouped by the symbols that they contain."""
     rank = {symbol: i for i, symbol in enumerate(symbols)}
-    found: dict[frozenset[sp.Symbol | int], Cluster] = {}
+    clusters: dict[frozenset[sp.Symbol | int], Cluster] = {}
     for k, value in enumerate(values):
         for term in sp.Add.make_args(value):
             inside = term.free_symbols & rank.keys()
-            cluster = found.setdefault(frozenset(inside or {k}), Cluster(tuple(sorted(inside, key=rank.__getitem__)), {}))
+            # Constants form a cluster of their own for each value.
+            cluster = clusters.setdefault(frozenset(inside or {k}), Cluster(tuple(sorted(inside, key=rank.__getitem__)), {}))
             cluster.terms.setdefault(k, []).append(term)
-    return list(found.values())
+    return list(clusters.values())
 
 
 def _alike(clusters: Sequence[Cluster]) -> dict[tuple[sp.Expr, ...], list[Cluster]]:
@@ -151,6 +152,7 @@ def _loop(
         ]
         body = _adding(targets, [sp.Add(*terms) for terms in first.terms.values()], {**names, **sources})
         rows = ", ".join(f"[{', '.join(map(str, row))}]" for row in zip(*columns, strict=True))
+        # The name of a table is its content, which is known when all lines are written: it is put into them last.
         table = f"TABLE_{hashlib.sha256(rows.encode()).hexdigest()[:16]}"
         if columns:
             text.tables[table] = f"numpy.array([{rows}])"

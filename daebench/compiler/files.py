@@ -17,7 +17,10 @@ from functools import cache, cached_property
 from typing import Any, Protocol
 
 from daebench.compiler import values
+from daebench.compiler.linear.arrays import Arrays
 from daebench.compiler.linear.elimination import CHOICES, Target
+from daebench.compiler.linear.loops import Loops
+from daebench.compiler.linear.tuples import Values
 from daebench.compiler.placed import PREFIX, path_of, placed
 from daebench.compiler.shapes import IDENTITY, MULTIPLIER, OVERLOADS, Kind, said
 from daebench.compiler.syntax import LANGUAGES, RUN_TIME, TypedLiterals, prepared
@@ -27,7 +30,7 @@ from daebench.systems.files.package import text_of
 
 
 class Machine(Protocol):
-    """What runs the functions of files. ``names`` take the place of those of Python, and ``space`` has those of the generated module."""
+    """A machine that runs functions of files. ``names`` take the place of those of Python; ``space`` has those of the generated module."""
 
     names: dict[str, Any]
     space: dict[str, Any]
@@ -39,7 +42,7 @@ class Machine(Protocol):
         """Add an operation to the generated module."""
 
     def body(self, function: "Function") -> Callable[..., Any]:
-        """Return what is called for a function of a file."""
+        """Return the callable that runs the body of a function of a file."""
 
 
 class Files:
@@ -96,10 +99,7 @@ class Files:
 
     @cached_property
     def _operations(self) -> Any:
-        from daebench.compiler.linear.arrays import Arrays
-        from daebench.compiler.linear.loops import Loops
-        from daebench.compiler.linear.tuples import Values
-
+        # The text is the repr of an algebra, written into the generated module by the linker.
         return eval(self._algebra, {"Arrays": Arrays, "Target": Target, "Loops": Loops, "Values": Values})
 
     @contextmanager
@@ -120,10 +120,10 @@ class Files:
         """Return a function of a file for code that holds vectors as the algebra does, and passes parameters last."""
 
         def called(*args: Any) -> Any:
-            *own, par = args
+            *arguments, par = args
             with self.given(par):
                 function = self.function(module, name)
-                given = self.as_kinds(name, function.kinds, [self._text(x) if callable(x) else x for x in own])
+                given = self.as_kinds(name, function.kinds, [self._text(x) if callable(x) else x for x in arguments])
                 return values.held(function(*given))
 
         called.taken = lambda: 1 + len(self.function(module, name).node.args.args)  # type: ignore[attr-defined]
@@ -140,24 +140,21 @@ class Files:
 
     def function(self, module: str, name: str) -> "Function":
         """Return a function of a file."""
-        found: Function = self.names_of(module)[name]
-        return found
+        function: Function = self.names_of(module)[name]
+        return function
 
     def names_of(self, module: str) -> dict[str, Any]:
         """Return the names of a file, which is executed when it is first asked for."""
         if module not in self.read:
+            # An import statement calls __import__ of the builtins: so a file imports the functions of its problem without a change.
             space: dict[str, Any] = {
                 "__builtins__": {**vars(builtins), **self.machine.names, "__import__": self._import, "sum": values.summed}
             }
             space |= {"__name__": module, "_whole": values.whole, "_unrolled": lambda x: x, "_run_time": self._run_time}
             text = text_of(module)
             code, nodes = _compiled(module, text, self.deferred, self.plan["single"])
-            linecache.cache[code.co_filename] = (
-                len(text),
-                None,
-                text.splitlines(keepends=True),
-                code.co_filename,
-            )  # for whoever asks for lines
+            # No file has this name: tracebacks, and the sentences of placed(), get its lines from here.
+            linecache.cache[code.co_filename] = (len(text), None, text.splitlines(keepends=True), code.co_filename)
             exec(code, space)
             for name, function in space.items():
                 if isinstance(function, types.FunctionType) and function.__globals__ is space:
@@ -169,7 +166,7 @@ class Files:
     def _import(self, name: str, into: Any = None, names: Any = None, asked: Sequence[str] = (), level: int = 0) -> Any:
         """Import for a file: names of the language and of other files are those of this problem."""
         if name in LANGUAGES:
-            return types.SimpleNamespace(**{each: self._name(each) for each in asked})
+            return types.SimpleNamespace(**{symbol: self._name(symbol) for symbol in asked})
         if name.startswith("daebench.schemes.") and not name.endswith(".claims"):
             return types.SimpleNamespace(**self.names_of(name))
         return __import__(name, into, names, asked, level)
@@ -194,10 +191,10 @@ class Files:
         if name in self.plan["constants"]:
             return self.plan["constants"][name]
         place, *inside = RUN_TIME[name]
-        found: Any = self.par[self.plan["after"] + place]
+        data: Any = self.par[self.plan["after"] + place]
         for i in inside:
-            found = found[i]
-        return found
+            data = data[i]
+        return data
 
     def called(self, name: str, args: Sequence[Any]) -> Any:
         """Return the value of a call of a function of the scheme language."""
@@ -210,11 +207,11 @@ class Files:
             return values.as_kind(self.algebra, kind, self.algebra(operation, *map(values.held, args)))
         taken, result = self._declared(name)
         if home := self.plan["homes"].get(name):
-            found = self.function(*home)(*args)
+            value = self.function(*home)(*args)
         else:
             args = self.as_kinds(name, taken, args)
-            found = self.operation(name)(*map(values.held, args), *[self.par] * (not self.bare(name)))
-        return values.like(args[0], found) if name == "with_tangents" else values.as_kind(self.algebra, result, found, vouched=True)
+            value = self.operation(name)(*map(values.held, args), *[self.par] * (not self.bare(name)))
+        return values.like(args[0], value) if name == "with_tangents" else values.as_kind(self.algebra, result, value, vouched=True)
 
     def _kinds(self, name: str) -> tuple[Sequence[Kind], Kind]:
         """Return the declared kinds of the parameters and of the result of a function of the scheme language."""
@@ -280,11 +277,11 @@ class Function:
         """Return the value of a call, of which everything is whole."""
         taken = self.files.as_kinds(self.name, self.kinds, args)
         try:
-            found = self._body(*taken)
+            value = self._body(*taken)
         except values.Misfit as error:
             raise placed(error) or error from error
         try:
-            return values.as_kind(self.files.algebra, self._kinds[1], found, vouched=True)
+            return values.as_kind(self.files.algebra, self._kinds[1], value, vouched=True)
         except values.Misfit as error:
             where = f"{path_of(self.module)}, line {self.node.lineno}"
             raise InvalidProblem(f"{where}: {self.name} does not return what its annotation says: {error}.") from error
@@ -298,7 +295,7 @@ def _compiled(module: str, text: str, deferred: bool, single: bool) -> tuple[typ
     return compile(tree, f"{PREFIX}{module}", "exec"), nodes
 
 
-def roots(found: Files) -> dict[str, Callable[..., Any]]:
+def roots(files: Files) -> dict[str, Callable[..., Any]]:
     """Return the functions of files, and operations, that text calls, by their names there."""
-    operations = {name: found.operation(name) for name in found.plan["operations"]}
-    return operations | {name: found.root(*home) for name, home in found.plan["roots"].items()}
+    operations = {name: files.operation(name) for name in files.plan["operations"]}
+    return operations | {name: files.root(*home) for name, home in files.plan["roots"].items()}

@@ -75,9 +75,9 @@ class OfPython(Entry):
         """Return the result for what :meth:`words` gives, and the CPU time."""
         began = time.thread_time()
         with np.errstate(all="ignore"):
-            found = self._function(*words)
+            results = self._function(*words)
         seconds = time.thread_time() - began
-        return self._together([FOUND[kind](x) for kind, x in zip(self.kinds, found, strict=True)]), seconds
+        return self._together([FOUND[kind](x) for kind, x in zip(self.kinds, results, strict=True)]), seconds
 
 
 def _parts(x: Any) -> list[Any]:

@@ -86,17 +86,17 @@ class _Page:
         return self.program.space[name](*args)
 
     def method(self, name: str, parameters: str, make: Callable[..., None]) -> str:
-        """Return what ``make`` records, given arrays and numbers of these names, as a method."""
+        """Return the text of a method: the operations that ``make`` records, given arrays and numbers of these names."""
         names = parameters.split(",")
 
-        def given(made: Function, parameter: str) -> Any:
+        def given(recording: Function, parameter: str) -> Any:
             if not parameter.isupper():
-                return self.program.parameter(made, FLOAT64 if parameter == "h" else INTEGER)
-            pointer = self.program.parameter(made, POINTER)
+                return self.program.parameter(recording, FLOAT64 if parameter == "h" else INTEGER)
+            pointer = self.program.parameter(recording, POINTER)
             return Array(pointer, FLOAT64, (self.program.code.emit("length", INTEGER, (pointer,)),), (1,))
 
         try:
-            function, _ = self.program.recorded(name, lambda made: make(*(given(made, parameter) for parameter in names)))
+            function, _ = self.program.recorded(name, lambda recording: make(*(given(recording, parameter) for parameter in names)))
         except (AttributeError, TypeError, NameError) as error:
             what = getattr(error, "name", None) or f"this: {error}"
             raise BadInput(f"a page cannot compute {what}; choose another problem or method for it.") from error

@@ -218,6 +218,7 @@ class Linker:
             "work": self.updates if self.options.count else {},
             "sites": self.sites,
             "single": self.number.dtype == "float32",
+            # Object files are stored under the digest of this source, which has no text of the files that are read with it.
             "texts": hashlib.sha256("".join(text_of(module) for module in sorted(self.files.read)).encode()).hexdigest(),
         }
         return f"from daebench.compiler.plain import files\n\nFILES = files(globals(), {plan}, {repr(self.algebra)!r})"
@@ -229,6 +230,7 @@ class Linker:
             return function.name
         key = " ".join([function.key, *bound.values()])
         if key not in self.work:
+            # Entered before it is read, so that a function that leads back to itself is read once.
             self.work[key] = [0] * len(self.kinds)
             reach = Reach(self, function, bound)
             self.work[key] = reach.work
@@ -263,8 +265,8 @@ class Linker:
             if home := self.filled(name):
                 self.homes[name] = home
             else:
-                for each in (*self.monitored.needs(name), *self.derivation.needs(name)):
-                    self.resolve(LANGUAGE, each)
+                for need in (*self.monitored.needs(name), *self.derivation.needs(name)):
+                    self.resolve(LANGUAGE, need)
                 source = self._of_problem(name) or (None if name in self.operations else self.monitored.source(name))
                 if source is not None:
                     self.emitted[name] = source
@@ -300,8 +302,8 @@ class Linker:
     def _composed(self, name: str) -> tuple[str, str]:
         for part in ("mechanical", "composed", "rank"):
             module = f"daebench.schemes.kernels.{part}"
-            found = self.files.names_of(module).get(name)
-            if isinstance(found, Function) and found.module == module and not (part == "mechanical" and self.derivation.explicit):
+            function = self.files.names_of(module).get(name)
+            if isinstance(function, Function) and function.module == module and not (part == "mechanical" and self.derivation.explicit):
                 return module, name
         raise InvalidProblem(f"a scheme asks for {name}, which is not defined for this problem.")
 

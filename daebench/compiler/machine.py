@@ -59,7 +59,7 @@ def object_file(text: str, *, loops: bool) -> bytes:
 
 @cache
 def session() -> Any:
-    """Return what loads object files into this process."""
+    """Return the just-in-time compiler of LLVM that loads object files into this process."""
     return llvm.create_lljit_compiler(_target())
 
 
@@ -113,5 +113,5 @@ def _platform() -> dict[str, int]:
     """Return the addresses of functions of the platform."""
     mathematics = ctypes.CDLL(ctypes.util.find_library("m")) if sys.platform != "win32" else ctypes.cdll.msvcrt
     names = [*FUNCTIONS, *(f"{name}f" for name in FUNCTIONS), "memmove", "memcpy", "memset"]
-    found = {name: getattr(mathematics, name, None) for name in names}
-    return {name: int(ctypes.cast(function, ctypes.c_void_p).value or 0) for name, function in found.items() if function is not None}
+    functions = {name: getattr(mathematics, name, None) for name in names}
+    return {name: int(ctypes.cast(function, ctypes.c_void_p).value or 0) for name, function in functions.items() if function is not None}

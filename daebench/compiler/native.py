@@ -18,6 +18,7 @@ from daebench.compiler import sealed
 from daebench.compiler.callbacks import ARENA
 from daebench.compiler.entry import Entry, OfMachine, described, form_of, given
 from daebench.compiler.in_python import OfPython
+from daebench.compiler.placed import PREFIX
 from daebench.compiler.under_way import compiling
 from daebench.errors import DaebenchError, InvalidProblem, in_words
 
@@ -74,18 +75,20 @@ class _Function:
         return OfPython(form, head, text.decode())
 
     def at(self, form: Any, letters: str = "") -> tuple[dict[str, Any], int]:
-        """Return what is known of the function for arguments of a form, and its address; ``letters`` are its types if C calls it."""
+        """Return the head of the function for arguments of a form, and its address; ``letters`` are its types if C calls it."""
         if no_machine_code():
             raise self.missing()
+        # LLVM may be missing, and functions run as Python then.
         from daebench.compiler.machine import loaded, machine
 
         head, code, stem = self._made(form, letters, machine(), SUFFIX, lambda: self._compiled(form, letters))
+        # A number is appended because a process may load one file several times, and names of loaded files have to differ.
         return head, loaded(f"{stem}_{next(_count)}", code, "entry")
 
     def _made(
         self, form: Any, letters: str, machine: str, suffix: str, make: Callable[[], tuple[dict[str, Any], bytes]]
     ) -> tuple[dict[str, Any], bytes, str]:
-        """Return what is known of the function and what was made of it for a machine, from a sealed file, with the name of that file."""
+        """Return the head of the function, its code for a machine, and the name of the sealed file that both are from."""
         purpose = "\n".join([self._module.__name__, self._name, vars(self._module)["__digest__"], repr(form), letters, machine])
         key = hashlib.sha256(purpose.encode()).hexdigest()[:16]
         path = Path(str(self._module.__file__)).with_suffix(f".{self._name}.{key}{suffix}")
@@ -98,15 +101,16 @@ class _Function:
         return json.loads(line), code, path.stem
 
     def _compiled(self, form: Any, letters: str) -> tuple[dict[str, Any], bytes]:
-        """Return what is known of the function, and an object file."""
+        """Return the head of the function, and an object file."""
+        # Imported here: a process that finds its object files imports no compiler.
         from daebench.compiler.machine import object_file
         from daebench.compiler.print.llvm import Text
         from daebench.compiler.trace.program import parameters_in
 
         with self._recorded(form) as (functions, structure):
             function, text = functions[-1], Text()
-            for each in functions[:-1]:
-                text.add(each)
+            for callee in functions[:-1]:
+                text.add(callee)
             if letters:
                 text.callback(function, "entry", letters, parameters_in(self._source, self._name).index("user"), ARENA, structure)
             else:
@@ -115,7 +119,7 @@ class _Function:
             return _head(function, structure, allocates=allocates), object_file(text.whole(), loops=allocates or bool(letters))
 
     def _printed(self, form: Any) -> tuple[dict[str, Any], bytes]:
-        """Return what is known of the function, and its text in Python."""
+        """Return the head of the function, and its text in Python."""
         from daebench.compiler.print import python
 
         with self._recorded(form) as (functions, structure):
@@ -139,7 +143,7 @@ class _Function:
 
     @property
     def title(self) -> str:
-        """What the module has, in words."""
+        """The first line of the module's docstring, without its full stop."""
         return str(self._module.__doc__ or "functions").partition("\n")[0].rstrip(".")
 
     def missing(self) -> NoMachineCode:
@@ -157,7 +161,7 @@ class _Function:
 
 
 def _head(function: Any, structure: Any, *, allocates: bool = False) -> dict[str, Any]:
-    """Return what is known of a function, as :class:`daebench.compiler.entry.Entry` takes it."""
+    """Return the head of a function: the form of its results, as :class:`daebench.compiler.entry.Entry` reads it."""
     return {
         "name": function.name,
         "results": described(structure),
@@ -168,9 +172,7 @@ def _head(function: Any, structure: Any, *, allocates: bool = False) -> dict[str
 
 def _innermost(error: BaseException) -> str:
     """Return the function in which an error was raised, the last that was executed or followed; of files with file and line."""
-    from daebench.compiler.placed import PREFIX
-
-    found = ""
+    innermost = ""
     for frame, line in traceback.walk_tb(error.__traceback__):
         code, name = frame.f_code, frame.f_code.co_name
         if name == "inlined" and (node := getattr(frame.f_locals["self"], "node", None)):
@@ -180,10 +182,10 @@ def _innermost(error: BaseException) -> str:
         else:
             file = code.co_filename
         if file.startswith(PREFIX) and name != "<module>":
-            found = f"{name} of {file.removeprefix(PREFIX).replace('.', '/')}.py, line {line}"
+            innermost = f"{name} of {file.removeprefix(PREFIX).replace('.', '/')}.py, line {line}"
         elif file == "<string>" and name != "<module>":
-            found = f"its function {name}"
-    return found
+            innermost = f"its function {name}"
+    return innermost
 
 
 class Native:

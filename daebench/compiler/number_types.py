@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from daebench.systems.files.package import text_of
 
 DOUBLE = "2.220446049250313e-16"
@@ -72,7 +74,7 @@ class NumberType:
         """Functions of these numbers that modules call."""
         if not self.points:
             return ()
-        from daebench.compiler.trace import dual_functions, lanes
+        from daebench.compiler.trace import dual_functions, lanes  # only where source is generated
 
         return ["select", "negated", *(function.__name__ for function in (lanes if self.lanes else dual_functions).FUNCTIONS)]
 
@@ -95,7 +97,7 @@ class NumberType:
 
     @staticmethod
     def _side(node: ast.stmt, *, remembers: bool) -> list[ast.stmt]:
-        """Return what is left of a statement at module level: a side of a branch, which is on whether the scheme remembers something."""
+        """Return the statements that replace one at module level: one side of a branch on whether the scheme remembers something."""
         return [node] if not isinstance(node, ast.If) else node.body if remembers else node.orelse
 
 
@@ -126,8 +128,6 @@ def number_type(name: str) -> NumberType:
 
 
 def _spacing(dtype: str) -> float:
-    import numpy as np
-
     return float(np.finfo(dtype).eps)
 
 

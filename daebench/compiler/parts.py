@@ -20,13 +20,13 @@ def rebuilt(expressions: Sequence[sp.Expr], change: Callable[[sp.Basic], sp.Basi
     """Return expressions with each part replaced by what ``change`` makes of it, after the parts of that part."""
     known: dict[sp.Basic, sp.Basic] = {}
 
-    def made(part: sp.Basic) -> sp.Basic:
+    def changed(part: sp.Basic) -> sp.Basic:
         if part not in known:
-            arguments = [made(argument) for argument in part.args]
+            arguments = [changed(argument) for argument in part.args]
             known[part] = change(part if arguments == list(part.args) else part.func(*arguments))
         return known[part]
 
-    return [made(expression) for expression in expressions]
+    return [changed(expression) for expression in expressions]
 
 
 def replaced(expressions: Sequence[sp.Expr], values: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:

@@ -10,15 +10,15 @@ PREFIX = "scheme:"
 
 def placed(error: BaseException) -> InvalidProblem | None:
     """Return an error with file, line and expression of the innermost statement of a file in which it was raised; None if in none."""
-    trace, found = error.__traceback__, None
+    trace, innermost = error.__traceback__, None
     while trace:
         if trace.tb_frame.f_code.co_filename.startswith(PREFIX):
-            found = trace
+            innermost = trace
         trace = trace.tb_next
-    if found is None:
+    if innermost is None:
         return None
-    module = found.tb_frame.f_code.co_filename.removeprefix(PREFIX)
-    positions = list(found.tb_frame.f_code.co_positions())[found.tb_lasti // 2]
+    module = innermost.tb_frame.f_code.co_filename.removeprefix(PREFIX)
+    positions = list(innermost.tb_frame.f_code.co_positions())[innermost.tb_lasti // 2]
     first, last, begin, end = (0 if x is None else x for x in positions)
     lines = linecache.getlines(f"{PREFIX}{module}")[first - 1 : last]
     lines[-1] = lines[-1][:end]

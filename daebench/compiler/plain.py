@@ -42,6 +42,6 @@ class Plain:
 
 def files(space: dict[str, Any], plan: Mapping[str, Any], algebra: str) -> Files:
     """Return the files of a generated module, whose names get those of its roots, for Python."""
-    found = Files(plan, Plain(space), algebra)
-    space.update(roots(found))
-    return found
+    scheme_files = Files(plan, Plain(space), algebra)
+    space.update(roots(scheme_files))
+    return scheme_files

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy as sp
+from sympy.printing.numpy import NumPyPrinter
 
 from daebench.compiler.print.languages import FUNCTIONS, KEYWORDS, unknown_language
 from daebench.errors import BadInput
-from daebench.lazily import sympy
 
 
 @dataclass(frozen=True)
@@ -204,8 +204,7 @@ def _julia(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequen
 
 
 def _python(problem: str, parameters: Mapping[sp.Symbol, float], contents: Sequence[Function]) -> str:
-
-    code = sympy.printing.numpy.NumPyPrinter({"fully_qualified_modules": True, "inline": True}).doprint
+    code = NumPyPrinter({"fully_qualified_modules": True, "inline": True}).doprint
     lines = [f'"""{problem}: {_parameters(parameters)}."""', "", "import numpy", "", f"par = {list(parameters.values())}", ""]
     for function in contents:
         places, shared, entries = _body(function, list(parameters))

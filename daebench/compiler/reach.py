@@ -1,4 +1,4 @@
-"""What a function of a file needs, and the work that one call of it counts for: read from its syntax, without running it."""
+"""The functions that a function of a file calls, and the work that one call counts for: read from its syntax, without running it."""
 
 import ast
 from collections.abc import Iterator, Mapping, Sequence
@@ -60,11 +60,11 @@ class Reach(ast.NodeVisitor):
 
     def _known(self, name: str) -> Any:
         """Return the value of a constant of the language, or of an index; None for another name."""
-        found = self.indices.get(name, self.names.get(name))
-        return found if isinstance(found, int | float) else None
+        value = self.indices.get(name, self.names.get(name))
+        return value if isinstance(value, int | float) else None
 
     def visit_If(self, node: ast.If) -> None:
-        """Read what is left of a branch on a constant of the language; of any other, both sides."""
+        """Read the side that is taken of a branch on a constant of the language; of any other branch, both sides."""
         if isinstance(node.test, ast.Name) and (known := self._known(node.test.id)) is not None:
             for statement in node.body if known else node.orelse:
                 self.visit(statement)
@@ -108,9 +108,9 @@ class Reach(ast.NodeVisitor):
         if not isinstance(node.func, ast.Name):
             self.generic_visit(node)
             return
-        name, found = node.func.id, self.names.get(node.func.id)
+        name, callee = node.func.id, self.names.get(node.func.id)
         slots: Sequence[str] = ()
-        if isinstance(found, Name) and found.name == "tally":
+        if isinstance(callee, Name) and callee.name == "tally":
             assert isinstance(node.args[0], ast.Name)
             self.linker.iterates(self.bound[node.args[0].id])
             slots = ["update"]
@@ -118,27 +118,27 @@ class Reach(ast.NodeVisitor):
             self.calls[self.bound[name]] = self.calls.get(self.bound[name], 0) + 1
             if not self.branches:  # an iteration counts its own loop
                 self._count(node, self.linker.work_of(self.bound[name], self.bound[name]))
-        elif isinstance(found, Name | Function):
-            slots = self._asked(found, node)
+        elif isinstance(callee, Name | Function):
+            slots = self._asked(callee, node)
         for place, argument in enumerate(node.args):
             if place >= len(slots) or not slots[place]:
                 self.visit(argument)
 
-    def _asked(self, found: Name | Function, node: ast.Call) -> Sequence[str]:
+    def _asked(self, callee: Name | Function, node: ast.Call) -> Sequence[str]:
         """Ask for a function; return the names of its parameters that are called, in the places of its arguments."""
         slots: list[str] = []
-        if isinstance(found, Name):
-            key = self.linker.needed(found.name)
+        if isinstance(callee, Name):
+            key = self.linker.needed(callee.name)
         else:
-            slots, bound = _called(found.node), dict[str, str]()
+            slots, bound = _called(callee.node), dict[str, str]()
             for slot, argument in zip(slots, node.args, strict=False):
                 if slot:
                     if not isinstance(argument, ast.Name):
                         raise self._refused(argument, "a function is passed by its name")
                     bound[slot] = self.bound.get(argument.id) or self.linker.reached(self.names[argument.id], {})
-            key = self.linker.reached(found, bound)
+            key = self.linker.reached(callee, bound)
         self.calls[key] = self.calls.get(key, 0) + 1
-        self._count(node, self.linker.work_of(key, found.name))
+        self._count(node, self.linker.work_of(key, callee.name))
         return slots
 
     def _refused(self, node: ast.expr, why: str) -> InvalidProblem:

@@ -60,7 +60,8 @@ def write(path: Path, purpose: str, content: bytes) -> None:
 
 def read(path: Path, purpose: str) -> bytes | None:
     """Return the content of a sealed file; None if there is none. A damaged or foreign file is removed."""
-    whole = own(path)
+    whole = owned_bytes(path)
+    # Behind the mark are 64 digits and the end of their line.
     start = len(MARK) + 65
     if whole is not None and whole[:start] == MARK + digest(purpose, whole[start:]) + b"\n":
         return whole[start:]
@@ -78,6 +79,7 @@ def put(path: Path, whole: bytes) -> None:
     """
     if path.is_dir():
         remove(path)
+    # In the same folder, because a file is replaced at once only within one file system.
     handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.stem[:64], suffix=".tmp")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -88,7 +90,7 @@ def put(path: Path, whole: bytes) -> None:
         raise
 
 
-def own(path: Path) -> bytes | None:
+def owned_bytes(path: Path) -> bytes | None:
     """Return the bytes of a file that belongs to this user; None if there is no such file."""
     try:
         with path.open("rb") as file:

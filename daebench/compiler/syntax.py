@@ -15,7 +15,7 @@ RUN_TIME = {**RUN_TIME, "ITERATIONS_ASKED": (3, 0), "ROUNDINGS": (3, 1)}
 
 
 class _Prepared(ast.NodeTransformer):
-    """What a file needs besides: run-time data are asked for, and what is bound, chosen or returned is whole."""
+    """Changes the syntax of a file: run-time data are asked for, and values that are bound, chosen or returned are made whole."""
 
     def __init__(self, path: str, deferred: bool, single: bool) -> None:
         self.path, self.inside, self.deferred, self.single = path, False, deferred, single
@@ -26,7 +26,7 @@ class _Prepared(ast.NodeTransformer):
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         self.inside = True
-        node.body = [self.visit(each) for each in node.body]
+        node.body = [self.visit(statement) for statement in node.body]
         self.inside = False
         return node
 

@@ -1,4 +1,4 @@
-"""What takes long before a run begins: said by progress that is shown beside it, and done without garbage collection."""
+"""The module that is being compiled, for progress that is shown meanwhile; garbage collection waits until it is done."""
 
 import gc
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ def compiling(what: str) -> Iterator[None]:
 
 
 def under_way() -> str:
-    """Return what is compiled now, "" where nothing is."""
+    """Return a phrase on the module that is compiled now, "" where none is."""
     return f"compiling {_compiled[0]}" if _compiled else ""
 
 

@@ -156,8 +156,8 @@ class Element:
         entry = shapes.ENTRY.get(self.kind)
         if entry is None:
             raise Misfit(f"{said(self.kind)} has no entries")
-        found = self.whole.held[i]
-        return found if entry == NUMBER else Element(self.algebra, entry, found)
+        part = self.whole.held[i]
+        return part if entry == NUMBER else Element(self.algebra, entry, part)
 
     def __len__(self) -> int:
         return len(self.held)
@@ -193,7 +193,7 @@ def _other(shape: str) -> str:
 
 
 def named(x: Any) -> str:
-    """Return what a value is, in words."""
+    """Return the name of the kind of a value, for messages."""
     return said(x.kind) if isinstance(x, Element) else "a tuple" if isinstance(x, tuple) else "a function" if callable(x) else "a number"
 
 
@@ -212,17 +212,17 @@ def whole(x: Any) -> Any:
 
 
 def held(x: Any) -> Any:
-    """Return what a value is held as, in tuples of any depth."""
+    """Return the numbers and tuples that a value is held as, in tuples of any depth."""
     if type(x) is Element:
         return x.held if x.weight is None and not x.turned and x.outer is None else x.whole.held
     return tuple(map(held, x)) if type(x) is tuple else x
 
 
-def like(x: Any, found: Any) -> Any:
-    """Return what was found in place of a value, as elements where that has elements."""
+def like(x: Any, value: Any) -> Any:
+    """Return ``value`` with elements where ``x`` has elements, of the same kinds."""
     if isinstance(x, Element):
-        return found if isinstance(found, Element) else Element(x.algebra, x.kind, found)
-    return tuple(map(like, x, found)) if isinstance(x, tuple) else found
+        return value if isinstance(value, Element) else Element(x.algebra, x.kind, value)
+    return tuple(map(like, x, value)) if isinstance(x, tuple) else value
 
 
 def summed(terms: Any) -> Any:
@@ -248,7 +248,7 @@ def kind_of(annotation: Any) -> Kind:
 def kinds_of(function: Any) -> tuple[list[Kind], Kind]:
     """Return the kinds of the parameters and of the result of a function."""
     annotations = function.__annotations__
-    return [kind_of(each) for name, each in annotations.items() if name != "return"], kind_of(annotations.get("return"))
+    return [kind_of(annotation) for name, annotation in annotations.items() if name != "return"], kind_of(annotations.get("return"))
 
 
 def as_kind(algebra: Algebra, kind: Kind, x: Any, *, vouched: bool = False) -> Any:

@@ -42,11 +42,11 @@ def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed:
 def text_of(function: Any) -> str:
     """Return the text of a function without its docstring, and without annotations in it."""
     (node,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
-    for each in ast.walk(node):
-        if isinstance(each, ast.FunctionDef):
-            each.returns = None
-        elif isinstance(each, ast.arg):
-            each.annotation = None
+    for child in ast.walk(node):
+        if isinstance(child, ast.FunctionDef):
+            child.returns = None
+        elif isinstance(child, ast.arg):
+            child.annotation = None
     assert isinstance(node, ast.FunctionDef)
     if ast.get_docstring(node) is not None:
         del node.body[0]

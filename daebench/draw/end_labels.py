@@ -30,6 +30,7 @@ def label_ends(axis: Any, names: Sequence[str], x: Sequence[float], y: Sequence[
     height = axis.figure.get_size_inches()[1] * box.height * 72
     ends = axis.transAxes.inverted().transform(axis.transData.transform(np.column_stack([x, y])))
     ends[:, 1] = np.clip(ends[:, 1], 0.0, 1.0)
+    # By height; of ends at one height the rightmost is lowest.
     order = np.lexsort((-ends[:, 0], ends[:, 1]))
     places = apart(ends[order, 1], LINE * size / height)
     for k, place in zip(order, places, strict=True):

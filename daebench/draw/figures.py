@@ -103,6 +103,7 @@ def legend_below(figure: "Figure", axis: Any, columns: int, *, handles: Sequence
         For Matplotlib's ``legend``, for example ``columnspacing=1.3``.
     """
     shown = list(handles) or axis.get_legend_handles_labels()[0]
+    # Widths are known only when the entries are laid out, so that fewer columns are tried until they fit.
     for wide in range(min(columns, len(shown)), 0, -1):
         legend = figure.legend(handles=shown, loc="outside lower center", ncols=wide, **settings)
         if wide == 1 or legend.get_window_extent().width <= figure.bbox.width:
@@ -142,6 +143,7 @@ _STYLE: Any = {
     "figure.constrained_layout.use": True,
     "path.simplify": True,
     "svg.fonttype": "path",
+    # The identifiers in a file are otherwise drawn at random.
     "svg.hashsalt": "daebench",
 }
 

@@ -209,6 +209,7 @@ def stroke_of(method: str) -> Stroke:
         return STROKES_OF[method]
     parts = _parts(method)
     if parts is None:
+        # A checksum, because Python's hash of a text differs from process to process.
         return replace(OTHER, marker=MARKERS[crc32(method.encode()) % len(MARKERS)])
     scheme = parts["scheme"]
     stroke = STROKES_OF.get(scheme) or STROKES_OF.get(scheme.partition(":")[0], OTHER)

@@ -154,6 +154,7 @@ def surface_lines(picture: "Picture", parameters: Sequence[Any], par: Sequence[f
 def moving(points: Array, candidates: Sequence[int]) -> list[int]:
     """Return the points that move, without repeating points that always coincide; points has shape(n, k, dimension)."""
     indices: list[int] = []
+    # Less is rounding: points that coincide are computed from different expressions.
     least = 1e-9 * float(np.max(np.abs(points), initial=0.0))
     for k in candidates:
         moves = np.ptp(points[:, k], axis=0).max() > least

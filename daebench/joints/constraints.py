@@ -33,15 +33,16 @@ def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, va
     tied += places.closures
     groups: list[range] = []
     for joint in joints:
-        label, found, positive = _of_joint(joint, places, values)
-        groups.append(range(len(tied), len(tied) + max(1, len(found))))
-        tied += [(label, x) for x in found or [sp.S.Zero]]
+        label, expressions, positive = _of_joint(joint, places, values)
+        # A joint without equations is entered with 0 = 0, so that it is named among those that add none.
+        groups.append(range(len(tied), len(tied) + max(1, len(expressions))))
+        tied += [(label, x) for x in expressions or [sp.S.Zero]]
         signs += [(label, x) for x in positive]
     return tied, signs, groups
 
 
 def _of_joint(joint: Joint | Distance | Driver, places: Places, values: Values) -> tuple[str, list[sp.Expr], list[sp.Expr]]:
-    """Return what a joint is called, its equations, and what is positive on its branch."""
+    """Return the label of a joint, its equations, and expressions that are positive on its branch."""
     if isinstance(joint, DrivenCoordinate):
         places.given(joint.point)
         return f"the driver of {joint.point}", [driven_coordinate(joint, places.columns)], []
@@ -79,14 +80,14 @@ def keepers(tied: Labelled, q: Sequence[sp.Symbol]) -> list[int | None]:
     """Return for each equation the first that is the same but for a factor, itself or one before; None if it holds in any position."""
     seen: dict[Any, int] = {}
     index = {x: i for i, x in enumerate(q)}
-    found: list[int | None] = []
+    firsts: list[int | None] = []
     for k, (label, equation) in enumerate(tied):
         used = sorted((x for x in equation.free_symbols if x in index), key=lambda x: index[x])
         plain = sp.Poly(equation, *used) if used else None
         if not used and sp.expand(equation) != 0 and t in equation.free_symbols:
             raise InvalidProblem(f"{label} moves only the ground; drive a point or body that can move.")
         if plain is None or plain.is_zero:
-            found.append(None)
+            firsts.append(None)
         else:
-            found.append(seen.setdefault(plain.monic() if t not in equation.free_symbols else equation, k))
-    return found
+            firsts.append(seen.setdefault(plain.monic() if t not in equation.free_symbols else equation, k))
+    return firsts

@@ -111,8 +111,8 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
         candidates = [(was, QUARTER_TURN * was, sp.S.One) for was, _ in a.directions]
     else:
         length = sp.sqrt(simplified(axis.dot(axis)))
-        own = [was for was, _ in a.directions if simplified(was.dot(axis)) == 0]
-        candidates = [(u, axis.cross(u), length) for u in (*own, *across(axis))]
+        perpendicular = [was for was, _ in a.directions if simplified(was.dot(axis)) == 0]
+        candidates = [(u, axis.cross(u), length) for u in (*perpendicular, *across(axis))]
     for u, turned, length in candidates:
         if a.holds(u, 0) and b.holds(u, 0) and b.holds(turned, 0):
             return u, turned, length

@@ -53,11 +53,11 @@ def number(x: Exact, values: Values) -> float:
 
 def numbers(matrix: Any, values: Values) -> Array:
     """Return the values of a matrix of expressions in the parameters."""
-    found = sp.Matrix(matrix).subs(values)
-    if found.free_symbols:
-        names = ", ".join(sorted(map(str, found.free_symbols)))
+    substituted = sp.Matrix(matrix).subs(values)
+    if substituted.free_symbols:
+        names = ", ".join(sorted(map(str, substituted.free_symbols)))
         raise InvalidProblem(f"{names} of the mechanism has no value; declare it in parameters, or use daebench.joints.t for the time.")
-    return np.array(found.evalf(), dtype=float)
+    return np.array(substituted.evalf(), dtype=float)
 
 
 def spread(places: Array) -> float:
@@ -75,13 +75,13 @@ def levelled(columns: Array) -> Array:
     """
     at = columns[-1] != 0
     size = spread(columns[:-1, at])
-    found: Array = np.array(columns, dtype=float)
+    scaled: Array = np.array(columns, dtype=float)
     if at.any():
         first = columns[:-1, at][:, :1]
-        found[:-1, at] = (columns[:-1, at] - first) / size if size else 0.0
-    lengths = np.linalg.norm(found[:, ~at], axis=0)
-    found[:, ~at] /= np.where(lengths > 0, lengths, 1.0)
-    return found
+        scaled[:-1, at] = (columns[:-1, at] - first) / size if size else 0.0
+    lengths = np.linalg.norm(scaled[:, ~at], axis=0)
+    scaled[:, ~at] /= np.where(lengths > 0, lengths, 1.0)
+    return scaled
 
 
 def rank(matrix: Array) -> int:

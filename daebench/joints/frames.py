@@ -129,16 +129,18 @@ class Frame:
 
     def rigidity(self) -> list[tuple[str, sp.Expr]]:
         """Return in words and as expressions what has to stay for the body to be rigid: distances, and products of directions."""
-        own = self.columns[: self.declared]
-        points, directions = [x for x in own if x.weight], [x for x in own if not x.weight]
-        kept = [(f"the distance of {a.name} and {b.name}", b.reference - a.reference, b.now - a.now) for a, b in combinations(points, 2)]
-        found = [(words, now.dot(now) - simplified(was.dot(was))) for words, was, now in kept]
+        declared = self.columns[: self.declared]
+        points, directions = [x for x in declared if x.weight], [x for x in declared if not x.weight]
+        spans = [(f"the distance of {a.name} and {b.name}", b.reference - a.reference, b.now - a.now) for a, b in combinations(points, 2)]
+        conditions = [(words, now.dot(now) - simplified(was.dot(was))) for words, was, now in spans]
         legs = [(b.name, b.reference - points[0].reference, b.now - points[0].now) for b in points[1:]]
         for k, u in enumerate(directions):
             pairs = [*legs, *((v.name, v.reference, v.now) for v in directions[:k])]
-            found += [(f"the angle of {u.name} and {name}", u.now.dot(now) - simplified(u.reference.dot(was))) for name, was, now in pairs]
-            found.append((f"the length of {u.name}", u.now.dot(u.now) - simplified(u.reference.dot(u.reference))))
-        return [(f"{words} in {self.body}", expression) for words, expression in found]
+            conditions += [
+                (f"the angle of {u.name} and {name}", u.now.dot(now) - simplified(u.reference.dot(was))) for name, was, now in pairs
+            ]
+            conditions.append((f"the length of {u.name}", u.now.dot(u.now) - simplified(u.reference.dot(u.reference))))
+        return [(f"{words} in {self.body}", expression) for words, expression in conditions]
 
 
 def framed(body: str, columns: Sequence[Column], values: Values) -> Frame:

@@ -41,6 +41,7 @@ def common_axis(a: Frame, b: Frame, axis: sp.Matrix) -> list[sp.Expr]:
 def across(axis: sp.Matrix) -> list[sp.Matrix]:
     """Return two directions at right angles to an axis and to each other, shape(3, 1), without roots."""
     sizes = [abs(sp.N(x)) if x.is_number else sp.S.One for x in axis]
+    # The coordinate axis that is least along it, so that their cross product is not 0.
     least = sp.eye(3)[:, sizes.index(min(sizes))]
     first = axis.cross(least)
     return [first, axis.cross(first)]
@@ -53,12 +54,12 @@ def equations(joint: Joint, a: Frame, b: Frame, place: sp.Matrix, axes: Sequence
         return _slide(a, b, place, axes[0]) if flat else _slide_in_space(a, b, place, axes[0])
     if isinstance(joint, Cylindrical):
         return [*common_axis(a, b, axes[0]), *_on_axis(a, b, place, across(axes[0]))]
-    found = coincidence(a, b, place)
+    conditions = coincidence(a, b, place)
     if isinstance(joint, Universal):
-        found.append(a.along(axes[0]).dot(b.along(axes[1])))
+        conditions.append(a.along(axes[0]).dot(b.along(axes[1])))
     elif isinstance(joint, Revolute) and not flat:
-        found += common_axis(a, b, axes[0])
-    return found
+        conditions += common_axis(a, b, axes[0])
+    return conditions
 
 
 def _on_axis(a: Frame, b: Frame, place: sp.Matrix, ways: Sequence[sp.Matrix]) -> list[sp.Expr]:

@@ -130,7 +130,7 @@ def check_axes(joint: Joint, axes: Sequence[sp.Matrix], flat: bool, values: Valu
 
 def direction(what: str, axis: Sequence[Exact]) -> sp.Matrix:
     """Return an axis as a column; refuse one that is 0."""
-    found = vector(what, axis)
-    if not any(exact(x) for x in found):
+    column = vector(what, axis)
+    if not any(exact(x) for x in column):
         raise InvalidProblem(f"{what} is 0; give a direction.")
-    return found
+    return column

@@ -217,6 +217,7 @@ def matrix_of(terms: Terms, d: int) -> sp.Matrix:
 
 def _require_used(mechanism: Mechanism, places: Places) -> None:
     """Refuse points that no body has, and forces at points that there are not."""
+    # A dot is in the names of directions that a body was given besides its own, see Places._completed.
     left = [name for name in places.declared if name not in places.columns and "." not in name]
     if left:
         raise InvalidProblem(f"{', '.join(left)} belongs to no body, so it has no mass; name it in one, or add a PointMass there.")
@@ -229,14 +230,16 @@ def _require_used(mechanism: Mechanism, places: Places) -> None:
 def _require_mass(mechanism: Mechanism, M: sp.Matrix, places: Places, values: Values) -> None:
     """Refuse a mass matrix that is not positive definite."""
     entries = numbers(M, values)
+    # Each row and column in its own unit: masses and moments of inertia cannot be compared.
     scale = np.sqrt(np.diag(entries))
     if np.all(scale > 0) and np.linalg.eigvalsh(entries / np.outer(scale, scale))[0] > SINGULAR:
         return
     for name, body in mechanism.bodies.items():
         if isinstance(body, Body) and (missing := missing_moment(name, body, values)):
             raise InvalidProblem(missing)
+    # The unknown that moves most in the direction of least inertia.
     at = places.q[int(np.abs(np.linalg.eigh(entries)[1][:, 0]).argmax())]
-    name = next(name for name, own in places.owners.items() if at in own)
+    name = next(name for name, unknowns in places.owners.items() if at in unknowns)
     raise InvalidProblem(f"the mass matrix is singular: {name} has no inertia in some direction; give it mass.")
 
 

@@ -86,7 +86,7 @@ def dropped_of(tied: Labelled, groups: Sequence[range], keepers: Sequence[int | 
     keepers : sequence of int or None
         The equation that keeps each, see :func:`daebench.joints.constraints.keepers`.
     """
-    found = []
+    sentences = []
     for group in groups:
         if all(keepers[k] != k for k in group):
             others = dict.fromkeys(tied[j][0] for k in group if (j := keepers[k]) is not None)
@@ -95,5 +95,5 @@ def dropped_of(tied: Labelled, groups: Sequence[range], keepers: Sequence[int | 
                 if others
                 else "it holds in any position without it"
             )
-            found.append(f"{tied[group.start][0]} adds no equation: {why}")
-    return found
+            sentences.append(f"{tied[group.start][0]} adds no equation: {why}")
+    return sentences

@@ -72,10 +72,10 @@ class Places:
 
     def given(self, name: str) -> Column:
         """Return a point or direction at its reference place."""
-        found = self.columns.get(name) or self.declared.get(name)
-        if found is None:
+        column = self.columns.get(name) or self.declared.get(name)
+        if column is None:
             raise unknown("point or direction of the mechanism", name, [*self.columns, *self.declared])
-        return found
+        return column
 
     @property
     def scales(self) -> Array:
@@ -83,7 +83,7 @@ class Places:
         every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
         size = spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
         lengths = {name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values))) for name in self.owners}
-        return np.array([size if self.declared[name].weight else lengths[name] for name, own in self.owners.items() for _ in own])
+        return np.array([size if self.declared[name].weight else lengths[name] for name, unknowns in self.owners.items() for _ in unknowns])
 
     def unknowns(self, name: str) -> Column:
         """Return a point or direction with unknowns of its own, which are new."""
@@ -107,6 +107,7 @@ class Places:
         chosen = self._independent([*known, *(x for x in body.names if x not in known)], self._needed(body))
         chosen += self._completed(name, body, chosen)
         columns = [self.columns[x] if x in self.columns else self.unknowns(x) for x in chosen]
+        # Points first: the directions of a frame are taken from its first column.
         columns.sort(key=lambda column: -column.weight)
         if not columns or not columns[0].weight:
             raise InvalidProblem(f"{name} has only directions; name also a point that is fixed in it.")
@@ -188,9 +189,9 @@ def places_of(
         raise InvalidProblem("a mechanism needs points, all in the plane or all in space: two coordinates each, or three.")
     guides = {name: [vector(f"guide of {name}", way) for way in x.along] for name, x in points.items() if isinstance(x, Guided)}
     (dimension,) = sizes
-    found = Places(dimension, declared, guides, columns, values)
-    found.frames[GROUND] = fixed_frame(dimension, values)
-    return found
+    places = Places(dimension, declared, guides, columns, values)
+    places.frames[GROUND] = fixed_frame(dimension, values)
+    return places
 
 
 def _column(name: str, place: Sequence[Exact], weight: int) -> Column:

@@ -47,7 +47,7 @@ class Row:
 
     def sorted(self, expressions: Sequence[sp.Expr]) -> tuple[list[list[sp.Expr]], list[list[sp.Expr]]] | None:
         """Return expressions at each node, in ``here``, and to the node before, in ``before`` and ``here``; None if one goes further."""
-        own: list[list[sp.Expr]] = [[] for _ in self.blocks]
+        single: list[list[sp.Expr]] = [[] for _ in self.blocks]
         joined: list[list[sp.Expr]] = [[] for _ in self.blocks]
         for expression in expressions:
             nodes = {self.node[x] for x in expression.free_symbols if x in self.node}
@@ -57,14 +57,14 @@ class Row:
             at = dict(zip(self.blocks[last], self.here, strict=True))
             if len(nodes) == 2:
                 at |= dict(zip(self.blocks[last - 1], self.before, strict=True))
-            (joined if len(nodes) == 2 else own)[last].append(expression.xreplace(at))
-        return own, joined
+            (joined if len(nodes) == 2 else single)[last].append(expression.xreplace(at))
+        return single, joined
 
 
 def row_of(places: Places, points: int) -> Row | None:
     """Return the nodes of so many points each, or None where unknowns do not come out even."""
     owners = list(places.owners.values())
-    blocks = [[x for own in owners[i : i + points] for x in own] for i in range(0, len(owners), points)]
+    blocks = [[x for unknowns in owners[i : i + points] for x in unknowns] for i in range(0, len(owners), points)]
     if len(blocks) < FEWEST or len({len(block) for block in blocks}) > 1:
         return None
     before, here = (sp.symbols(f"{name}1:{len(blocks[0]) + 1}", real=True) for name in ("before", "here"))
@@ -75,8 +75,8 @@ def in_k(values: Sequence[sp.Expr], first: int = 0) -> sp.Expr | None:
     """Return the polynomial of degree 2 in k through the values at k = first, first + 1, ..., or None if there is none."""
     a, b, c = values[:3]
     s = k - first
-    found = sp.expand(a + s * (b - a) + s * (s - 1) / 2 * (c - 2 * b + a))
-    return found if all(sp.expand(found.subs(k, first + i) - x) == 0 for i, x in enumerate(values)) else None
+    polynomial = sp.expand(a + s * (b - a) + s * (s - 1) / 2 * (c - 2 * b + a))
+    return polynomial if all(sp.expand(polynomial.subs(k, first + i) - x) == 0 for i, x in enumerate(values)) else None
 
 
 def chain_of(
@@ -106,9 +106,9 @@ def chain_of(
         parts = row and _parts(row, places, terms, energies, [x for _, x in g])
         if not row or not parts:
             continue
-        found = {name: _case(row, positions(name, start, places), start) for name, start in starts.items()}
-        cases = {name: case for name, case in found.items() if case is not None}
-        if len(cases) == len(found):
+        recognised = {name: _case(row, positions(name, start, places), start) for name, start in starts.items()}
+        cases = {name: case for name, case in recognised.items() if case is not None}
+        if len(cases) == len(recognised):
             return ConstrainedChain(nodes=len(row.blocks), here=row.here, before=row.before, node=k, cases=cases, **parts, **more)
     return None
 
@@ -119,24 +119,24 @@ def _parts(row: Row, places: Places, terms: Terms, energies: Sequence[sp.Expr], 
     masses = _masses(row, places, terms)
     if equations is None or potentials is None or masses is None:
         return None
-    own = _uniform(equations[0][1:], 1)
+    single = _uniform(equations[0][1:], 1)
     joints = _uniform(equations[1][1:], 1)
     U = _uniform([[sp.Add(*x)] for x in potentials[0][1:]], 1)
     joint_U = _uniform([[sp.Add(*x)] for x in potentials[1][1:]], 1)
-    if own is None or joints is None or U is None or joint_U is None:
+    if single is None or joints is None or U is None or joint_U is None:
         return None
     for anchor in _anchors(row, places):
-        expected = [*own, *(_anchored(row, joints, anchor) if anchor is not None else [])]
+        expected = [*single, *(_anchored(row, joints, anchor) if anchor is not None else [])]
         weight = [U[0] + (_anchored(row, joint_U, anchor)[0] if anchor is not None else 0)]
         if _same(equations[0][0], expected) and _same([sp.Add(*potentials[0][0])], weight, up_to=row.here):
             mass, joint_mass = masses[anchor is not None]
-            found = {"own": own, "joints": joints, "anchor": anchor, "mass": mass, "joint_mass": joint_mass, "U": U[0]}
-            return found | ({"joint_U": joint_U[0]} if joint_U[0] != 0 else {})
+            parts = {"own": single, "joints": joints, "anchor": anchor, "mass": mass, "joint_mass": joint_mass, "U": U[0]}
+            return parts | ({"joint_U": joint_U[0]} if joint_U[0] != 0 else {})
     return None
 
 
 def _anchors(row: Row, places: Places) -> list[tuple[sp.Expr, ...] | None]:
-    """Return what may stand in the place of node -1: nothing, or points of the ground."""
+    """Return the candidates for the place of node -1: none, or points of the ground."""
     ground = [tuple(column.reference) for column in places.columns.values() if column.weight and not column.now.free_symbols & {*places.q}]
     one = len(row.here) == places.dimension
     return [None, *(ground if one else (a + b for a, b in combinations(ground, 2)))]
@@ -147,21 +147,21 @@ def _anchored(row: Row, expressions: Sequence[sp.Expr], anchor: Sequence[sp.Expr
     return [x.subs(at).subs(k, 0) for x in expressions]
 
 
-def _same(found: Sequence[sp.Expr], expected: Sequence[sp.Expr], up_to: Sequence[sp.Symbol] = ()) -> bool:
+def _same(expressions: Sequence[sp.Expr], expected: Sequence[sp.Expr], up_to: Sequence[sp.Symbol] = ()) -> bool:
     """Return whether expressions are those expected at node 0, in any order, or up to what does not depend on some symbols."""
     left = [sp.expand(x.subs(k, 0)) for x in expected]
     if up_to:
-        rest = sp.expand(found[0] - left[0])
+        rest = sp.expand(expressions[0] - left[0])
         return not rest.free_symbols & {*up_to}
-    return len(found) == len(left) and all(sp.expand(x) in left for x in found)
+    return len(expressions) == len(left) and all(sp.expand(x) in left for x in expressions)
 
 
 def _uniform(rows: Sequence[Sequence[sp.Expr]], first: int) -> list[sp.Expr] | None:
     """Return expressions that all nodes have, in k."""
     if len({len(row) for row in rows}) != 1:
         return None
-    found = [in_k(column, first) for column in zip(*rows, strict=True)]
-    return None if None in found else found
+    polynomials = [in_k(column, first) for column in zip(*rows, strict=True)]
+    return None if None in polynomials else polynomials
 
 
 def _masses(row: Row, places: Places, terms: Terms) -> tuple[tuple[Any, Any], tuple[Any, Any]] | None:

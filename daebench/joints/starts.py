@@ -43,15 +43,15 @@ def positions(case: str, start: Start, places: Places) -> list[sp.Expr]:
     """Return q at the start, shape(d,)."""
     q0 = dict(zip(places.q, places.reference, strict=True))
     for name, place in start.at.items():
-        own = places.owners.get(name)
-        if own is None:
+        unknowns = places.owners.get(name)
+        if unknowns is None:
             places.given(name)
             free = ", ".join(places.owners)
             raise InvalidProblem(f"case {case!r} places {name}, which depends on others; place some of {free}.")
         where = vector(f"{name} of case {case!r}", place)
         if name in places.guides:
             where = gone(places.guides[name], where)
-        q0 |= dict(zip(own, where, strict=True))
+        q0 |= dict(zip(unknowns, where, strict=True))
     return list(q0.values())
 
 
@@ -84,6 +84,7 @@ def velocities(
             right = right.col_join(rate.subs(at))
     if not any(right):
         return [sp.S.Zero] * len(places.q)
+    # Unknowns in units of how far they may go, and rows of length 1: a rank and a residual then depend on no unit.
     A = numbers(rows, values) * places.scales
     lengths = np.linalg.norm(A, axis=1)
     lengths[lengths == 0] = 1.0
@@ -104,6 +105,7 @@ def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
     b = b / np.abs(b).max()
     rows = [k for k in range(len(A)) if b[k] == 0]
     for driven in (k for k in range(len(A)) if b[k] != 0):
+        # Equations with b = 0 hold at rest; only drivers ask for a velocity.
         rows.append(driven)
         if rank(np.column_stack([A, b])[rows].T) > rank(A[rows].T):
             break

@@ -25,30 +25,30 @@ ROD = 1 / 12
 def doubts_of(rows: Sequence[BodyRow], points: Mapping[str, Column], values: Values) -> list[str]:
     """Return sentences on numbers that are far from those of others."""
     long = [row for row in rows if row.size > 0]
-    found = _far(rows, "mass", "kg", lambda row: row.mass) + _far(long, "size", "m", lambda row: row.size)
-    found = found or _far(long, "mass for its length", "kg/m", lambda row: row.mass / row.size)
+    doubts = _far(rows, "mass", "kg", lambda row: row.mass) + _far(long, "size", "m", lambda row: row.size)
+    doubts = doubts or _far(long, "mass for its length", "kg/m", lambda row: row.mass / row.size)
     for row in (row for row in long if row.kind == "Body" and max(row.inertia) > 0):
         largest, of_rod = float(np.max(row.inertia)), ROD * row.mass * row.size**2
         if not 1 / FAR < largest / of_rod < FAR:
-            found.append(
+            doubts.append(
                 f"the inertia of {row.name}, {largest:.4g} kg m^2, is {_times(largest / of_rod)} that of a rod of its mass and size, "
                 f"{of_rod:.4g}; check its unit, and those of its mass and its points"
             )
-    return found + _far_points(points, values)
+    return doubts + _far_points(points, values)
 
 
 def _far(rows: Sequence[BodyRow], what: str, unit: str, number: Callable[[BodyRow], float]) -> list[str]:
-    found = []
+    doubts = []
     for row in rows:
         alike = [other for other in rows if other is not row and other.kind == row.kind]
         kind = row.kind if len(alike) > 1 else "body"
         others, size = [number(x) for x in (alike if len(alike) > 1 else rows) if x is not row], number(row)
         if others and not min(others) / FAR <= size <= FAR * max(others):
             nearest = max(others) if size > max(others) else min(others)
-            found.append(
+            doubts.append(
                 f"the {what} of {row.name}, {size:.4g} {unit}, is {_times(size / nearest)} that of any other {kind}; check its unit"
             )
-    return found
+    return doubts
 
 
 def _far_points(points: Mapping[str, Column], values: Values) -> list[str]:
@@ -57,13 +57,13 @@ def _far_points(points: Mapping[str, Column], values: Values) -> list[str]:
         return []
     x = numbers(sp.Matrix.hstack(*(points[name].reference for name in names)), values)
     apart = np.linalg.norm(x[:, :, None] - x[:, None, :], axis=0)
-    found = []
+    doubts = []
     for k, name in enumerate(names):
         rest = [j for j in range(len(names)) if j != k]
         others, least = float(apart[np.ix_(rest, rest)].max()), float(apart[k, rest].min())
         if others > 0 and least > FAR * others:
-            found.append(f"the point {name} is {least:.4g} m from all others, which are at most {others:.4g} m apart; check its unit")
-    return found
+            doubts.append(f"the point {name} is {least:.4g} m from all others, which are at most {others:.4g} m apart; check its unit")
+    return doubts
 
 
 def _times(factor: float) -> str:

@@ -18,16 +18,16 @@ def points(text: str) -> dict[str, tuple[str, ...]]:
     InvalidProblem
         If an entry has no name first, or other than two or three coordinates, or a name stands for two points.
     """
-    found: dict[str, tuple[str, ...]] = {}
+    by_name: dict[str, tuple[str, ...]] = {}
     for name, coordinates in _entries(text):
         if len(coordinates) not in (2, 3):
             raise InvalidProblem(
                 f"point {name} has {len(coordinates)} coordinates in {text!r}; give two or three, and commas between points."
             )
-        if name in found:
+        if name in by_name:
             raise InvalidProblem(f"{name} is the name of two points in {text!r}; rename one.")
-        found[name] = coordinates
-    return found
+        by_name[name] = coordinates
+    return by_name
 
 
 def rods(text: str, *, mass: Exact) -> dict[str, Rod]:
@@ -45,14 +45,14 @@ def rods(text: str, *, mass: Exact) -> dict[str, Rod]:
     InvalidProblem
         If a rod has less than two points, or is given twice.
     """
-    found: dict[str, Rod] = {}
+    by_name: dict[str, Rod] = {}
     for first, others in _entries(text):
         rod = Rod(first, *others, mass=mass)
         name = "-".join(rod.names[:2])
-        if name in found:
+        if name in by_name:
             raise InvalidProblem(f"{text!r} has two rods {name}; leave one out.")
-        found[name] = rod
-    return found
+        by_name[name] = rod
+    return by_name
 
 
 def _entries(text: str) -> list[tuple[str, tuple[str, ...]]]:

@@ -31,6 +31,7 @@ def claims(s: int) -> Claims:
 
 def numbers(s: int) -> tuple[Any, ...]:
     """Return the tableau A, b, c of s stages."""
+    # Not at the top of the file: what is imported there belongs to the step, and is read by the compiler.
     from daebench.schemes.kernels.tableaux import gauss
 
     tableau = gauss(s)

@@ -14,6 +14,7 @@ from daebench.schemes.kernels.stages import weighted_but_last
 
 def numbers(s: int) -> tuple[Any, ...]:
     """Return A of IIIA, A^ of IIIB, A A^ with row i divided by c_i, b and c; the product is rounded once."""
+    # Not at the top of the file: what is imported there belongs to the step, and is read by the compiler.
     from daebench.schemes.kernels.tableaux import lobatto_iiia, lobatto_iiib
 
     A, A_hat, c = lobatto_iiia(s, 40).A, lobatto_iiib(s, 40).A, lobatto_iiia(s, 40).c

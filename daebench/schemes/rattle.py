@@ -58,8 +58,8 @@ else:
         """One Newton update for a step size that has grown by a part of h."""
         p0, q0, G0, half = data
         share = x[1] + PART
-        found, size, scale, residual, pivot = update(x[0], (p0, q0, G0, share * half))
-        return (found, share), size, scale, residual, pivot
+        iterate, size, scale, residual, pivot = update(x[0], (p0, q0, G0, share * half))
+        return (iterate, share), size, scale, residual, pivot
 
     def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         """Return p1 - p0, q1 - q0, lam and mu, and a report.

@@ -60,8 +60,8 @@ else:
         """One Newton update for a step size that has grown by a part of h."""
         p0, q0, G0, h = data
         share = x[1] + PART
-        found, size, scale, residual, pivot = update(x[0], (p0, q0, G0, share * h))
-        return (found, share), size, scale, residual, pivot
+        iterate, size, scale, residual, pivot = update(x[0], (p0, q0, G0, share * h))
+        return (iterate, share), size, scale, residual, pivot
 
     def step(p0: Vector, q0: Vector, h: Number) -> Step:
         """Return p1, q1, no stage multipliers, and a report.

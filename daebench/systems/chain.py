@@ -11,7 +11,7 @@ from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
 from daebench.systems.definition_parts import check_cases, check_coordinates, check_parameters, check_real, several
-from daebench.systems.exact_text import exact, mathematics, told
+from daebench.systems.exact_text import case_texts, exact, mathematics
 from daebench.systems.picture import Exact, Picture
 
 
@@ -187,7 +187,7 @@ class ConstrainedChain:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        return repr([exact(part) for part in [*self._all_parts, list(self.parameters)]]) + repr((self.speeds, told(self.cases)))
+        return repr([exact(part) for part in [*self._all_parts, list(self.parameters)]]) + repr((self.speeds, case_texts(self.cases)))
 
     @cached_property
     def mathematics(self) -> str:

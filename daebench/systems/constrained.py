@@ -11,7 +11,7 @@ from daebench.errors import InvalidProblem
 from daebench.systems.assumptions import require_checked, require_plain
 from daebench.systems.constrained_checks import check_parts, check_second_derivatives, nonholonomic, strange
 from daebench.systems.definition_parts import check_coordinates, check_distinct, check_real, several
-from daebench.systems.exact_text import exact, mathematics, told
+from daebench.systems.exact_text import case_texts, exact, mathematics
 from daebench.systems.parts import Parts
 from daebench.systems.picture import Exact
 from daebench.systems.picture import Picture as Picture
@@ -186,7 +186,7 @@ class ConstrainedHamiltonian:
     @cached_property
     def fingerprint(self) -> str:
         """Exact text of the mathematics, without the values of parameters, for content hashes."""
-        return repr([exact(part) for part in self._all_parts]) + repr((list(self.integrals), told(self.cases)))
+        return repr([exact(part) for part in self._all_parts]) + repr((list(self.integrals), case_texts(self.cases)))
 
     @cached_property
     def mathematics(self) -> str:

@@ -54,8 +54,8 @@ def mathematics(parts: Sequence[Any], names: Any, cases: Mapping[str, Sequence[A
     return repr(([*map(_texts, parts)], names, [(name, [*map(_texts, case)]) for name, case in cases.items()], numbers))
 
 
-def told(cases: Mapping[str, Any]) -> list[tuple[Any, ...]]:
-    """Return what a fingerprint has of the cases of a constrained definition."""
+def case_texts(cases: Mapping[str, Any]) -> list[tuple[Any, ...]]:
+    """Return the cases of a constrained definition as tuples for a fingerprint: name, exact q and p, parameters, about, on_singular."""
     starts = {name: (to_the_last_digit(case.q), to_the_last_digit(case.p)) for name, case in cases.items()}
     return [(name, *starts[name], dict(case.parameters), case.about, case.on_singular) for name, case in cases.items()]
 

@@ -1,4 +1,4 @@
-"""What a mechanism was declared with, in words: its bodies, its forces, and what each of its equations keeps."""
+"""The parts of a mechanism in words: its bodies, its forces, and the quantity that each of its equations keeps."""
 
 from dataclasses import dataclass
 

@@ -10,6 +10,7 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import mpmath as mp
 import sympy as sp
 
 from daebench.errors import InvalidProblem

@@ -216,9 +216,9 @@ def test_a_file_of_another_user_is_not_read(kept, monkeypatch):
     asked("once")
     (path,) = kept.iterdir()
     with monkeypatch.context() as patch:
-        patch.setattr(sealed, "_is_ours", lambda found: stat.S_ISDIR(found.st_mode))
-        assert sealed.own(path) is None
-    assert sealed.own(path) is not None
+        patch.setattr(sealed, "_is_ours", lambda status: stat.S_ISDIR(status.st_mode))
+        assert sealed.owned_bytes(path) is None
+    assert sealed.owned_bytes(path) is not None
 
 
 @pytest.mark.parametrize("stopped", [KeyboardInterrupt, OSError(28, "No space left on device")], ids=["interrupted", "disk full"])

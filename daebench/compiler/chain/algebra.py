@@ -7,7 +7,7 @@ from typing import Any
 
 from daebench.compiler.chain.band import Band, Row
 from daebench.compiler.chain.blocks import MOST, Block, pairs
-from daebench.compiler.chain.fields import At, Field, Scalar, combined, made, nothing, weight, zeros
+from daebench.compiler.chain.fields import At, Field, Scalar, combined, computed, nothing, weight, zeros
 from daebench.compiler.chain.loops import Demand
 from daebench.compiler.chain.nodes import at_node
 from daebench.compiler.chain.program import Program
@@ -83,7 +83,7 @@ class ChainLanguage:
             call = f"node_{name}({', '.join([*values, at_node(k), 'par'])})"
             return f"{ended}({call}, {k})" if ended else call
 
-        return made(kind, width, [(part, place) for part in arguments for place in (-1, 0)], write)
+        return computed(kind, width, [(part, place) for part in arguments for place in (-1, 0)], write)
 
     def g(self, q: Field) -> Field:
         """Constraint."""
@@ -107,7 +107,7 @@ class ChainLanguage:
         def write(at: At, k: str) -> list[str]:
             return [f"{at(node_gradient, 0)}[{i}] + {at(joint, 0)}[{b + i}] + {at(joint, 1)}[{i}]" for i in range(b)]
 
-        return made("d", b, [(node_gradient, 0), (joint, 0), (joint, 1)], write)
+        return computed("d", b, [(node_gradient, 0), (joint, 0), (joint, 1)], write)
 
     def H_p(self, p: Field, q: Field) -> Field:
         """Velocity M^-1 p."""
@@ -123,7 +123,7 @@ class ChainLanguage:
             light = f"node_lightness({pack(zeros(2 * b))}, {at_node(k)}, par)"
             return [f"{light}[{i}] * {at(p, 0)}[{i}]" for i in range(b)]
 
-        return made("d", b, [(p, 0)], write)
+        return computed("d", b, [(p, 0)], write)
 
     def H_pp(self, p: Field, q: Field) -> Mass:
         """Inverse mass."""
@@ -163,7 +163,7 @@ class ChainLanguage:
             lights = [f"({before}[{column}] if {k} > 0 else ZERO)" if column < b else f"{here}[{column - b}]" for _, column in filled]
             return [f"{at(X.entries, 0)}[{i}] * {light}" for i, light in enumerate(lights)]
 
-        return Rows(X, made("G", len(filled), [(X.entries, 0)], write))
+        return Rows(X, computed("G", len(filled), [(X.entries, 0)], write))
 
     def row_moduli(self, p: Field, q: Field) -> tuple[Field, Field]:
         """Sums of the moduli of the rows of G, and of those of its derivative along v."""
@@ -174,7 +174,7 @@ class ChainLanguage:
             return [" + ".join(terms) for terms in rows]
 
         turned = self._of_node("turned", "m", self.chain.c, [q, v], range(self.chain.missing))
-        return made("m", self.chain.c, [(entries, 0)], write), turned
+        return computed("m", self.chain.c, [(entries, 0)], write), turned
 
     # ---- the algebra
 
@@ -257,7 +257,7 @@ class ChainLanguage:
                 sums[row].append(term.format(f"{at(entries, 0)}[{i}]", of_v))
             return [" + ".join(terms) for terms in sums]
 
-        return made("m", self.chain.c, [(entries, 0), (v, -1), (v, 0)], write)
+        return computed("m", self.chain.c, [(entries, 0), (v, -1), (v, 0)], write)
 
     def mul_T(self, X: Any, y: Field) -> Field:
         """X^T y."""
@@ -275,7 +275,7 @@ class ChainLanguage:
                 sums[column % b].append(f"{at(entries, place)}[{i}] * {at(y, place)}[{row}]")
             return [" + ".join(terms) or "ZERO" for terms in sums]
 
-        return made("d", b, [(entries, 0), (entries, 1), (y, 0), (y, 1)], write)
+        return computed("d", b, [(entries, 0), (entries, 1), (y, 0), (y, 1)], write)
 
     mul_full_T = mul_T
 
@@ -305,7 +305,7 @@ class ChainLanguage:
             terms = [[f"{at(inertia, 0)}[{e}] * {at(x, side)}[{t}]" for e, (side, r, t) in enumerate(ordered) if r == i] for i in range(b)]
             return [" + ".join(products) for products in terms]
 
-        return made("d", b, [(inertia, 0), *((x, side) for side in sorted({side for side, _, _ in ordered}))], write)
+        return computed("d", b, [(inertia, 0), *((x, side) for side in sorted({side for side, _, _ in ordered}))], write)
 
     def solve(self, A: Gram, b: Field) -> tuple[Field, Scalar]:
         """Return the solution of A x = b and the smallest relative pivot."""
@@ -409,7 +409,7 @@ class ChainLanguage:
         def write(at: At, k: str) -> list[str]:
             return [f"(ZERO + node_inertia({at_node(k)}, par)[{i}])" for i in range(width)]
 
-        return made("G", width, (), write)
+        return computed("G", width, (), write)
 
     def _mass_row(self, i: int, J: Field | None, right: Any, x: Callable[[int], int], lam: Callable[[int], int], more: Any = ()) -> Row:
         """Row i of M x - G^T lam = right at a node; J is None if there is no lam."""

@@ -90,8 +90,8 @@ class Blocks:
         """Return the line for a node in the loop down the chain, from the stored values."""
         b, texts = self.name, [""] * self.u
         for n, (i, column) in enumerate(self.kept):
-            kept = place.format(i=n)
-            texts[i] = kept + texts[i] if column == 2 * self.u else f"{texts[i]} - {kept} * {b}_x{column - self.u}"
+            value = place.format(i=n)
+            texts[i] = value + texts[i] if column == 2 * self.u else f"{texts[i]} - {value} * {b}_x{column - self.u}"
         return [f"{', '.join(self.unknowns)} = {', '.join(texts)}"]
 
     @property

@@ -8,6 +8,7 @@ import sympy as sp
 
 from daebench.compiler import codegen
 from daebench.compiler.chain.nodes import Nodes
+from daebench.compiler.chain.trace import Tracer
 from daebench.compiler.constrained.derivation import Derivation
 from daebench.compiler.domain import may_be_left_unseen
 from daebench.compiler.facts import Derived
@@ -21,7 +22,6 @@ from daebench.systems.constrained import Case, ConstrainedHamiltonian
 from daebench.systems.picture import Exact
 
 if TYPE_CHECKING:
-    from daebench.compiler.chain.trace import Tracer
     from daebench.compiler.link import Linker
 
 
@@ -115,10 +115,8 @@ class ChainDerivation(Derived):
         state = State((("x[0]", self.d), ("x[1]", self.d)), self.m, arrays=True)
         return Monitored(of_constrained(self.m, 0), state, names, kinds, stage_multipliers, guarded=guarded)
 
-    def tracer(self, linker: "Linker") -> "Tracer":
+    def tracer(self, linker: "Linker") -> Tracer:
         """Return the tracer that writes its functions for a linker."""
-        from daebench.compiler.chain.trace import Tracer
-
         return Tracer(linker, self.nodes)
 
     def source(self, name: str) -> str | None:

@@ -140,7 +140,7 @@ def selected(test: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any
     def write(at: At, k: str) -> list[str]:
         return [f"({at(x, 0)}[{i}] if {condition} else {at(y, 0)}[{i}])" for i in range(x.width)]
 
-    return made(x.kind, x.width, [(x, 0), (y, 0)], write)
+    return computed(x.kind, x.width, [(x, 0), (y, 0)], write)
 
 
 def zeros(width: int) -> list[str]:
@@ -151,7 +151,7 @@ def zeros(width: int) -> list[str]:
 Write = Callable[[At, str], Sequence[str] | str]
 
 
-def made(kind: str, width: int, needs: Sequence[tuple[Field, int]], write: Write, ghost: Sequence[str] = ()) -> Field:
+def computed(kind: str, width: int, needs: Sequence[tuple[Field, int]], write: Write, ghost: Sequence[str] = ()) -> Field:
     """Return a field computed from others."""
     stage = max((part.stage for part, _ in needs), default=0)
     return Field(kind=kind, width=width, stage=stage, needs=needs, write=write, ghost=ghost or zeros(width))
@@ -209,4 +209,4 @@ def combined(w: Any, x: Field, y: Field | None) -> Field:
     still = zeros(x.width)
     quiet = list(x.ghost) == still and (y is None or list(y.ghost) == still)
     ghost = still if quiet else entries([f"({entry})" for entry in x.ghost], list(y.ghost) if y else still)
-    return made(x.kind, x.width, needs, write, ghost)
+    return computed(x.kind, x.width, needs, write, ghost)

@@ -27,7 +27,7 @@ class CanonicalDerivation(LocalDerivation):
     @cached_property
     def timed(self) -> int:
         """Number of coordinates that are the time: 0 or 1."""
-        return int(isinstance(self.own, ExtendedDerivation))
+        return int(isinstance(self.original, ExtendedDerivation))
 
     @cached_property
     def w(self) -> sp.Matrix:
@@ -42,18 +42,18 @@ class CanonicalDerivation(LocalDerivation):
     @cached_property
     def X_w(self) -> sp.Matrix:
         """Derivative of the positions with respect to the coordinates without the time."""
-        return self.X[: self.own.d - self.timed, : self.d - self.timed]
+        return self.X[: self.original.d - self.timed, : self.d - self.timed]
 
     @cached_property
     def X_t(self) -> sp.Matrix:
         """Velocity of the positions where the coordinates are at rest: zero where the chart does not depend on time."""
-        places = self.own.d - self.timed
+        places = self.original.d - self.timed
         return self.X[:places, -1] if self.timed else sp.zeros(places, 1)
 
     @cached_property
     def carried_mass(self) -> sp.Matrix:
         """Mass matrix of the positions at the place q(Q)."""
-        inertia = inertia_of(self.own)
+        inertia = inertia_of(self.original)
         assert inertia is not None
         return inertia.subs(self._at_place, simultaneous=True)
 
@@ -70,7 +70,7 @@ class CanonicalDerivation(LocalDerivation):
     @cached_property
     def lagrangian(self) -> sp.Expr:
         """L(Q, w)."""
-        return self.velocity.dot(self.momenta) / 2 - potential_of(self.own).subs(self._at_place, simultaneous=True)
+        return self.velocity.dot(self.momenta) / 2 - potential_of(self.original).subs(self._at_place, simultaneous=True)
 
     @cached_property
     def L_q(self) -> sp.Matrix:
@@ -105,7 +105,7 @@ class CanonicalDerivation(LocalDerivation):
 
         def placed() -> Rule:
             conjugate = [P[n - 1] - self.X_t.dot(self.momenta)] * self.timed
-            return {**qw, "p": list(P)}, [*self.momenta, *conjugate, *chart.q], (2, self.own.d)
+            return {**qw, "p": list(P)}, [*self.momenta, *conjugate, *chart.q], (2, self.original.d)
 
         def inverse() -> Rule:
             X = self.X.subs(dict(zip(chart.xi, chart.inverse_xi, strict=True)), simultaneous=True)

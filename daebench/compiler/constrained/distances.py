@@ -42,19 +42,19 @@ def distances(problem: ConstrainedHamiltonian) -> list[Distance] | None:
     M = problem.M
     if M is None or not M.is_diagonal():
         return None
-    found = []
+    lengths = []
     for constraint in problem.g:
         between = distance(sp.sympify(constraint), problem.q)
         if between is None or any(len({M[pair[side], pair[side]] for pair in between.pairs}) > 1 for side in (0, 1)):
             return None
-        found.append(between)
-    return found
+        lengths.append(between)
+    return lengths
 
 
 def is_water(problem: ConstrainedHamiltonian) -> bool:
     """Return whether the constraints are the squared distances of a water molecule: oxygen first, both bonds, then both hydrogen atoms."""
-    found = distances(problem) if (problem.d, problem.m) == (9, 3) else None
-    if not found or problem.M is None or [between.pairs for between in found] != WATER:
+    lengths = distances(problem) if (problem.d, problem.m) == (9, 3) else None
+    if not lengths or problem.M is None or [between.pairs for between in lengths] != WATER:
         return False
-    plain = all(between.factor == 1 for between in found)
-    return plain and bool(problem.M[3, 3] == problem.M[6, 6]) and sp.simplify(found[0].square - found[1].square) == 0
+    plain = all(between.factor == 1 for between in lengths)
+    return plain and bool(problem.M[3, 3] == problem.M[6, 6]) and sp.simplify(lengths[0].square - lengths[1].square) == 0

@@ -61,7 +61,7 @@ class ExtendedDerivation(Derivation):
 
     @property
     def in_time(self) -> str:
-        """What in a system that is not separable comes from time or forces, as part of a sentence; "" if that is not the reason."""
+        """The reason, as part of a sentence, why time or forces keep a system from being separable; "" if they do not."""
         problem = self.declared
         rates = problem.M if problem.M is not None else sp.Matrix([problem.H]).jacobian(list(problem.p)).jacobian(list(problem.p))
         if self.separable or rates.free_symbols & {*problem.q, *problem.p}:

@@ -5,22 +5,22 @@ from typing import Any
 import sympy as sp
 
 
-def has_canonical(own: Any) -> bool:
+def has_canonical(derivation: Any) -> bool:
     """Return whether there are M, U and a chart whose positions depend on xi alone, so that xi has momenta of its own."""
-    chart = own.problem.chart
-    return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and inertia_of(own) is not None
+    chart = derivation.problem.chart
+    return chart is not None and not sp.Matrix(list(chart.q)).free_symbols & set(chart.eta) and inertia_of(derivation) is not None
 
 
-def inertia_of(own: Any) -> sp.Matrix | None:
+def inertia_of(derivation: Any) -> sp.Matrix | None:
     """Return the mass matrix of the declared positions, given or the inverse of a diagonal H_pp; None if H is not 1/2 p^T M^-1 p + U."""
-    if own.mechanical:
-        return sp.Matrix(own.definition.M)
-    n = len(own.definition.p)
-    inverse = [own.H_pp[i, i] for i in range(n)]
-    plain = all(inverse[i] != 0 and sp.expand(own.H_p[i] - inverse[i] * own.p[i]) == 0 for i in range(n))
+    if derivation.mechanical:
+        return sp.Matrix(derivation.definition.M)
+    n = len(derivation.definition.p)
+    inverse = [derivation.H_pp[i, i] for i in range(n)]
+    plain = all(inverse[i] != 0 and sp.expand(derivation.H_p[i] - inverse[i] * derivation.p[i]) == 0 for i in range(n))
     return sp.diag(*(1 / entry for entry in inverse)) if plain else None
 
 
-def potential_of(own: Any) -> sp.Expr:
+def potential_of(derivation: Any) -> sp.Expr:
     """Return the potential energy: U, or H without momenta."""
-    return own.U if own.mechanical else own.H.subs(dict.fromkeys(own.p, 0))
+    return derivation.U if derivation.mechanical else derivation.H.subs(dict.fromkeys(derivation.p, 0))

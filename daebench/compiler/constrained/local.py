@@ -21,17 +21,17 @@ class LocalDerivation(Derivation):
     The monitored quantities are functions of the problem's own p and q, which the loop gets from ``chart``.
     """
 
-    def __init__(self, own: Derivation) -> None:
-        assert own.problem.chart is not None
-        super().__init__(own.problem)
-        self.own, self.chart = own, own.problem.chart
+    def __init__(self, derivation: Derivation) -> None:
+        assert derivation.problem.chart is not None
+        super().__init__(derivation.problem)
+        self.original, self.chart = derivation, derivation.problem.chart
         self.d = len(self.chart.xi)
         self.y = sp.Matrix([*self.chart.eta, *self.chart.xi])
 
     @cached_property
     def forced(self) -> ExtendedDerivation | None:
         """The problem's own expressions if it has forces without a potential."""
-        return self.own if isinstance(self.own, ExtendedDerivation) and self.own.forced else None
+        return self.original if isinstance(self.original, ExtendedDerivation) and self.original.forced else None
 
     @cached_property
     def explicit(self) -> bool:
@@ -51,9 +51,9 @@ class LocalDerivation(Derivation):
     @cached_property
     def H(self) -> sp.Expr:
         """Hamiltonian H(p, q), or H + p_t, as an expression."""
-        if self.own.explicit:
-            return self.own.H
-        declared = self.own.definition
+        if self.original.explicit:
+            return self.original.H
+        declared = self.original.definition
         return hamiltonian(declared) + sum(self.p[len(declared.p) :])
 
     @cached_property
@@ -63,7 +63,7 @@ class LocalDerivation(Derivation):
 
     def monitored(self, names: Sequence[str], kinds: int, stage_multipliers: int, *, arrays: bool = False) -> Monitored:
         """Return the functions that the loop calls besides the step, for states in the problem's own coordinates."""
-        return self.own.monitored(names, kinds, stage_multipliers, arrays=arrays)
+        return self.original.monitored(names, kinds, stage_multipliers, arrays=arrays)
 
     @cached_property
     def K_y(self) -> sp.Matrix:
@@ -95,7 +95,7 @@ class LocalDerivation(Derivation):
             "g": lambda: (q, self.g, (self.m,)),
             "Gv": lambda: (pq, self.Gv, (self.m,)),
             "integrals": lambda: (pq, list(self.problem.integrals.values()), (len(self.problem.integrals),)),
-            "chart": lambda: (y, [*chart.p, *chart.q], (2, self.own.d)),
+            "chart": lambda: (y, [*chart.p, *chart.q], (2, self.original.d)),
             "inverse_chart": lambda: (pq, [*chart.inverse_eta, *chart.inverse_xi], (2, self.d)),
             "K_y": lambda: (y, self.K_y, (n,)),
             "two_form": lambda: (y, self.two_form, (n, n)),

@@ -150,10 +150,10 @@ class DarbouxLattice(LatticeDerivation):
     The monitored quantities are functions of the lattice's own y, which the loop gets from ``chart``.
     """
 
-    def __init__(self, own: LatticeDerivation) -> None:
-        super().__init__(own.lattice)
-        assert own.lattice.darboux is not None
-        self.own, self.map, self.parts = own, own.lattice.darboux, []
+    def __init__(self, derivation: LatticeDerivation) -> None:
+        super().__init__(derivation.lattice)
+        assert derivation.lattice.darboux is not None
+        self.original, self.map, self.parts = derivation, derivation.lattice.darboux, []
         self.z = [(sp.Symbol(f"q{side}", real=True), sp.Symbol(f"p{side}", real=True)) for side in ("_left", "", "_right")]
 
     def _at(self, expression: sp.Expr) -> sp.Expr:
@@ -171,7 +171,7 @@ class DarbouxLattice(LatticeDerivation):
     def field(self) -> list[sp.Expr]:
         """Right side (K_p, -K_q) at a site."""
         lattice, (q, p) = self.lattice, self.z[1]
-        slopes = [self._at(derivative) for derivative in self.own.h_here]
+        slopes = [self._at(derivative) for derivative in self.original.h_here]
         here = [self._at(symbol) for symbol in lattice.here]
         K_q, K_p = (sp.Add(*(slope * sp.diff(expression, z) for slope, expression in zip(slopes, here, strict=True))) for z in (q, p))
         return [K_p, -K_q]
@@ -189,9 +189,9 @@ class DarbouxLattice(LatticeDerivation):
     def source(self, name: str) -> str | None:
         """Return the source of the function of this name, or None if it has none."""
         if name in ("H", "casimirs", "integrals", "B"):
-            return self.own.source(name)
+            return self.original.source(name)
         if name == "chart":
             return self._sites(name, [self._at(symbol) for symbol in self.lattice.here])
         if name == "canonical":
-            return self.own._sites(name, [self.map.Q, self.map.P])
+            return self.original._sites(name, [self.map.Q, self.map.P])
         return super().source(name)

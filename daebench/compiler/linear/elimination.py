@@ -146,18 +146,19 @@ def _of_halves(solver: Any, blocks: int, size: int, A: Any, b: Any) -> Any:
 def _block_by_block(names: Any, name: str, n: int, blocks: Sequence[Sequence[int]], A: Any, b: Any, *others: Any) -> Any:
     """Return the solution; entries for an index in no block are 0, as if its row of the matrix were infinite."""
     place = {i: (k, j) for k, block in enumerate(blocks) for j, i in enumerate(block)}
-    found = []
+    solutions = []
     for block in blocks:
         part = [tuple([tuple([A[i][j] for j in block]) for i in block]), tuple([b[i] for i in block])]
         part += [tuple([tuple([row[i] for i in block]) for row in X]) for X in others]
-        found.append(names[f"_{name}_{len(block)}"](*part))
+        solutions.append(names[f"_{name}_{len(block)}"](*part))
 
+    # Without a block, 0 is a product: so it is a number of the type of the others, with derivatives if they have some.
     def joined(parts: Sequence[Any]) -> tuple[Any, ...]:
-        return tuple([parts[place[i][0]][place[i][1]] if i in place else 0.0 * found[0][0][0] for i in range(n)])
+        return tuple([parts[place[i][0]][place[i][1]] if i in place else 0.0 * solutions[0][0][0] for i in range(n)])
 
-    x = joined([part[0] for part in found])
-    rows = [tuple([joined([part[1][r] for part in found]) for r in range(len(X))]) for X in others]
-    pivots = [part[-1] for part in found]
+    x = joined([part[0] for part in solutions])
+    rows = [tuple([joined([part[1][r] for part in solutions]) for r in range(len(X))]) for X in others]
+    pivots = [part[-1] for part in solutions]
     return x, *rows, names["min"](*pivots) if len(pivots) > 1 else pivots[0]
 
 
@@ -180,15 +181,15 @@ def eliminated(n: int, target: Target, names: Any, A: Any, b: Any, *others: Any)
     for r in range(len(sides)):
         x: dict[int, Any] = {}
         for k in reversed(N):
-            found = steps[k].sides[r]
+            remainder = steps[k].sides[r]
             for j in range(k + 1, n):
-                found = found - steps[k].entries[j - k] * x[j]
-            x[k] = found / steps[k].entries[0]
+                remainder = remainder - steps[k].entries[j - k] * x[j]
+            x[k] = remainder / steps[k].entries[0]
         solutions.append(tuple([x[k] for k in N]))
     if dual:
         solutions = [_differentiated(A, side, steps, x, names) for side, x in zip(sides, solutions, strict=True)]
-    own, *rest = solutions
-    return own, *([tuple(rest)] if others else []), _pivot(steps, target, names)
+    solution, *rest = solutions
+    return solution, *([tuple(rest)] if others else []), _pivot(steps, target, names)
 
 
 class Step(NamedTuple):
@@ -229,8 +230,8 @@ def _pivot(steps: Sequence[Step], target: Target, names: Any) -> Any:
     if target.lanes:
         return names["smallest_share"](first[1], tuple([x for x, _ in others]), tuple([s for _, s in others]))
     pivot = names["share"](*first)
-    for each in others:
-        pivot = names["min"](pivot, names["share"](*each))
+    for other in others:
+        pivot = names["min"](pivot, names["share"](*other))
     return pivot
 
 

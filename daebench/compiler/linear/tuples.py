@@ -63,8 +63,8 @@ class Values:
             self.solvers.provide(name, space)
         else:
             total = partial(_sum, none=space.names["float32"](0.0)) if self.target.dtype == "float32" else _sum
-            found = self._vectors(space.names, total) | self._products(total) | self._matrices() | self._halves()
-            space.take(name, found[name])
+            operations = self._vectors(space.names, total) | self._products(total) | self._matrices() | self._halves()
+            space.take(name, operations[name])
 
     def _vectors(self, names: Any, total: Operation) -> dict[str, Operation]:
         """Operations that return a vector, a multiplier or a number, each entry by itself."""

@@ -165,10 +165,10 @@ class DarbouxDerivation(PoissonDerivation):
     The monitored quantities and the domain are functions of the system's own y, which the loop gets from ``chart``.
     """
 
-    def __init__(self, own: PoissonDerivation) -> None:
-        assert own.problem.darboux is not None
-        super().__init__(own.problem)
-        self.own, self.map, self.parts = own, own.problem.darboux, []
+    def __init__(self, derivation: PoissonDerivation) -> None:
+        assert derivation.problem.darboux is not None
+        super().__init__(derivation.problem)
+        self.original, self.map, self.parts = derivation, derivation.problem.darboux, []
         self.y = sp.Matrix([*self.map.q, *self.map.p, *self.map.c])
 
     @property
@@ -187,13 +187,13 @@ class DarbouxDerivation(PoissonDerivation):
     @cached_property
     def H(self) -> sp.Expr:
         """Hamiltonian K(z) = H(y(z))."""
-        return sp.expand(self.own.H.subs(dict(zip(self.own.y, self.map.y, strict=True)), simultaneous=True))
+        return sp.expand(self.original.H.subs(dict(zip(self.original.y, self.map.y, strict=True)), simultaneous=True))
 
     def source(self, name: str) -> str | None:
         """Return the source of the function of this name, or None if it is not an expression of this system."""
         if name in ("H", "casimirs", "integrals", "inside"):
-            return self.own.source(name)
-        z, y = self.y, self.own.y
+            return self.original.source(name)
+        z, y = self.y, self.original.y
         if name == "chart":
             return codegen.expressions(name, {"y": z}, list(self.map.y), (self.n,), self.parameters)
         if name == "canonical":

@@ -111,7 +111,7 @@ class Braces(ABC):
     # ---- expressions -----------------------------------------------------------------------------------------------------
 
     def _of(self, value: Value) -> list[Text]:
-        """Return what stands for the entries of a value."""
+        """Return the texts of the entries of a value; a table gets its name when it is first read."""
         value = self.uses.same(value)
         if value.op == "const":
             written = self.number(value)
@@ -143,10 +143,10 @@ class Braces(ABC):
         op = value.op
         if op == "mul" and x[0][0] in (self.one, f"-{self.one}"):  # exact
             return x[1] if x[0][0] == self.one else signed("-", x[1])
-        if (found := self.operation(value, x)) is not None:
-            return found
+        if (text := self.operation(value, x)) is not None:
+            return text
         if op == "select":
-            test, then, other = (bound(each, CHOICE + 1) for each in x)
+            test, then, other = (bound(operand, CHOICE + 1) for operand in x)
             return f"{test}?{then}:{other}", CHOICE
         if op in self.signs:
             return signed(self.signs[op], x[0])
@@ -155,7 +155,7 @@ class Braces(ABC):
         raise BadInput(f"{self.what} cannot compute {op} of these numbers; choose another problem or method for it.")
 
     def _whole(self, value: Value) -> list[Text]:
-        """Return what stands for the entries of a value, or one expression for a pointer."""
+        """Return the texts of the entries of a value, or one expression for a pointer."""
         base, *offsets = self._of(value)
         return [infix(self.infix["add"], base, *offsets)] if value.kind == POINTER and offsets else [base, *offsets]
 
@@ -282,9 +282,9 @@ class Braces(ABC):
         kinds = {name[0]: self.kind_of(p) for p in parameters if p in self.texts for name in self._of(p)}
         for k, (name, x) in enumerate(pairs):
             if any(name in re.findall(r"\w+", other) for _, other in pairs[k + 1 :]):
-                kept = self._name()
-                self.written.append(self.constant(kept, kinds[name], x))
-                last.append(f"{name}={kept};")
+                temporary = self._name()
+                self.written.append(self.constant(temporary, kinds[name], x))
+                last.append(f"{name}={temporary};")
         waiting = {text.partition("=")[0] for text in last}
         self.written += [f"{name}={x};" for name, x in pairs if name not in waiting] + last
 

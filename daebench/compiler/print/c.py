@@ -106,7 +106,7 @@ class _Printer(Braces):
             super().memory(value)
 
     def of(self, value: Value) -> list[Text]:
-        """Return what stands for the entries of a value."""
+        """Return the texts of the entries of a value."""
         return self._of(value)
 
     def call(self, node: Call) -> None:
@@ -146,7 +146,7 @@ class _Printer(Braces):
         name, known = CALLS[op], [rounded(a.args[0], kind) for a in value.args if a.op == "const"]
         if len(known) == len(x) and hasattr(math, name):  # compilers compute it otherwise than the platform does
             return number(getattr(math, name)(*known), kind), ATOM
-        return f"{name}{'f' * (kind == FLOAT32)}({','.join(each[0] for each in x)})", ATOM
+        return f"{name}{'f' * (kind == FLOAT32)}({','.join(operand[0] for operand in x)})", ATOM
 
     def region(self, label: str, body: str) -> str:
         return f"{{{body}}}{label}:;" if f"goto {label};" in body else f"{{{body}}}"

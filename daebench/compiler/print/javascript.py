@@ -59,7 +59,7 @@ class _Printer(Braces):
             return f"{x[0][0]}.length", ATOM
         if width(value) > 1 and NOTHING in x and op in WITHOUT:
             return WITHOUT[op](*x)
-        return (CALLS[op].format(",".join(each[0] for each in x)), ATOM) if op in CALLS else None
+        return (CALLS[op].format(",".join(operand[0] for operand in x)), ATOM) if op in CALLS else None
 
     def region(self, label: str, body: str) -> str:
         return f"{label}:{{{body}}}"
@@ -74,7 +74,7 @@ class _OfModule(_Printer):
     what = "JavaScript"
 
     def of(self, value: Value) -> str:
-        """Return what stands for a number."""
+        """Return the text of a number."""
         return self._of(value)[0][0]
 
     def table(self, name: str, value: Value) -> str:

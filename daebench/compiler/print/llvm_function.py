@@ -135,6 +135,8 @@ class Printer:
         """Print that an array is taken from the memory of new arrays, from its beginning where it is full, which is noted."""
         top, new, end, full, base, other, late, flag, noted = (self._fresh() for _ in range(9))
         places = [self._fresh() for _ in range(3)]
+        # There is no test: where the memory is full, new arrays overwrite old ones, and the run fails
+        # because the last word is set, see Memory.require_enough.
         size = self._at(value.args[0])
         self.lines += [
             f"{top} = load ptr, ptr %arena",
@@ -263,6 +265,7 @@ class Printer:
         self.lines.append(f"br label %{head}")
         self._begin(head)
         start = len(self.lines)
+        # A phi names the values of the next turn, which are known only behind the block: its line is filled in then.
         for k in carried:
             self.names[node.parameters[k]] = self._fresh()
             self.lines.append("")

@@ -27,22 +27,23 @@ INTRINSIC = frozenset(("fabs", "sqrt", "sin", "cos", "exp", "log", "pow"))
 
 def _formats() -> dict[tuple[str, str], str]:
     """Return the text of an operation on numbers of type {T} with a result of type {R}, by its name and the kind of its first argument."""
-    made = {("and", TRUTH): "and {T} {0}, {1}", ("or", TRUTH): "or {T} {0}, {1}", ("neg", INTEGER): "sub {T} zeroinitializer, {0}"}
-    made |= {("floordiv", INTEGER): "sdiv {T} {0}, {1}", ("mod", INTEGER): "srem {T} {0}, {1}"}
+    formats = {("and", TRUTH): "and {T} {0}, {1}", ("or", TRUTH): "or {T} {0}, {1}", ("neg", INTEGER): "sub {T} zeroinitializer, {0}"}
+    formats |= {("floordiv", INTEGER): "sdiv {T} {0}, {1}", ("mod", INTEGER): "srem {T} {0}, {1}"}
     floats = (FLOAT64, FLOAT32)
     conversions = {"sitofp": (INTEGER, floats), "zext": (TRUTH, INTEGER), "uitofp": (TRUTH, floats)}
     conversions |= {"fptrunc": (FLOAT64, FLOAT32), "fpext": (FLOAT32, FLOAT64)}
     pairs = [(name, (of, to)) for name, (of, several) in conversions.items() for to in several]
     pairs += [("fptosi", (of, INTEGER)) for of in floats]
-    made |= {(f"{of}to{to}", of): f"{name} {{T}} {{0}} to {{R}}" for name, (of, to) in pairs}
+    formats |= {(f"{of}to{to}", of): f"{name} {{T}} {{0}} to {{R}}" for name, (of, to) in pairs}
     for kind in floats:
-        made |= {(op, kind): f"f{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")}
-        made |= {("neg", kind): "fneg {T} {0}", ("mod", kind): "frem {T} {0}, {1}"}
+        formats |= {(op, kind): f"f{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")}
+        formats |= {("neg", kind): "fneg {T} {0}", ("mod", kind): "frem {T} {0}, {1}"}
+        # Ordered comparisons are false of NaN. "Not equal" is the unordered one: NaN differs from every number, as in Python.
         orders = {"lt": "olt", "le": "ole", "gt": "ogt", "ge": "oge", "eq": "oeq", "ne": "une"}
-        made |= {(op, kind): f"fcmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
-    made |= {(op, INTEGER): f"{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul")}
+        formats |= {(op, kind): f"fcmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
+    formats |= {(op, INTEGER): f"{op} {{T}} {{0}}, {{1}}" for op in ("add", "sub", "mul")}
     orders = {"lt": "slt", "le": "sle", "gt": "sgt", "ge": "sge", "eq": "eq", "ne": "ne"}
-    return made | {(op, INTEGER): f"icmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
+    return formats | {(op, INTEGER): f"icmp {order} {{T}} {{0}}, {{1}}" for op, order in orders.items()}
 
 
 FORMATS: Mapping[tuple[str, str], str] = _formats()
@@ -70,6 +71,7 @@ def number(x: float, kind: str) -> str:
     """Return the text of a known number, or of a vector of equal ones."""
     if len(kind) > 1:
         return f"<{', '.join([f'{TYPES[kind[0]]} {number(x, kind[0])}'] * int(kind[1:]))}>"
+    # LLVM writes a float as the double of the same value, which therefore has to be rounded first.
     if kind == FLOAT32:
         (x,) = unpack("<f", pack("<f", x))
     if kind in SUFFIXES:

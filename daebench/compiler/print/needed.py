@@ -1,4 +1,4 @@
-"""What of a recorded function has to be computed: what its results and its effects on memory need, and what steers these."""
+"""The operations of a recorded function that have to be computed: those that its results and its effects on memory depend on."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,7 +11,7 @@ EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
 
 
 class Needed:
-    """What of a function has to be computed, and whether it changes memory.
+    """The values, calls and branches of a function that have to be computed, and whether it changes memory.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Needed:
     sources : dict of Value to sequence of Value
         Where results of branches and blocks, and parameters of loops, come from.
     same : dict of Value to Value
-        What stands for parameters of loops that no turn changes.
+        The value before the loop, for parameters of loops that no turn changes.
     changes : bool
         Whether the function writes to memory.
     """
@@ -93,7 +93,7 @@ class Needed:
                 waiting += self._arguments(node)
 
     def _arguments(self, node: Any) -> Sequence[Any]:
-        """Return what a value or call is computed from."""
+        """Return the values and calls that a value or call is computed from."""
         if node in self.same:
             return [self.same[node]]
         if type(node) is Value and node.op in ("result", "parameter"):

@@ -110,8 +110,8 @@ class _Printer:
             return self._constant(value.args[0], value.kind)
         if value.op == "table":
             return self._table(value)
-        found = self.texts[value]
-        return found if isinstance(found, str) else f"{found[0]}[{' + '.join(found[1:])}:]"
+        text = self.texts[value]
+        return text if isinstance(text, str) else f"{text[0]}[{' + '.join(text[1:])}:]"
 
     def _table(self, value: Value) -> str:
         if value not in self.texts:
@@ -123,8 +123,8 @@ class _Printer:
     def _parts(self, pointer: Value) -> list[str]:
         """Return the array of a pointer, and what is added to the index of its first entry."""
         pointer = self.uses.same(pointer)
-        found = self.texts.get(pointer)
-        return list(found) if isinstance(found, list) else [self._of(pointer)]
+        text = self.texts.get(pointer)
+        return list(text) if isinstance(text, list) else [self._of(pointer)]
 
     def _place(self, pointer: Value, index: Value) -> str:
         base, *offsets = self._parts(pointer)
@@ -253,7 +253,7 @@ class _Printer:
         if len(node.leaves) == 1 and last is node.leaves[0]:  # the end of the block
             self._block(first)
             self._give(node.results, last.values)
-        elif type(last) is Loop and all(type(each) in (Value, Call) for each in first):
+        elif type(last) is Loop and all(type(part) in (Value, Call) for part in first):
             self._block(first)
             self._loop(last, node)
         else:

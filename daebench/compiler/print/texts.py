@@ -14,11 +14,11 @@ INFIX |= {"ge": (">=", 5), "add": ("+", 6), "sub": ("-", 6), "mul": ("*", 7), "d
 def infix(operator: tuple[str, int], first: Text, *others: Text) -> Text:
     """Return an operation on two or more operands; operations stay in the order in which they were recorded."""
     sign, level = operator
-    found = first
+    text = first
     for other in others:
         right = level if sign in ("&&", "||") else level + 1
-        found = f"{bound(found, level, first=True)}{sign}{bound(other, right)}", level
-    return found
+        text = f"{bound(text, level, first=True)}{sign}{bound(other, right)}", level
+    return text
 
 
 def signed(sign: str, x: Text) -> Text:

@@ -50,7 +50,7 @@ class Uses:
         return self._uses.get(value) or Use()
 
     def same(self, value: Value) -> Value:
-        """Return what stands for a parameter of a loop that no turn changes, or a value itself."""
+        """Return the value before the loop for a parameter that no turn changes; any other value itself."""
         while value in self.need.same:
             value = self.need.same[value]
         return value

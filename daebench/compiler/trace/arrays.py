@@ -49,10 +49,10 @@ class Array:
     @property
     def size(self) -> Any:
         """Number of entries."""
-        found: Any = 1
+        product: Any = 1
         for length in self.shape:
-            found = found * length
-        return found
+            product = product * length
+        return product
 
     @property
     def dtype(self) -> str:
@@ -105,7 +105,7 @@ class Array:
             self._put(offset, self.code.as_kind(value, self.kind))
             return
         view = self[index]
-        each(self.code, view.shape, lambda place: view.__setitem__(place, entry_of(value, place)))
+        each_place(self.code, view.shape, lambda place: view.__setitem__(place, entry_of(value, place)))
 
     def _put(self, offset: Any, value: Value) -> None:
         for place, part in zip(self._places(offset), entries_of(value), strict=True) if differs(offset) else [(offset, value)]:
@@ -152,7 +152,7 @@ class Array:
         wide = isinstance(other, Complex) or COMPLEX in (self.kind, kind_in(other))
         out = empty(self.code, self.shape, kind or (COMPLEX if wide else self.kind))
         given = (lambda place: (self[place],)) if other is None else (lambda place: (self[place], entry_of(other, place)))
-        each(self.code, self.shape, lambda place: out.__setitem__(place, function(*given(place))))
+        each_place(self.code, self.shape, lambda place: out.__setitem__(place, function(*given(place))))
         return out
 
     def merged(self, other: "Array", merge: Callable[[Any, Any], Any]) -> "Array":
@@ -236,26 +236,26 @@ def zeros(code: Code, shape: Any, kind: str = FLOAT64) -> Array:
     """Return a new array of zeros."""
     out = empty(code, shape, kind)
     flat = Array(out.pointer, out.kind, (out.size,), (out.wide,))
-    each(code, flat.shape, lambda place: flat.__setitem__(place, 0))
+    each_place(code, flat.shape, lambda place: flat.__setitem__(place, 0))
     return out
 
 
 def arange(code: Code, length: Any) -> Array:
     """Return a new array of 0, 1, 2, ..."""
     out = empty(code, length, INTEGER)
-    each(code, out.shape, lambda place: out.__setitem__(place, place[0]))
+    each_place(code, out.shape, lambda place: out.__setitem__(place, place[0]))
     return out
 
 
-def each(code: Code, shape: Sequence[Any], function: Callable[[tuple[Any, ...]], None], place: tuple[Any, ...] = ()) -> None:
+def each_place(code: Code, shape: Sequence[Any], function: Callable[[tuple[Any, ...]], None], place: tuple[Any, ...] = ()) -> None:
     """Record something for each place of an array, in loops where these are many."""
     if not shape:
         function(place)
     elif isinstance(shape[0], int) and shape[0] <= FEW:
         for k in range(shape[0]):
-            each(code, shape[1:], function, (*place, k))
+            each_place(code, shape[1:], function, (*place, k))
     else:
-        counted(code, shape[0], lambda k: each(code, shape[1:], function, (*place, k)))
+        counted(code, shape[0], lambda k: each_place(code, shape[1:], function, (*place, k)))
 
 
 def counted(code: Code, stop: Any, function: Callable[[Value], None]) -> None:

@@ -15,10 +15,10 @@ def _of_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], An
     """Return an operation of two numbers, which leaves others, arrays say, to these."""
 
     @wraps(operation)
-    def found(x: Any, y: Any) -> Any:
+    def of_two(x: Any, y: Any) -> Any:
         return operation(x, y) if isinstance(y, Value | int | float | complex | Complex) else NotImplemented
 
-    return found
+    return of_two
 
 
 class Complex:
@@ -234,15 +234,15 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
 
 def function_of(code: Code, name: str) -> Callable[..., Any]:
     """Return the function of this name for numbers of either type."""
-    real, own = code.function_of(name), FUNCTIONS.get(name)
+    real, of_pairs = code.function_of(name), FUNCTIONS.get(name)
 
     def called(*args: Any) -> Any:
         given = [x for x in args if isinstance(x, Complex)]
         if not given:
             return real(*args)
-        if own is None:
+        if of_pairs is None:
             raise TypeError(f"{name} is no function of complex numbers")
-        return own(code, *args)
+        return of_pairs(code, *args)
 
     return called
 

@@ -14,10 +14,10 @@ def _of_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], An
     """Return an operation of two numbers, which leaves others, arrays say, to these."""
 
     @wraps(operation)
-    def found(x: Any, y: Any) -> Any:
+    def of_two(x: Any, y: Any) -> Any:
         return operation(x, y) if isinstance(y, Value | int | float | Dual) else NotImplemented
 
-    return found
+    return of_two
 
 
 class Dual:

@@ -1,4 +1,4 @@
-"""What generated modules of dual numbers call: functions of numbers, of nested tuples of them, and of arrays of their derivatives."""
+"""Functions that generated modules of dual numbers call: of numbers, of nested tuples of them, and of arrays of their derivatives."""
 
 from typing import Any
 

@@ -14,7 +14,7 @@ from daebench.compiler.trace.turns import Names, Turns, Unknown, Ways, behind, l
 
 
 class Program(Protocol):
-    """What a function belongs to: a recorded program, the names that functions read, and what follows those that steer."""
+    """A recorded program: its operations, the names that functions read, and the follower of those that steer."""
 
     code: Code
     space: dict[str, Any]
@@ -188,6 +188,7 @@ class Follower:
         for name in sorted({*(statement.binds & statement.after), *self.hidden(statement)}):
             there = self.at_ends(name, sides, statement, ways)
             if len(there) == 1:
+                # Into the place of the side that lacks the name: False and True are the indices 0 and 1.
                 there.insert(name in sides[0], unset(self.code, there[0]))
             if there:
                 names[name] = united(self.code, there, ends, node.results, node.yields)

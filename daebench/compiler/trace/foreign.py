@@ -51,15 +51,15 @@ def names(code: Code) -> dict[str, Callable[..., Any]]:
         return Array(numbers.pointer, numbers.kind, shape, strides)
 
     def content(place: int) -> Callable[[Any, Any], Numbers]:
-        def found(user: Any, container: Any) -> Numbers:
+        def numbers_of(user: Any, container: Any) -> Numbers:
             return Numbers(called(code, array(numbers(INTEGER)(user), place + 1)[place], "ap", [container]), FLOAT64)
 
-        return found
+        return numbers_of
 
     def function(letters: str) -> Callable[..., Value]:
         return lambda address, *args: called(code, address, letters, args)
 
-    made: dict[str, Callable[..., Any]] = {"real_pointer": numbers(FLOAT64), "word_pointer": numbers(INTEGER)}
-    made |= {"carray": array, "farray": lambda numbers, shape: array(numbers, shape, columns=True)}
-    made |= {name: content(place) for name, place in CONTENT.items()}
-    return made | {name: function(letters) for name, letters in CALLED.items()}
+    functions: dict[str, Callable[..., Any]] = {"real_pointer": numbers(FLOAT64), "word_pointer": numbers(INTEGER)}
+    functions |= {"carray": array, "farray": lambda numbers, shape: array(numbers, shape, columns=True)}
+    functions |= {name: content(place) for name, place in CONTENT.items()}
+    return functions | {name: function(letters) for name, letters in CALLED.items()}

@@ -63,7 +63,7 @@ class Value:
     __pow__, __rpow__ = _operators("power")
     __and__, __rand__ = _operators("both")
     __or__, __ror__ = _operators("either")
-    __hash__ = object.__hash__
+    __hash__ = object.__hash__  # which a class with an __eq__ of its own does not inherit
 
     def __neg__(self) -> Any:
         return self.code.emit("neg", self.kind, (self,))
@@ -264,6 +264,7 @@ class Code:
     def constant(self, x: Any, kind: str) -> Value:
         """Return the value of a known number; equal bits are one value."""
         typed = float(x) if kind[0] in FLOATS else int(x)
+        # By bits, since 0.0 equals -0.0, and NaN does not equal itself.
         key = kind, pack("<d", typed) if kind[0] in FLOATS else typed
         value = self.constants.get(key)
         if value is None:
@@ -377,14 +378,14 @@ class Code:
         if not isinstance(exponent, int):
             kind = common(kind_of(x), kind_of(exponent), FLOAT32)
             return self.emit("pow", kind, (self.as_kind(x, kind), self.as_kind(exponent, kind)))
-        remaining, found, square = abs(exponent), None, x
+        remaining, product, square = abs(exponent), None, x
         while remaining:
             if remaining & 1:
-                found = square if found is None else found * square
+                product = square if product is None else product * square
             remaining >>= 1
             if remaining:
                 square = square * square
-        return 1.0 if found is None else 1.0 / found if exponent < 0 else found
+        return 1.0 if product is None else 1.0 / product if exponent < 0 else product
 
     def function_of(self, name: str) -> Callable[..., Any]:
         """Return the function of numbers of this name, sqrt or sin say, whose arguments are numbers of one kind."""
@@ -400,12 +401,12 @@ class Code:
         args = args[0] if len(args) == 1 else args
         if not any(isinstance(x, Value) for x in args):
             return max(args) if op == "gt" else min(args)
-        found = args[0]
+        extreme = args[0]
         for x in args[1:]:
-            kind = met(found, x)
-            found, x = self.as_kind(found, kind), self.as_kind(x, kind)
-            found = self.select(self.compare(op, x, found), x, found)
-        return found
+            kind = met(extreme, x)
+            extreme, x = self.as_kind(extreme, kind), self.as_kind(x, kind)
+            extreme = self.select(self.compare(op, x, extreme), x, extreme)
+        return extreme
 
 
 NUMBERS = frozenset((Value, int, float, bool))

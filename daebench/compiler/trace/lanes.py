@@ -17,11 +17,11 @@ def take_all(form: Any, array: Array, row: Any, column: Any, width: int) -> Any:
     """Return nested tuples of this form, whose numbers are read from rows of an array, one row for each number."""
     if not isinstance(form, tuple):
         return _read(array, (row, column), width)
-    found, at = [], row
+    numbers, at = [], row
     for part in form:
-        found.append(take_all(part, array, at, column, width))
+        numbers.append(take_all(part, array, at, column, width))
         at = at + length_of(part)
-    return tuple(found)
+    return tuple(numbers)
 
 
 def put_all(array: Array, row: Any, column: Any, live: Any, x: Any) -> None:
@@ -96,13 +96,13 @@ class Slot:
         code.effect("seen", "", (self.pointer,))
 
     def recalled(self) -> Any:
-        """Return what was written."""
+        """Return the value that was written."""
         parts = iter([self.code.effect("load", kind, self._place(k)) for k, kind in enumerate(self.kinds)])
 
-        def found(form: Any) -> Any:
-            return tuple([found(part) for part in form]) if isinstance(form, tuple) else next(parts)
+        def refilled(form: Any) -> Any:
+            return tuple([refilled(part) for part in form]) if isinstance(form, tuple) else next(parts)
 
-        return like(self.like, found(held(self.like)))
+        return like(self.like, refilled(held(self.like)))
 
     def _place(self, k: int) -> tuple[Value, Value]:
         """Return where the lanes of a number are."""
@@ -128,6 +128,7 @@ def absent(function: Any, arguments: tuple[Any, ...]) -> Any:
     """Return zeros in place of the result of a function, which is not called."""
     code = next(x.code for x in parts_of(arguments) if isinstance(x, Value))
     sizes = getattr(getattr(function, "program", None), "sizes", {})
+    # The block is dropped, and with it the sizes of functions that were first met in it: the next call of each is then the first.
     known = dict(sizes)
     with code.inside([]):
         result = unset(code, function(*arguments))

@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from math import log, pi
 from typing import Any
 
+import numpy as np
+
 from daebench.compiler.trace import dual, dual_functions, foreign, lanes
 from daebench.compiler.trace.arrays import Array, arange, empty, zeros
 from daebench.compiler.trace.complex import COMPLEX, Complex, as_complex
@@ -40,8 +42,6 @@ class Kind:
 
 def _table(code: Code, rows: Any) -> Array:
     """Return an array of constants."""
-    import numpy as np
-
     array = np.array(rows)
     kind = INTEGER if array.dtype.kind in "iu" else FLOAT64
     entries = tuple(array.ravel().tolist())
@@ -66,10 +66,10 @@ def _extreme(code: Code, op: str, args: Sequence[Any]) -> Any:
         return args[0]
     if not any(isinstance(x, Dual) for x in args):
         return code.extreme(op, args)
-    found = args[0]
+    extreme = args[0]
     for x in args[1:]:
-        found = dual.extreme(code, op, found, x) if isinstance(found, Dual) or isinstance(x, Dual) else code.extreme(op, (found, x))
-    return found
+        extreme = dual.extreme(code, op, extreme, x) if isinstance(extreme, Dual) or isinstance(x, Dual) else code.extreme(op, (extreme, x))
+    return extreme
 
 
 def _composed(code: Code) -> dict[str, Callable[..., Any]]:

@@ -46,10 +46,10 @@ class Share:
     def __gt__(self, bound: Any) -> Any:
         if isinstance(bound, Value | Share):
             return self.value > value_of(bound)
-        found = self._begun
+        test = self._begun
         for a, s in zip(self.above, self.below, strict=True):
-            found = self.code.both(found, a > bound * s)
-        return found
+            test = self.code.both(test, a > bound * s)
+        return test
 
     def __lt__(self, other: Any) -> Any:
         return self.value < value_of(other)

@@ -29,8 +29,8 @@ _CALLED = re.compile(r"\b(\w+)\(")
 
 def parameters_in(text: str, name: str) -> list[str]:
     """Return the names of the parameters of a function in the source of a module."""
-    found = re.search(rf"^def {name}\((.*)\):$", text, re.M)
-    return found[1].split(", ") if found else []
+    match = re.search(rf"^def {name}\((.*)\):$", text, re.M)
+    return match[1].split(", ") if match else []
 
 
 class Sized:
@@ -64,9 +64,9 @@ class InFile(Steered):
 
     def inlined(self, args: Sequence[Any]) -> Any:
         """Record the function where it is called, followed if it steers, else executed by Python; return its result."""
-        *own, par = args
+        *arguments, par = args
         with self.program.files.given(par):
-            return self.plain(*own) if self.plain else super().inlined(own)
+            return self.plain(*arguments) if self.plain else super().inlined(arguments)
 
 
 class Program:
@@ -102,10 +102,10 @@ class Program:
         """Add the functions of a text, which are called ``many`` times; return the rest of it."""
         straight: list[tuple[str, str, int]] = []
         rest, at = [], 0
-        for found in _FUNCTION.finditer(text):
-            rest.append(text[at : found.start()])
-            at = found.end()
-            name, source = found[1], found[0]
+        for match in _FUNCTION.finditer(text):
+            rest.append(text[at : match.start()])
+            at = match.end()
+            name, source = match[1], match[0]
             bare = _DOCSTRING.sub("", source.partition("\n")[2])
             for called in [*_CALLED.findall(bare), *[name] * (2 * many)]:
                 self.sites[called] = self.sites.get(called, 0) + 1
@@ -126,10 +126,10 @@ class Program:
         for name, times in plan["sites"].items():
             self.sites[name] = self.sites.get(name, 0) + times
         self._size()
-        found = roots(self.files)
-        for root in found.values():
+        functions = roots(self.files)
+        for root in functions.values():
             root.program = self  # type: ignore[attr-defined]
-        self.space.update(found)
+        self.space.update(functions)
         return self.files
 
     def add(self, text: str) -> None:
@@ -142,11 +142,11 @@ class Program:
         self.space[name] = Sized(self, name, operation)
 
     def body(self, function: OfFile) -> Callable[..., Any]:
-        """Return what is called for a function of a file."""
+        """Return the callable that records a call of a function of a file."""
         plain = function.plain
-        found = InFile(self, function.key, node=function.node, space={**plain.__globals__, "__file__": plain.__code__.co_filename})
-        found.plain = None if steers(function.node) else plain
-        return lambda *args: self.called(found, (*args, self.files.par))
+        callee = InFile(self, function.key, node=function.node, space={**plain.__globals__, "__file__": plain.__code__.co_filename})
+        callee.plain = None if steers(function.node) else plain
+        return lambda *args: self.called(callee, (*args, self.files.par))
 
     # ---- calls -----------------------------------------------------------------------------------------------------------
 
@@ -173,8 +173,8 @@ class Program:
         key = name, tuple(x.kind if isinstance(x, Value) else repr(x) for x in parts), pattern_of(args)
         if key not in self.instances:
             self.instances[key] = self.instance(f"f{len(self.instances)}_{function.name.rpartition('.')[2]}", function, args)
-        made, structure = self.instances[key]
-        call = Call(self.code, made, tuple(x for x in parts if isinstance(x, Value)))
+        instance, structure = self.instances[key]
+        call = Call(self.code, instance, tuple(x for x in parts if isinstance(x, Value)))
         self.code.block.append(call)
         results = iter(call.results)
         return rebuilt(structure, (next(results) if isinstance(x, Value) else x for x in parts_of(structure)))
@@ -191,22 +191,22 @@ class Program:
     def instance(self, name: str, function: Steered | Sized, args: Sequence[Any]) -> tuple[Function, Any]:
         """Record a function of its own; return it with the structure of its result."""
 
-        def given(made: Function) -> Any:
-            return rebuilt(args, (self.parameter(made, x.kind) if isinstance(x, Value) else x for x in parts_of(args)))
+        def given(recording: Function) -> Any:
+            return rebuilt(args, (self.parameter(recording, x.kind) if isinstance(x, Value) else x for x in parts_of(args)))
 
         return self._recorded(name, function, given)
 
     def _recorded(self, name: str, function: Steered | Sized, given: Callable[[Function], Any]) -> tuple[Function, Any]:
-        return self.recorded(name, lambda made: function.inlined(given(made)))
+        return self.recorded(name, lambda recording: function.inlined(given(recording)))
 
     def recorded(self, name: str, make: Callable[[Function], Any]) -> tuple[Function, Any]:
-        """Record what ``make`` does, given a function for its parameters, as this function; return it with the structure of its result."""
-        made = Function(name)
-        with self.code.apart(made):
-            result = make(made)
-        made.results = [x for x in parts_of(result) if isinstance(x, Value)]
-        self.functions.append(made)
-        return made, result
+        """Record the operations of ``make``, given a function for its parameters; return that function and the structure of its result."""
+        recording = Function(name)
+        with self.code.apart(recording):
+            result = make(recording)
+        recording.results = [x for x in parts_of(result) if isinstance(x, Value)]
+        self.functions.append(recording)
+        return recording, result
 
     def parameter(self, function: Function, kind: str) -> Value:
         """Return a new parameter of a function."""
@@ -220,28 +220,28 @@ class Program:
         the number of axes, and whether rows follow each other in memory.
         """
 
-        def given(made: Function, form: Any) -> Any:
+        def given(recording: Function, form: Any) -> Any:
             if isinstance(form, tuple):
-                return tuple([given(made, part) for part in form])
+                return tuple([given(recording, part) for part in form])
             if form == COMPLEX:
-                return Complex(self.code, *(self.parameter(made, FLOAT64) for _ in range(2)))
+                return Complex(self.code, *(self.parameter(recording, FLOAT64) for _ in range(2)))
             if not isinstance(form, list):
-                return form and self.parameter(made, form)
+                return form and self.parameter(recording, form)
             kind, axes, ordered = form
-            pointer, *lengths = [self.parameter(made, each) for each in (POINTER, *[INTEGER] * (axes if ordered else 2 * axes))]
+            pointer, *lengths = [self.parameter(recording, letter) for letter in (POINTER, *[INTEGER] * (axes if ordered else 2 * axes))]
             return Array(pointer, kind, lengths[:axes], contiguous(lengths) if ordered else lengths[axes:])
 
         function = self.space[name]
         function = function if isinstance(function, Steered | Sized) else Sized(self, name, function)
-        return self._recorded(f"entry_{name}", function, lambda made: given(made, tuple(args)))
+        return self._recorded(f"entry_{name}", function, lambda recording: given(recording, tuple(args)))
 
 
 def operations(block: Sequence[Any]) -> int:
     """Return the number of operations in a block."""
-    found = len(block)
+    total = len(block)
     for node in block:
         if isinstance(node, If):
-            found += operations(node.blocks[0]) + operations(node.blocks[1])
+            total += operations(node.blocks[0]) + operations(node.blocks[1])
         elif isinstance(node, Region | Loop):
-            found += operations(node.block)
-    return found
+            total += operations(node.block)
+    return total

@@ -77,9 +77,9 @@ class Statement:
 
 def statements(function: ast.FunctionDef, file: str) -> list[Statement]:
     """Return the statements of a function, with the names that are read after each."""
-    made = _Reader(file).body(function.body)
-    _note_live(made, frozenset(), frozenset(), frozenset())
-    return made
+    body = _Reader(file).body(function.body)
+    _note_live(body, frozenset(), frozenset(), frozenset())
+    return body
 
 
 def returns_early(body: Sequence[Statement]) -> bool:
@@ -89,7 +89,7 @@ def returns_early(body: Sequence[Statement]) -> bool:
 
 def has(body: Iterable[Statement], kind: str) -> bool:
     """Return whether there is a statement of a kind among these and in them."""
-    return any(each.kind == kind or has(each.body, kind) or has(each.otherwise, kind) for each in body)
+    return any(statement.kind == kind or has(statement.body, kind) or has(statement.otherwise, kind) for statement in body)
 
 
 def loops(body: Iterable[Statement]) -> bool:
@@ -109,8 +109,9 @@ def leaves_loop(body: Iterable[Statement]) -> bool:
     """Return whether statements of a loop contain ``break`` or ``continue`` of this loop."""
     inner = ("for", "while", "each")
     return any(
-        each.kind in ("break", "continue") or (each.kind not in inner and (leaves_loop(each.body) or leaves_loop(each.otherwise)))
-        for each in body
+        statement.kind in ("break", "continue")
+        or (statement.kind not in inner and (leaves_loop(statement.body) or leaves_loop(statement.otherwise)))
+        for statement in body
     )
 
 
@@ -133,7 +134,7 @@ def _costly(node: ast.expr) -> bool:
 
 
 class _Lowered(ast.NodeTransformer):
-    """Replaces what steers inside an expression; where a part may only be computed if it is needed, it becomes a statement before."""
+    """Replaces branches inside expressions; a costly part that may only be computed if it is needed becomes a statement before."""
 
     def __init__(self) -> None:
         self.before: list[ast.stmt] = []
@@ -168,17 +169,17 @@ class _Lowered(ast.NodeTransformer):
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
         name = BOTH if isinstance(node.op, ast.And) else EITHER
-        found: ast.expr = self.visit(node.values[0])
+        expression: ast.expr = self.visit(node.values[0])
         for value in node.values[1:]:
             if _costly(value):
                 self.made += 1
                 target = f"_chosen{self.made}"
-                self.before.append(ast.Assign([ast.Name(target, ast.Store())], _call("bool", found)))
+                self.before.append(ast.Assign([ast.Name(target, ast.Store())], _call("bool", expression)))
                 then, otherwise = (value, None) if name == BOTH else (None, value)
-                found = self._branch(ast.Name(target, ast.Load()), then, otherwise, target)
+                expression = self._branch(ast.Name(target, ast.Load()), then, otherwise, target)
             else:
-                found = _call(name, found, self.visit(value))
-        return found
+                expression = _call(name, expression, self.visit(value))
+        return expression
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         operand = self.visit(node.operand)
@@ -188,13 +189,14 @@ class _Lowered(ast.NodeTransformer):
         self.generic_visit(node)
         if len(node.ops) == 1:
             return node
-        found: ast.expr | None = None
+        conjunction: ast.expr | None = None
         left = node.left
         for op, right in zip(node.ops, node.comparators, strict=True):
+            # An operand in the middle stands twice; equal operations are recorded once.
             one = ast.Compare(left, [op], [right])
-            found, left = one if found is None else _call(BOTH, found, one), right
-        assert found is not None
-        return found
+            conjunction, left = one if conjunction is None else _call(BOTH, conjunction, one), right
+        assert conjunction is not None
+        return conjunction
 
 
 SIMPLE = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr)
@@ -208,28 +210,28 @@ class _Reader:
 
     def body(self, nodes: Sequence[ast.stmt], *, raw: bool = True) -> list[Statement]:
         """Return the statements of a body; ``raw`` ones have expressions that steer."""
-        made: list[Statement] = []
+        body: list[Statement] = []
         run: list[ast.stmt] = []
         for node in nodes:
             if isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
                 continue
             if isinstance(node, SIMPLE):
                 lowered = self.lowered.visit(node) if raw else node
-                self._flush_before(run, made)
+                self._flush_before(run, body)
                 run.append(lowered)
                 continue
-            self._flush(run, made)
-            made += self._steering(node, raw=raw)
-        self._flush(run, made)
-        return made
+            self._flush(run, body)
+            body += self._steering(node, raw=raw)
+        self._flush(run, body)
+        return body
 
-    def _flush_before(self, run: list[ast.stmt], made: list[Statement]) -> None:
+    def _flush_before(self, run: list[ast.stmt], body: list[Statement]) -> None:
         """Insert the statements that have to come before the next."""
         if before := self.lowered.taken():
-            self._flush(run, made)
-            made += self.body(before, raw=False)
+            self._flush(run, body)
+            body += self.body(before, raw=False)
 
-    def _flush(self, run: list[ast.stmt], made: list[Statement]) -> None:
+    def _flush(self, run: list[ast.stmt], body: list[Statement]) -> None:
         if not run:
             return
         reads: set[str] = set()
@@ -239,7 +241,7 @@ class _Reader:
             if isinstance(node, ast.AugAssign):
                 reads |= _names(node.target, ast.Store) - binds
             binds |= _names(node, ast.Store)
-        made.append(Statement(kind="run", node=run[0], code=(self._compiled(ast.Module(list(run), []), "exec"),), reads=reads, binds=binds))
+        body.append(Statement(kind="run", node=run[0], code=(self._compiled(ast.Module(list(run), []), "exec"),), reads=reads, binds=binds))
         run.clear()
 
     def _compiled(self, node: Any, mode: str) -> CodeType:
@@ -259,9 +261,9 @@ class _Reader:
         if isinstance(node, ast.If):
             code, reads, before = self._value(node.test, raw=raw)
             body, otherwise = self.body(node.body, raw=raw), self.body(node.orelse, raw=raw)
-            made = Statement(kind="if", node=node, code=(code,), reads=reads, binds=_bound(body) | _bound(otherwise), body=body)
-            made.otherwise, made.costly = otherwise, loops(body) or loops(otherwise) or _of_status(node)
-            return [*before, made]
+            branch = Statement(kind="if", node=node, code=(code,), reads=reads, binds=_bound(body) | _bound(otherwise), body=body)
+            branch.otherwise, branch.costly = otherwise, loops(body) or loops(otherwise) or _of_status(node)
+            return [*before, branch]
         if isinstance(node, ast.Return):
             code, reads, before = self._value(node.value or ast.Tuple([], ast.Load()), raw=raw)
             return [*before, Statement(kind="return", node=node, code=(code,), reads=reads)]
@@ -278,14 +280,14 @@ class _Reader:
     def _for(self, node: ast.For, target: str) -> list[Statement]:
         over = node.iter
         ranged = isinstance(over, ast.Call) and isinstance(over.func, ast.Name) and over.func.id == "range"
-        values = [self._value(each, raw=True) for each in (over.args if ranged else [over])]  # type: ignore[attr-defined]
+        values = [self._value(argument, raw=True) for argument in (over.args if ranged else [over])]  # type: ignore[attr-defined]
         body, otherwise = self.body(node.body), self.body(node.orelse)
-        before = [each for value in values for each in value[2]]
+        before = [statement for value in values for statement in value[2]]
         reads = set().union(*(value[1] for value in values))
         code, binds = tuple(value[0] for value in values), _bound(body) | _bound(otherwise) | {target}
-        made = Statement(kind="for" if ranged else "each", node=node, code=code, reads=reads, binds=binds, target=target, body=body)
-        made.otherwise = otherwise
-        return [*before, made]
+        loop = Statement(kind="for" if ranged else "each", node=node, code=code, reads=reads, binds=binds, target=target, body=body)
+        loop.otherwise = otherwise
+        return [*before, loop]
 
 
 def _said(node: ast.stmt) -> str:
@@ -294,33 +296,34 @@ def _said(node: ast.stmt) -> str:
 
 
 def _bound(body: Iterable[Statement]) -> set[str]:
-    return set().union(*(each.binds for each in body))
+    return set().union(*(statement.binds for statement in body))
 
 
 def _note_live(
     body: Sequence[Statement], live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]
 ) -> AbstractSet[str]:
     """Note the names that are read after each statement; return those that are read before the first."""
-    for each in reversed(body):
-        each.after = live
-        if each.kind == "run":
-            live = (live - each.binds) | each.reads
-        elif each.kind == "return":
-            live = each.reads
-        elif each.kind == "break":
+    for statement in reversed(body):
+        statement.after = live
+        if statement.kind == "run":
+            live = (live - statement.binds) | statement.reads
+        elif statement.kind == "return":
+            live = statement.reads
+        elif statement.kind == "break":
             live = broken
-        elif each.kind == "continue":
+        elif statement.kind == "continue":
             live = continued
-        elif each.kind == "if":
-            sides = (_note_live(side, live, broken, continued) for side in (each.body, each.otherwise))
-            live = set(each.reads).union(*sides)
+        elif statement.kind == "if":
+            sides = (_note_live(side, live, broken, continued) for side in (statement.body, statement.otherwise))
+            live = set(statement.reads).union(*sides)
         else:
-            live = _note_loop(each, live, broken, continued)
+            live = _note_loop(statement, live, broken, continued)
     return live
 
 
 def _note_loop(loop: Statement, live: AbstractSet[str], broken: AbstractSet[str], continued: AbstractSet[str]) -> AbstractSet[str]:
     head = _note_live(loop.otherwise, live, broken, continued) if loop.kind != "while" else frozenset[str]()
+    # A turn may read what the one before has bound: repeated until no name is added.
     while True:
         more = head | (_note_live(loop.body, head, live, head) - {loop.target})
         if more == head:

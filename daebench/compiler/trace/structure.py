@@ -50,7 +50,7 @@ def rebuilt(x: Any, parts: Iterator[Any]) -> Any:
 
 
 def pattern_of(x: Any) -> Any:
-    """Return what two structures have in common if their parts can stand for each other."""
+    """Return the pattern of a structure: equal for two structures whose parts can stand for each other."""
     if isinstance(x, tuple):
         return tuple([pattern_of(entry) for entry in x])
     if isinstance(x, Element):
@@ -120,7 +120,7 @@ def same(x: Any, y: Any) -> bool:
         return True
     if isinstance(x, Value) or isinstance(y, Value) or type(x) is not type(y):
         return False
-    return repr(x) == repr(y)
+    return repr(x) == repr(y)  # texts tell 0.0 from -0.0, and that of NaN equals itself
 
 
 class Mismatch(TypeError):
@@ -166,13 +166,13 @@ def united(
 
 
 def at_end(code: Code, end: tuple[list[Any], bool], make: Callable[[], Any]) -> Any:
-    """Return what a function makes, with its operations at the end of a block."""
+    """Return the value of a function, whose operations are recorded at the end of a block."""
     block, left = end
-    made: list[Any] = []
-    with code.inside(made):
-        found = make()
-    block[len(block) - left : len(block) - left] = made
-    return found
+    operations: list[Any] = []
+    with code.inside(operations):
+        result = make()
+    block[len(block) - left : len(block) - left] = operations
+    return result
 
 
 def converted(code: Code, x: Any, kind: str, end: tuple[list[Any], bool]) -> Value:

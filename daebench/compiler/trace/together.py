@@ -42,20 +42,20 @@ class Together(Follower):
         assert body is not None
         outer, code.mask = code.mask, None
         names[LIVE] = True
-        if not any(loops([each]) and has(each.body, "return") for each in body):
+        if not any(loops([statement]) and has(statement.body, "return") for statement in body):
             ways = Ways([])
             self.followed(body, names, ways)
-            found = ways.returned[0] if ways.returned else self._last()
+            result = ways.returned[0] if ways.returned else self._last()
         else:
             region = Region(code)
             with code.inside(region.block):
                 self.followed(body, names, Ways([], region))
             code.block.append(region)
-            found, gone = behind(code, region)
+            result, gone = behind(code, region)
             if self.slot.pointer is not None:
-                found = self._where(gone, found, self.slot.recalled)
+                result = self._where(gone, result, self.slot.recalled)
         code.mask = outer
-        return found
+        return result
 
     def hidden(self, statement: Statement) -> Sequence[str]:
         """Return which runs have not returned, if some may."""
@@ -68,16 +68,16 @@ class Together(Follower):
         return self._branched(anyof(test), lambda: self.code.select(test, make(), otherwise), otherwise)
 
     def _branched(self, test: Value, make: Callable[[], Any], otherwise: Any) -> Any:
-        """Return what is made if a test is true, else another value."""
+        """Return the value of ``make`` if a test is true, else another; operations of ``make`` are recorded in a branch."""
         node = If(test)
         with self.code.inside(node.blocks[0]):
-            made = make()
+            value = make()
         self.code.block.append(node)
-        return united(self.code, [made, otherwise], [(block, False) for block in node.blocks], node.results, node.yields)
+        return united(self.code, [value, otherwise], [(block, False) for block in node.blocks], node.results, node.yields)
 
     @contextmanager
     def _masked(self, mask: Value) -> Iterator[None]:
-        """Follow what only some runs need."""
+        """Follow statements for some runs only, those of a mask."""
         outer = self.mask, self.code.mask
         self.mask = self.code.mask = mask if self.mask is None else self.code.both(self.mask, mask)
         try:
@@ -130,14 +130,14 @@ class Together(Follower):
         """Follow statements, without a return among them, that are passed over if no run needs them."""
         bound = sorted(statement.binds & statement.after)
 
-        def made() -> Any:
+        def side_values() -> Any:
             side = dict(names)
             with self._masked(mask):
                 self.followed(body, side, ways)
             return tuple([self.code.select(mask, side[name], names[name]) for name in bound])
 
         before = tuple([names[name] for name in bound])
-        names.update(zip(bound, self._branched(anyof(mask), made, before), strict=True))
+        names.update(zip(bound, self._branched(anyof(mask), side_values, before), strict=True))
 
     # ---- returns ---------------------------------------------------------------------------------------------------------
 
@@ -158,7 +158,7 @@ class Together(Follower):
             return False
         moved = [name for name in MOVED if name in names] if self.function.name.rpartition(".")[2] in STEPPING else []
 
-        def made() -> Any:
+        def departed() -> Any:
             assert ways.function is not None
             value, before = self._value(statement.code[0], names), names[LIVE]
             live = self.code.both(before, self.code.negated(now))
@@ -171,17 +171,17 @@ class Together(Follower):
             return live, *(spoiled(live, names[name]) for name in moved)
 
         before = (names[LIVE], *(names[name] for name in moved))
-        names.update(zip((LIVE, *moved), self._branched(anyof(now), made, before), strict=True))
+        names.update(zip((LIVE, *moved), self._branched(anyof(now), departed, before), strict=True))
         return False
 
     def _last(self) -> Any:
         """Return the result of a function from which all runs return elsewhere than at its end."""
         if not self.exits:
             return ()
-        (_, found), *others = reversed(self.exits)
+        (_, result), *others = reversed(self.exits)
         for place, value in others:
-            found = self.code.select(place, value, found)
-        return found
+            result = self.code.select(place, value, result)
+        return result
 
     def _merged(self, last: Any, names: Names) -> Any:
         """Return the result of a function: the last, and for runs that returned elsewhere theirs."""

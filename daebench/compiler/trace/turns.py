@@ -82,7 +82,7 @@ def behind(code: Code, region: Region) -> Any:
 
 
 class Follower(Protocol):
-    """What records statements."""
+    """A follower records statements."""
 
     code: Code
 
@@ -120,9 +120,10 @@ class Turns:
     def recorded(self) -> bool:
         """Record the loop; return whether what comes behind it is reached."""
         returns = self.ways.function.leaves if self.ways.function else []
-        made = len(returns)
+        count = len(returns)
         for _ in range(ATTEMPTS):
-            del returns[made:]
+            # Early returns of an attempt that failed are in blocks that have been dropped.
+            del returns[count:]
             try:
                 reached = self._attempt()
             except Unknown as unknown:
@@ -152,7 +153,7 @@ class Turns:
                 if goes_on and not (self._of_form(names) and self._of_kind(names)):
                     return None
                 if goes_on:
-                    self._next(loop, region, names, index, kept=code.allocated != allocated)
+                    self._next(loop, region, names, index, keeps=code.allocated != allocated)
                 else:
                     loop.nexts = None
             if not self._known_behind(region):
@@ -162,7 +163,7 @@ class Turns:
 
     def _parameters(self, loop: Loop) -> Names:
         """Make the parameters of the loop; return the names that stand for them."""
-        found: Names = {}
+        names: Names = {}
         self.places: list[tuple[str, int, Value]] = []
         for name, structure in self.begun.items():
             new: list[Value] = []
@@ -173,9 +174,9 @@ class Turns:
                 loop.initial.append(self.code.as_kind(part, kind))
                 new.append(parameter)
                 self.places.append((name, k, parameter))
-            found[name] = rebuilt(structure, iter(new))
-        self.at_head = found
-        return found
+            names[name] = rebuilt(structure, iter(new))
+        self.at_head = names
+        return names
 
     def _head(self, loop: Loop, region: Region, names: Names) -> Any:
         """Record the test at the beginning of a turn over a range; return its index."""
@@ -237,21 +238,21 @@ class Turns:
                 good = False
         return good
 
-    def _expect_form(self, name: str, found: Any) -> None:
+    def _expect_form(self, name: str, value: Any) -> None:
         """Expect the lengths of arrays to change, or a name without a value yet to be of another form."""
-        lengths = sized(self.code, promoted(self.code, self.begun[name], found))
-        if pattern_of(lengths) == pattern_of(found):
+        lengths = sized(self.code, promoted(self.code, self.begun[name], value))
+        if pattern_of(lengths) == pattern_of(value):
             self.begun[name] = lengths
         elif name not in self.names:
-            self.begun[name] = unset(self.code, found)
+            self.begun[name] = unset(self.code, value)
         else:
             raise Mismatch(f"{name} is of one form before a loop, and of another after a turn of it, {self.statement.place}")
 
-    def _next(self, loop: Loop, region: Region, names: Names, index: Any, *, kept: bool) -> None:
+    def _next(self, loop: Loop, region: Region, names: Names, index: Any, *, keeps: bool) -> None:
         """Note the values of the parameters in the next turn. What is carried of new arrays is copied, and all other memory given back."""
         nexts = {parameter: parts_of(names[name])[k] for name, k, parameter in self.places}
         moved = [p for p in nexts if p.kind == POINTER and nexts[p] is not p]
-        if moved or kept:
+        if moved or keeps:
             self._keep(region, names, nexts, moved)
         end = self.code.block, False
         loop.nexts = [converted(self.code, nexts[p], p.kind, end) for _, _, p in self.places]

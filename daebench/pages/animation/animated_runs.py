@@ -69,7 +69,7 @@ class AnimatedRuns:
 
     @property
     def heading(self) -> str:
-        """What stands above the animation."""
+        """The title of the animation; by default the problem and its case."""
         return self.title or f"{self.problem}, case {self.case}"
 
     @property
@@ -170,7 +170,7 @@ class AnimatedRuns:
 
     @property
     def monitored(self) -> str:
-        """What the curves are."""
+        """A sentence on the errors that the curves show."""
         sampled = [run.method for run in self.runs if run.over == "outputs"]
         steps = "The curves show the largest error of all steps since the previous state shown"
         return steps + (f"; of {', '.join(sampled)}, that of all outputs." if sampled else ".")
@@ -187,7 +187,7 @@ class AnimatedRuns:
         return strokes[k] if len({stroke.color for stroke in strokes}) == len(strokes) else STROKES[k % len(STROKES)]
 
     def table(self) -> pd.DataFrame:
-        """Return what is shown, a row a method and state: method, t, errors since the state before, and each moving point once."""
+        """Return the states shown, a row a method and state: method, t, errors since the state before, and each moving point once."""
         everything = np.concatenate([np.nan_to_num(positions) for positions in self.points])
         indices = moving(everything, range(everything.shape[1]))
         frames = []

@@ -58,7 +58,7 @@ DRAWING = 0.5
 
 @dataclass(frozen=True)
 class Animated(Result):
-    """The files of an animation.
+    """The files that an animation wrote, and the failures of its methods.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def _rate(path: Path, fps: float) -> float:
 
 
 def _part(callback: Told, start: float, share: float, label: str) -> Progress:
-    """Return what tells the progress of a part of the work as that of the whole."""
+    """Return a callback that reports the progress of a part of the work as that of the whole."""
     callback(start, label)
     return lambda fraction: callback(start + share * fraction, label)
 
@@ -277,7 +277,7 @@ def _within(name: str, value: float) -> float:
 
 
 def _layout(ivp: Ivp) -> Layout:
-    """Return what is drawn of an initial value problem; refuse one that declares no picture."""
+    """Return the layout of an initial value problem; refuse one that declares no picture."""
     layout = layout_of(ivp)
     if layout is None:
         raise BadInput(

@@ -61,7 +61,7 @@ def write(path: Path, animated: AnimatedRuns) -> None:
 
 
 def data(animated: AnimatedRuns) -> dict[str, Any]:
-    """Return what the script of the page is given."""
+    """Return the data of the page's script."""
     return {
         "frames": len(animated.times),
         "fps": animated.fps,

@@ -35,7 +35,7 @@ CAPTION = 0.3
 
 @dataclass(frozen=True)
 class Moving:
-    """What is drawn anew in each frame: the parts of each scene by kind, and the cursors."""
+    """The artists that are drawn anew in each frame: the parts of each scene by kind, the cursors and the clock."""
 
     parts: list[dict[str, Any]]
     cursors: list[Any]
@@ -51,7 +51,7 @@ def frames(animated: AnimatedRuns) -> Iterator[Pixels]:
         canvas: Any = FigureCanvasAgg(figure)
         moving = _drawn(animated, figure, scenes, graphs)
         canvas.draw()
-        figure.set_layout_engine("none")
+        figure.set_layout_engine("none")  # the places that this drawing found stay
     still = canvas.copy_from_bbox(figure.bbox)
     shown = [run.shown(animated.times) for run in animated.runs]
     for n, time in enumerate(animated.times):

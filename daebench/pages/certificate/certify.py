@@ -99,7 +99,7 @@ def certify(
     if not overwrite:
         _require_free(out)
     make_folder(out.parent)
-    made = make(
+    certificate = make(
         method,
         problems=problems,
         h=h,
@@ -113,12 +113,12 @@ def certify(
         progress=progress,
     )
     with atomic_folder(out) as folder:
-        if made.code.files:
+        if certificate.code.files:
             (folder / "code").mkdir()
-            made.code.put(folder / "code")
-        put(made.files, folder)
-        write_page_of(Certificate(folder, plain(made.content)))
-        write(folder, made.content)
+            certificate.code.put(folder / "code")
+        put(certificate.files, folder)
+        write_page_of(Certificate(folder, plain(certificate.content)))
+        write(folder, certificate.content)
     return read(out / NAME)
 
 

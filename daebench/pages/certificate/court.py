@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from markupsafe import Markup
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save

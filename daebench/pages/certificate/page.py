@@ -35,7 +35,7 @@ def template() -> str:
 
 
 def command(certificate: Certificate) -> str:
-    """Return what makes such a certificate, in the folder of the code."""
+    """Return the command that makes such a certificate, in the folder of the code."""
     content = certificate.content
     parts = ["daebench certify", f"'{certificate.method}'" if " " in certificate.method else certificate.method]
     if not all(problem["guessed"] for problem in content["problems"]):
@@ -51,7 +51,7 @@ def command(certificate: Certificate) -> str:
 
 
 def _notes(certificate: Certificate) -> list[tuple[str, str, Markup]]:
-    """Return what is to be said of single findings: property, problem and sentence."""
+    """Return the notes on single findings: title of the problem, property and sentence."""
     return [
         (title(problem), finding["property"], Markup.escape(finding["note"]))
         for problem in certificate.measured

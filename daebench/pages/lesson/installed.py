@@ -1,4 +1,4 @@
-"""What lessons need beside daebench itself: a package that writes formulas."""
+"""The package that lessons need beside daebench itself: it writes formulas."""
 
 from importlib.util import find_spec
 

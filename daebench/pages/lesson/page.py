@@ -31,7 +31,7 @@ DRAWN = 0.9
 
 @dataclass(frozen=True)
 class Content:
-    """What a lesson puts into its page.
+    """The content that a lesson puts into its page.
 
     Parameters
     ----------
@@ -125,13 +125,13 @@ def style(content: Content) -> Markup:
 
 def script_text(file: str, content: Content) -> Markup:
     """Return the script of a page: kernels, numbers, what lessons share, and what this lesson draws."""
-    own = text_of(PACKAGE, f"{file}.js")
+    script = text_of(PACKAGE, f"{file}.js")
     if not content.scripts:
-        return Markup(own)
+        return Markup(script)
     kernels = ",".join(f"{json.dumps(key)}:{object_of(one)}" for key, one in content.scripts.items())
     data = json.dumps(content.data).replace("</", "<\\/")
     lines = [f"const DATA=Object.assign({data},{{methods:{{{kernels}}},functions:{content.functions}}});"]
-    return Markup("\n".join([*lines, text_of("daebench.pages.lesson", "runtime.js"), own]))
+    return Markup("\n".join([*lines, text_of("daebench.pages.lesson", "runtime.js"), script]))
 
 
 def object_of(script: Script) -> str:

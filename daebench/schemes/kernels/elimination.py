@@ -22,7 +22,7 @@ def solve(a: Any) -> Any:
     for k in range(UNKNOWNS):
         exchange(a, s, scale, k)
         share = abs(a[k, k]) / s[k, k] if s[k, k] > 0.0 else 0.0 * scale[k]
-        if not share >= pivot:
+        if not share >= pivot:  # so that NaN is taken too
             pivot = share
         reduce(a, s, k)
     substitute(a)

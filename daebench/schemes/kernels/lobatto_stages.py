@@ -41,7 +41,7 @@ def forces(P: Points, Q: Points, J: tuple[Jacobian, ...], Lam: Multipliers) -> P
 def correct(
     h: Number, dQ: Points, free: Points, Q: Points, J: tuple[Jacobian, ...], R: tuple[Rows, ...]
 ) -> tuple[Multipliers, Points, Number, Number]:
-    """Return what must be added to the multipliers for g(Q_i) = 0 to first order, the Q_i - q0 that this leads to, |g| and a pivot.
+    """Return the changes of the multipliers for which g(Q_i) = 0 to first order, the Q_i - q0 that follow, |g| and a pivot.
 
     ::
 

@@ -85,14 +85,14 @@ def integrate(
     """
     row = 0
     work = no_work()
-    report = (OK, 0 * h, INF, work)
+    report = (OK, 0 * h, INF, work)  # 0 as a number of the type of a run
     tried = 0
     for k in range(steps):
         x1, memory1, stage_lam, report, tried, rank = advance(x, memory, h, weights)
         stepped = report[0]
         x1, report = after_step(x1, report)
         work = plus_work(work, report[3])
-        if report[0] == OK and not state_norm(x1) < INF:
+        if report[0] == OK and not state_norm(x1) < INF:  # or NaN
             report = (NOT_FINITE, INF, report[2], report[3])
         if TANGENTS:
             report = differentiable(x1, report)

@@ -40,6 +40,7 @@ def regular(residual: Number, pivot: Number, size: Number) -> bool:
 def judge(residual: Number, pivot: Number, size: Number) -> int:
     """Return the status of a linear solve."""
     if not regular(residual, pivot, size):
+        # "not >" in place of "<=": a pivot that is NaN, as 0/0 makes it, is one of a singular matrix.
         return SINGULAR if residual < INF and not pivot > 4.0 * EPS else NOT_FINITE
     return OK
 

@@ -14,6 +14,7 @@ Held = tuple[Points, Points, Points, tuple[InverseMass, ...], tuple[Jacobian, ..
 
 def numbers(s: int) -> tuple[Any, ...]:
     """Return A, A A and c of Radau IIA with s stages; the product is rounded once."""
+    # Not at the top of the file: what is imported there belongs to the step, and is read by the compiler.
     from daebench.schemes.kernels.tableaux import radau_iia
 
     A, exact = radau_iia(s).A, radau_iia(s, 40).A

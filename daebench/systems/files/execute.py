@@ -77,7 +77,7 @@ def executed(path: Path, name: str) -> types.ModuleType:
         require_allowed(str(path))
         module = types.ModuleType(name, None)
         module.__file__ = str(path)
-        sys.modules[name] = module
+        sys.modules[name] = module  # before it is executed: dataclasses look up the module of their class
         exec(Fresh(name, str(path)).get_code(name), module.__dict__)
     return sys.modules[name]
 

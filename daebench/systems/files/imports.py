@@ -59,6 +59,7 @@ class Neighbours(MetaPathFinder):
         places = [str(self.folder)] if path is None else list(path)
         specs = (FileFinder(place, (Fresh, [".py"])).find_spec(name) for place in places)
         spec = next((candidate for candidate in specs if candidate is not None), None)
+        # A folder without __init__.py has no loader, and gives way to a package found elsewhere, as in Python itself.
         if spec is None or (spec.loader is None and PathFinder.find_spec(name, path) is not None):
             return None
         self.found[name] = Path(spec.origin) if spec.origin and spec.has_location else self.folder
@@ -71,7 +72,7 @@ def importable(folder: Path) -> Iterator[Neighbours]:
     finder, names = Neighbours(folder), {name for name in _names(folder) if name not in TAKEN}
     hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in names}
     sys.meta_path.insert(0, finder)
-    importlib.invalidate_caches()
+    importlib.invalidate_caches()  # finders remember which files a folder had
     try:
         yield finder
     finally:
