@@ -14,7 +14,6 @@ import mpmath as mp
 import sympy as sp
 
 from daebench.errors import InvalidProblem
-from daebench.lazily import mpmath as mp
 
 DIGITS, ZERO = 50, "1e-30"
 POINTS, TRIES = 3, 400

@@ -54,10 +54,11 @@ def write_video(path: Path, animated: AnimatedRuns, progress: Progress) -> None:
     first = next(pictures)
     height, width, _ = first.shape
     with atomic(path) as scratch:
+        # By default pictures are scaled to multiples of 16 pixels. The index comes first, so that a browser plays before it has all.
         video = imageio_ffmpeg.write_frames(
             str(scratch), (width, height), fps=animated.fps, codec="libx264", macro_block_size=2, output_params=["-movflags", "+faststart"]
         )
-        video.send(None)
+        video.send(None)  # a generator takes frames once it has been started
         video.send(first.tobytes())
         for n, frame in enumerate(pictures, start=2):
             video.send(frame.tobytes())

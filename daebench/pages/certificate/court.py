@@ -11,7 +11,6 @@ from markupsafe import Markup
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
 from daebench.errors import BadInput, DaebenchError
-from daebench.lazily import pandas as pd
 from daebench.pages.certificate.court_tables import contestants_table, excluded_table
 from daebench.pages.report import build_stamp
 from daebench.pages.report.gallery import put
