@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.errors import BadInput, DaebenchError, RunFailed, in_words
-from daebench.lazily import mpmath, scipy
 from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.formulations.poisson import pose_poisson
 from daebench.methods.solvers.least_squares import reduced
 from daebench.runs.ivp import Array, ConstrainedIvp, InitialValueProblem
 from daebench.runs.scales import constrained_scales, poisson_scales
 from daebench.systems.files.execute import telling_exits
+from daebench.systems.lazily import mpmath, scipy
 
 DIGITS = 20
 """Decimal digits of the closed form; double precision needs 16."""

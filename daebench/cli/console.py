@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from daebench.errors import BadInput
-from daebench.lazily import pandas as pd
 from daebench.runs.json_values import plain
 from daebench.runs.texts import words
+from daebench.systems.lazily import pandas as pd
 
 PATIENCE = 2.0
 """Seconds before a progress bar appears."""

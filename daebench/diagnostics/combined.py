@@ -6,8 +6,8 @@ import numpy as np
 
 from daebench.diagnostics.freedom import freedom
 from daebench.diagnostics.unit_rows import root, unit_rows
-from daebench.lazily import scipy, sympy
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import scipy, sympy
 
 
 def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.systems.lazily import scipy
 
 LARGEST = 60
 """Positions up to which constraints are held against each other."""

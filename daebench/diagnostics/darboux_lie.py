@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.lazily import scipy
-from daebench.lazily import sympy as sp
+from daebench.systems.lazily import scipy
+from daebench.systems.lazily import sympy as sp
 
 if TYPE_CHECKING:
     from daebench.systems.poisson import PoissonSystem

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.secular import Secular
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 PERIODIC = 20
 """Fewer oscillations than this are compared one by one at the ends, because windows of several hide a fast change."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from daebench.diagnostics.quantile_shift import ROUNDED, fewest, quantile, shift_bounds
 from daebench.errors import BadInput, positive
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 EQUIVALENT, DIFFERENT, UNDECIDED = "equivalent", "different", "undecided"
 """Verdicts on two samples."""

@@ -9,8 +9,8 @@ import numpy as np
 from daebench.diagnostics.oscillations import centred, correlation, products
 from daebench.diagnostics.secular import POINTS, shape
 from daebench.diagnostics.window_means import MOST, window_means
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 NAN, INFINITE = float("nan"), float("inf")
 

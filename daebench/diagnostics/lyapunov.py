@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 CHAOTIC, REGULAR, UNDETERMINED = "chaotic", "regular", "undetermined"
 VERDICTS = (CHAOTIC, REGULAR, UNDETERMINED)

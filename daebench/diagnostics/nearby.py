@@ -9,9 +9,9 @@ from daebench.diagnostics.consistency import project
 from daebench.diagnostics.inverse_mass import mass
 from daebench.diagnostics.manifold import residual_scales
 from daebench.errors import BadInput
-from daebench.lazily import mpmath as mp
-from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
+from daebench.systems.lazily import mpmath as mp
+from daebench.systems.lazily import sympy as sp
 
 State = tuple[Array, Array]
 

@@ -22,8 +22,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 HALVINGS = 16
 """The bound is sought by halving, within 1/65536 of the distance between the difference of the sample and the bound by ranks alone."""

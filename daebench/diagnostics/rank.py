@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.metric import least_displacement
 from daebench.diagnostics.unit_rows import beyond_comparison, rank_of
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.members import Members
+from daebench.systems.lazily import scipy
 
 WITHIN = 3
 """Steps after the start in which a loss of rank is looked for before there are steps to extrapolate from."""

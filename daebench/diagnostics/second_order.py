@@ -6,8 +6,8 @@ import numpy as np
 
 from daebench.diagnostics.inverse_mass import DEPENDENT, root_of
 from daebench.errors import BadInput
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.systems.lazily import scipy
 
 ZERO = 1e-8
 """Part of the second derivatives of the constraints that a combination of them has at least, unless it is zero."""

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy import energy_drift
 from daebench.errors import BadInput
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
+from daebench.systems.lazily import scipy
 
 
 @dataclass(frozen=True)

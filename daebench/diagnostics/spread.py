@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from daebench.diagnostics.order import straight_line
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 FEWEST = 6
 """Fewest windows from which an exponent is read."""

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
-from daebench.lazily import sympy
-from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import initial_values
+from daebench.systems.lazily import sympy
+from daebench.systems.lazily import sympy as sp
 
 if TYPE_CHECKING:
     from daebench.compiler.constrained.local import LocalDerivation

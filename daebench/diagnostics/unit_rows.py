@@ -3,8 +3,8 @@
 import numpy as np
 
 from daebench.diagnostics.inverse_mass import root_of
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.systems.lazily import scipy
 
 DEPENDENT = 1e-9
 """Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from daebench.diagnostics.nearby import field
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.systems.lazily import scipy
 
 TOLERANCE = 1e-12
 """Of the integration of the motion and of the divergence along it, by SciPy's DOP853."""

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 MOST = 31
 """Windows at most."""

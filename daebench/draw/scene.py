@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from daebench.errors import InvalidProblem
-from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, InitialValueProblem
+from daebench.systems.lazily import sympy as sp
 
 if TYPE_CHECKING:
     from daebench.systems.picture import Picture

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from daebench.errors import DaebenchError
-from daebench.lazily import pandas as pd
 from daebench.methods import names
+from daebench.systems.lazily import pandas as pd
 
 
 def list_problems() -> "pd.DataFrame":

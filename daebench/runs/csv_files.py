@@ -14,7 +14,7 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.lazily import pandas as pd
+from daebench.systems.lazily import pandas as pd
 
 FORMULA = re.compile(r"'*[=+\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
 """Beginning of a text that a spreadsheet evaluates, with half- or full-width characters, or of a text that is already marked."""

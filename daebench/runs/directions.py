@@ -9,11 +9,11 @@ import numpy as np
 
 from daebench.compiler.cache import generated
 from daebench.errors import BadInput, unknown
-from daebench.lazily import sympy as sp
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.make_ivp import case_start
 from daebench.runs.scales import STEP as STEP
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import sympy as sp
 
 SAME = 1e-12
 """Relative difference from the start of a case up to which a start is treated as that of the case."""

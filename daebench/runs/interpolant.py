@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
-from daebench.lazily import scipy
+from daebench.systems.lazily import scipy
 
 Array = NDArray[np.float64]
 

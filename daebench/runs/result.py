@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from markupsafe import escape
 
 from daebench.errors import DaebenchError
-from daebench.lazily import pandas as pd
+from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput, RunFailed, bounded
-from daebench.lazily import pandas as pd
 from daebench.runs.interpolant import Interpolant
 from daebench.runs.result import Result
 from daebench.runs.solver_steps import SolverSteps
 from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.runs.trajectory_files import WRITERS, columns, dataset, write_trajectory
+from daebench.systems.lazily import pandas as pd
 
 Array = NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array
 from daebench.starts.linear import Rows
 from daebench.starts.walk import Chains, LevelSet, begun, step
+from daebench.systems.lazily import scipy
 
 PILOTS = 1024
 """Chains that decide on the length of steps and on their number, two of each of so many members; others repeat what these have settled."""

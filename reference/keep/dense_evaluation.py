@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daebench.errors import BadInput
-from daebench.lazily import mpmath as mp
 from daebench.reference.keep.record import Reference
 from daebench.reference.solution import EPS, SAFETY, ReferenceSolution, integrated
 from daebench.runs.ivp import Array, Ivp
+from daebench.systems.lazily import mpmath as mp
 
 EXACT_DIGITS = 50
 """Digits of a closed form. At the double nearest to a rank loss, multipliers still have 17 of them."""

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from daebench.errors import BadInput, unknown
-from daebench.lazily import pandas as pd
 from daebench.reference.keep.dense_evaluation import At, states_at
 from daebench.reference.keep.record import Reference
 from daebench.runs.csv_files import write_rows
 from daebench.runs.files import atomic
 from daebench.runs.ivp import Array
+from daebench.systems.lazily import pandas as pd
 
 
 def text_of(reference: Reference, at: At) -> dict[str, list[str]]:

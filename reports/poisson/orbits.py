@@ -14,13 +14,13 @@ from daebench.diagnostics.drift import LAWS
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.section import closure, section
 from daebench.draw.figures import BLUE, QUIET, VERMILION, grid_of_axes, save
-from daebench.lazily import scipy
 from daebench.pages.report import count, number
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Table, code, part, text
 from daebench.reports.poisson.runs import errors, ivp_of, solve
 from daebench.runs.ivp import Array, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory
+from daebench.systems.lazily import scipy
 
 CASES = ("4,2", "6,2")
 METHODS = ("symplectic_euler_adjoint", "verlet", "midpoint")

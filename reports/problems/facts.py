@@ -11,14 +11,14 @@ import pandas as pd
 from markupsafe import Markup, escape
 
 from daebench.diagnostics.freedom import freedom
-from daebench.lazily import sympy
-from daebench.lazily import sympy as sp
 from daebench.methods.catalogue import find_problem
 from daebench.pages.report import MINUS, NONE, TIMES, count
 from daebench.pages.report.tables import Of, Table
 from daebench.reference.keep import store
 from daebench.reference.keep.folders import DATA
 from daebench.reports.problems.ivps import definition, horizon, ivp_of, step_size
+from daebench.systems.lazily import sympy
+from daebench.systems.lazily import sympy as sp
 
 LONGEST = 45
 """Largest number of operations of an expression that is written out."""

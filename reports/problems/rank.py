@@ -14,7 +14,6 @@ from daebench.diagnostics.integrals import energy_error
 from daebench.draw.figures import QUIET, grid_of_axes, legend_below, save
 from daebench.draw.methods import name_of, stroke_of
 from daebench.errors import DaebenchError
-from daebench.lazily import scipy
 from daebench.pages.report import NONE, number
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Of, Table, code, part, text
@@ -22,6 +21,7 @@ from daebench.reports.problems.ivps import ivp_of
 from daebench.reports.problems.results import at_most
 from daebench.reports.problems.runs import largest, method
 from daebench.runs.request import Request
+from daebench.systems.lazily import scipy
 
 GRAVITY = 9.81
 METHODS = ("rattle", "lobatto3", "seproj", "rk4", "ida:index3", "scipy:DOP853")

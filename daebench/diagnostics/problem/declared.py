@@ -22,10 +22,10 @@ from daebench.diagnostics.nearby import (
     without_potential,
 )
 from daebench.errors import BadInput, in_words
-from daebench.lazily import mpmath as mp
-from daebench.lazily import sympy as sp
 from daebench.runs.ivp import Array, ConstrainedIvp, Ivp
 from daebench.systems.files.execute import telling_exits
+from daebench.systems.lazily import mpmath as mp
+from daebench.systems.lazily import sympy as sp
 
 CLOSE = 1e-7
 """Largest relative difference that rounding may make."""

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, RunFailed
-from daebench.lazily import sympy as sp
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.forms import LIFTED
 from daebench.methods.fixed_step.poisson import require_poisson
@@ -17,6 +16,7 @@ from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonI
 from daebench.runs.make_ivp import constrained
 from daebench.runs.request import Method, Request
 from daebench.runs.trajectory import Array, Outcome, PoissonTrajectory, Trajectory
+from daebench.systems.lazily import sympy as sp
 
 
 @dataclass(frozen=True)

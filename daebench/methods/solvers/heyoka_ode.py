@@ -11,7 +11,6 @@ import numpy as np
 from daebench.compiler.definition import Source
 from daebench.diagnostics.freedom import redundant
 from daebench.errors import BadInput
-from daebench.lazily import sympy as sp
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
@@ -19,6 +18,7 @@ from daebench.methods.solvers.optional import not_installed
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import HEYOKA
 from daebench.runs.ivp import InitialValueProblem, Ivp
+from daebench.systems.lazily import sympy as sp
 
 if TYPE_CHECKING:
     from daebench.methods.solvers.taylor_equations import Equations

@@ -7,12 +7,12 @@ import numpy as np
 
 from daebench.diagnostics.passage import Crossing
 from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, loses_rank, upcoming_loss, zero_of
-from daebench.lazily import scipy
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Array
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.thresholds import AHEAD, CLOSE, UNRESOLVED
 from daebench.runs.trajectory import Passage
+from daebench.systems.lazily import scipy
 
 INSIDE = 0.1
 """Part of the smaller sigma at the ends of a step that it is below inside, where G loses rank; its square, of the larger one."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from daebench.lazily import scipy
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, one_by_one
 from daebench.methods.solvers.monitor import Monitor, Stopped
 from daebench.methods.solvers.reduced import OnReducedOde
 from daebench.methods.solvers.variants import SCIPY
+from daebench.systems.lazily import scipy
 
 
 class ScipyOde(OnReducedOde):

@@ -12,8 +12,8 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from daebench.draw.figures import save_table
-from daebench.lazily import pandas as pd
 from daebench.pages.report.sentences import NONE, number
+from daebench.systems.lazily import pandas as pd
 
 Formats = dict[str, Callable[[Any], Any]]
 """What makes text of the values of each column, in order."""

@@ -5,13 +5,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from daebench.lazily import pandas as pd
 from daebench.methods.outside.read import is_outside
 from daebench.runs.result import Result
 from daebench.studies.advise.conserved import Kept
 from daebench.studies.advise.question import Question
 from daebench.studies.advise.search import Found, Row, error_of
 from daebench.studies.advise.sensitivity import Change, OverStarts
+from daebench.systems.lazily import pandas as pd
 
 INTERVAL = "Clopper-Pearson, 95 %"
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.lazily import pandas as pd
 from daebench.methods.names import method_of
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Trajectory
+from daebench.systems.lazily import pandas as pd
 
 STEPS, LAST = 120, 30
 """Steps of the runs that a limit of stability is measured by, and those at the end of which the largest |g| counts."""

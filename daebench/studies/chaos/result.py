@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.lyapunov import CHAOTIC, CONFIDENCE, REGULAR, TOLD, UNDETERMINED, Exponents, exponents
-from daebench.lazily import pandas as pd
 from daebench.methods.ensemble.tangents import TangentGrowth
 from daebench.runs.result import Result
 from daebench.starts.box import coordinates
 from daebench.studies.chaos.plane import Plane
 from daebench.studies.chaos.section import Section
+from daebench.systems.lazily import pandas as pd
 
 EMPTY, STOPPED = "empty", "stopped"
 """What a cell is that has no start, or whose run did not come to its end."""

@@ -12,7 +12,6 @@ import numpy as np
 
 from daebench.diagnostics.order import SLACK
 from daebench.errors import RunFailed
-from daebench.lazily import pandas as pd
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
@@ -25,6 +24,7 @@ from daebench.studies.claims.second import on_second
 from daebench.studies.measurable import PoissonScheme, claimed_order, measured
 from daebench.studies.orders.series import Series
 from daebench.studies.orders.study import Began, study
+from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from daebench.diagnostics.drift import FAILED
 from daebench.draw.bands import LEVELS, column
-from daebench.lazily import pandas as pd
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.runs.request import Request
 from daebench.runs.result import Result
@@ -19,6 +18,7 @@ from daebench.runs.trajectory import Array
 from daebench.starts.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
 from daebench.studies.held_verdict import held_verdicts
+from daebench.systems.lazily import pandas as pd
 
 
 @dataclass(frozen=True)

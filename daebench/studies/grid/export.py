@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput
-from daebench.lazily import pandas as pd
 from daebench.records.code import code_version
 from daebench.records.store import Store, StoredRow
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
 from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.specification import specification_of
+from daebench.systems.lazily import pandas as pd
 
 NOT_FIELDS = ("parameters", "options", "varied", "values", "first", "differing", "numbers", "watch", "work")
 """Fields of runs that are no columns: their rows have what they say."""

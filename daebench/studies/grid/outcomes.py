@@ -11,7 +11,6 @@ from daebench.diagnostics.branch import WRONG
 from daebench.diagnostics.manifold import residual_scales
 from daebench.diagnostics.rank import TOO_LARGE
 from daebench.errors import DaebenchError
-from daebench.lazily import pandas as pd
 from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import Array
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
@@ -19,6 +18,7 @@ from daebench.studies.grid.measure import Row
 from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.run_specification import GridRun, ivp_of
 from daebench.studies.grid.runs import Runs
+from daebench.systems.lazily import pandas as pd
 
 FINE, COARSE, LOST, OFF, OTHER = "fine", "coarse", "lost", "off the manifold", "wrong branch"
 NO_SOLUTION, SINGULAR, RANK_LOST, BLOWN_UP, STOPPED = "no solution", "singular", "rank lost", "blown up", "stopped"

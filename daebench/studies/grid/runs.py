@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
-from daebench.lazily import pandas as pd
 from daebench.methods.outside.read import is_outside
 from daebench.records.store import Store
 from daebench.studies.grid.batches import Batch, rows_in_batches
@@ -13,6 +12,7 @@ from daebench.studies.grid.row_fields import require_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.specification_key import key_of
 from daebench.systems.files.execute import is_path
+from daebench.systems.lazily import pandas as pd
 
 Runs = Callable[[Sequence[GridRun]], "pd.DataFrame"]
 """Makes the rows of runs, in their order."""

@@ -10,13 +10,13 @@ from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_rounding
 from daebench.diagnostics.random_walk import MEMBERS, Walk, random_walk
-from daebench.lazily import pandas as pd
 from daebench.runs.trajectory import Array
 from daebench.studies.long.blocks import middles
 from daebench.studies.long.checkpoint import Checkpoint
 from daebench.studies.long.initial_conditions import ROUNDINGS
 from daebench.studies.long.run import LongRun
 from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, centres, mean_square
+from daebench.systems.lazily import pandas as pd
 
 FAR_BEHIND = 0.5
 """A member that has less than this part of the samples of the longest one is left out of the verdict until it has caught up."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from daebench.errors import BadInput
-from daebench.lazily import scipy
 from daebench.runs.ivp import Array, ConstrainedIvp
+from daebench.systems.lazily import scipy
 
 ITERATIONS = 500
 """Of the descent of the potential energy on the manifold."""

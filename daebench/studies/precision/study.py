@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from daebench.errors import BadInput
-from daebench.lazily import pandas as pd
 from daebench.methods.outside.read import is_outside
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.feasibility import feasible
@@ -16,6 +15,7 @@ from daebench.studies.grid.specification_key import require_possible
 from daebench.studies.grid.study import computed_in
 from daebench.studies.stability.extreme import Asked, uncertified
 from daebench.studies.work_precision.study import REPEAT
+from daebench.systems.lazily import pandas as pd
 
 WAYS = ("float64", "compensated", "float32", "sweeps=1", "sweeps=2", "sweeps=3", "newton=1e-6")
 """How to compute, in the words of :class:`daebench.studies.grid.study.Study`."""

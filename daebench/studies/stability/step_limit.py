@@ -4,12 +4,12 @@ from pathlib import Path
 
 from daebench.draw.figures import QUIET, STROKES, drawing, grid_of_axes, save
 from daebench.draw.methods import name_of
-from daebench.lazily import pandas as pd
 from daebench.methods.fixed_step.stepping import ITS_OWN
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked
 from daebench.studies.stability.largest_step import PART, completes, keeps_energy, largest_step
+from daebench.systems.lazily import pandas as pd
 
 LARGEST = 8
 """The bisection begins at the end of the run over this."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from daebench.diagnostics.equivalence import EQUIVALENT, UNDECIDED, Equivalence
-from daebench.lazily import pandas as pd
 from daebench.runs.result import Result, Table
+from daebench.systems.lazily import pandas as pd
 
 STOPPED = "stopped"
 """The verdict on a step size at which a member did not come to its end."""

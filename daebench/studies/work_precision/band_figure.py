@@ -11,9 +11,9 @@ from daebench.draw.bands import LEVELS, column, fill
 from daebench.draw.figures import QUIET, drawing, grid_of_axes, save
 from daebench.draw.methods import short_name_of, strokes_of
 from daebench.errors import DaebenchError
-from daebench.lazily import pandas as pd
 from daebench.studies.work_precision.figure import COSTS, HIGHEST, MARGIN, OTHERS
 from daebench.studies.work_precision.starts import Curves
+from daebench.systems.lazily import pandas as pd
 
 ROOM = 15.0
 """Factor between the largest time and the frame, for the legend."""

@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from daebench.lazily import scipy
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import scipy
 
 CONFIDENCE = 0.95
 """Least part of studies whose intervals contain what all starts would say."""

@@ -5,8 +5,8 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from daebench.diagnostics.drift import BOUNDED, KEPT, UNDETERMINED
-from daebench.lazily import pandas as pd
 from daebench.studies.work_precision.study import cheapest
+from daebench.systems.lazily import pandas as pd
 
 ROUND_OFF = 1e-12
 """An error of a conserved quantity of the size of one, or a defect, up to this is round-off."""

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
-from daebench.lazily import pandas as pd
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.reference.motion import certified_for
@@ -18,6 +17,7 @@ from daebench.studies.grid.reference import usual_end
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import OUTPUTS
 from daebench.studies.grid.study import Study
+from daebench.systems.lazily import pandas as pd
 
 ON_MANIFOLD = (
     *("symplectic_euler", "rattle", "rattle/suzuki4", "rattle/kahan_li8", "lobatto3", "lobatto4", "strang/suzuki4"),

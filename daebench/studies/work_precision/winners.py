@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.lazily import pandas as pd
 from daebench.runs.trajectory import Array
 from daebench.studies.work_precision.intervals import Estimate, median, share
 from daebench.studies.work_precision.starts import Curves
 from daebench.studies.work_precision.study import interpolated
+from daebench.systems.lazily import pandas as pd
 
 LEVELS = (1e-3, 1e-6, 1e-9)
 """Accuracies for which methods are ranked."""

@@ -1,4 +1,4 @@
-"""Libraries that are slow to import, each imported where it is first used: ``from daebench.lazily import pandas as pd``.
+"""Libraries that are slow to import, each imported where it is first used: ``from daebench.systems.lazily import pandas as pd``.
 
 lazy_loader would do the same, but leaves an unfinished module in ``sys.modules``, where other libraries look for what is there.
 """
