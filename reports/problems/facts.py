@@ -17,7 +17,6 @@ from daebench.pages.report.tables import Of, Table
 from daebench.reference.keep import store
 from daebench.reference.keep.folders import DATA
 from daebench.reports.problems.ivps import definition, horizon, ivp_of, step_size
-from daebench.systems.lazily import sympy
 from daebench.systems.lazily import sympy as sp
 
 LONGEST = 45
@@ -170,9 +169,7 @@ def written(expression: Any) -> Markup:
     if sp.count_ops(expression) > LONGEST:
         return Markup("an expression of {} operations").format(int(sp.count_ops(expression)))
     renamed = {symbol: sp.Symbol(str(symbol).replace("_", " ")) for symbol in expression.free_symbols if "_" in str(symbol)}
-    return Markup("<math>{}</math>").format(
-        Markup(mathematics(sympy.printing.mathml.mathml(expression.subs(renamed), printer="presentation")))
-    )
+    return Markup("<math>{}</math>").format(Markup(mathematics(sp.mathml(expression.subs(renamed), printer="presentation"))))
 
 
 def mathematics(markup: str) -> str:
