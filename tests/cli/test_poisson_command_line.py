@@ -315,10 +315,8 @@ def test_what_a_poisson_system_does_not_have_cannot_be_asked_for(settings, words
 
 def test_bench_times_schemes_on_a_poisson_system(daebench, monkeypatch):
     started = []
-    monkeypatch.setattr(
-        "daebench.studies.start_up.first_step", lambda *given, **named: started.append((*given, named["anyway"])) or (1.0, 0.5)
-    )
-    monkeypatch.setattr("daebench.studies.start_up.numpy_alone", lambda **_: 0.25)
+    monkeypatch.setattr("daebench.cli.bench.first_step", lambda *given, **named: started.append((*given, named["anyway"])) or (1.0, 0.5))
+    monkeypatch.setattr("daebench.cli.bench.numpy_alone", lambda **_: 0.25)
     words = ("bench", "--problem", "lotka_volterra", "--methods", "strang,midpoint", "--steps", 1000, "--repeat", 1, "--json")
     status, out, _ = daebench(*words)
     rows = {row["method"]: row for row in json.loads(out)["rows"]}

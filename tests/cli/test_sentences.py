@@ -166,7 +166,7 @@ def test_u_is_the_predator_on_every_page():
         assert growth(u + 0.1, v)[1] < growth(u, v)[1]
     assert lotka_volterra.problem().picture.axes == ("predators u", "prey v")
     said = re.compile(r"(predators?|prey)\s+\$?([uv])\b")
-    files = [PAGES / "poisson" / "orbit_figures.py", *PAGES.glob("lessons/poisson_maps.*"), PAGES / "poisson" / "page.html"]
+    files = [PAGES / "poisson" / "orbits.py", *PAGES.glob("lessons/poisson_maps.*"), PAGES / "poisson" / "page.html"]
     found = {pair for path in files for pair in said.findall(path.read_text(encoding="utf-8").lower())}
     assert found == {("predators", "u"), ("prey", "v")}
 

@@ -119,8 +119,8 @@ def ask(daebench, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in (FILES | {"cross.py": CROSS}).items():
         (tmp_path / name).write_text(text)
-    monkeypatch.setattr("daebench.studies.start_up.first_step", lambda *_, **__: (1.0, 0.5))
-    monkeypatch.setattr("daebench.studies.start_up.numpy_alone", lambda **_: 0.25)
+    monkeypatch.setattr("daebench.cli.bench.first_step", lambda *_, **__: (1.0, 0.5))
+    monkeypatch.setattr("daebench.cli.bench.numpy_alone", lambda **_: 0.25)
     monkeypatch.setattr(process, "measured", in_this_process)
 
     def call(command, problem, method, *more):
