@@ -91,7 +91,7 @@ class Equivalence:
 
     @property
     def lacking(self) -> str:
-        """What an undecided comparison lacks, as a sentence with the number of pairs; "" where it is decided."""
+        """Why a comparison is undecided, as a sentence with the number of pairs; "" where it is decided."""
         if self.verdict != UNDECIDED:
             return ""
         decides = f"about {self.needed} members would decide" if self.needed else "the difference is the margin within rounding"

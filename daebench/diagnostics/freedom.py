@@ -94,7 +94,7 @@ class Freedom:
 
     @property
     def remedy(self) -> str:
-        """What to do about constraints that depend on others at the start, as part of a sentence."""
+        """Advice on constraints that depend on others at the start, as part of a sentence."""
         solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
         first = f"remove {self.ivp.listed(self.others)}" if self.permanent else "start where they are independent"
         if self.forbidden:

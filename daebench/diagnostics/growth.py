@@ -168,7 +168,7 @@ def _averaged(kind: str, numbers: Array, windows: int) -> Array:
 
 
 def _residuals(means: Array, columns: Array) -> Array:
-    """Return what is left of window means by each shape, with the best shift and factor."""
+    """Return the residuals of window means by each shape, with the best shift and factor."""
     m, shifted = centred(means), centred(columns)
     squares = products(shifted, shifted)
     return np.asarray(m - (shifted @ m / np.where(squares > 0, squares, 1.0))[:, None] * shifted)

@@ -55,7 +55,7 @@ class InverseMass:
 
     @property
     def note(self) -> str:
-        """What is unusual though it determines the multipliers, as a sentence; "" of a positive definite H_pp."""
+        """The sentence on an unusual H_pp that determines the multipliers; "" of a positive definite one."""
         if self.rank == self.d and self.definite:
             return ""
         what = "" if self.definite else ", and negative eigenvalues"

@@ -34,7 +34,7 @@ ROUNDED = 4 * float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class Ranks:
-    """What refutes a number as a quantile, in a sample of n numbers.
+    """Ranks that refute a number as a quantile, in a sample of n numbers.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def fewest(q: float, level: float) -> int:
 
 @lru_cache(maxsize=64)
 def ranks(count: int, q: float, level: float) -> Ranks | None:
-    """Return what refutes a quantile at a level, of which either rank takes a quarter, or up to half where less is impossible.
+    """Return the ranks that refute a quantile at a level, of which either takes a quarter, or up to half where less is impossible.
 
     None is returned where half of the level is too little for one of them.
     """

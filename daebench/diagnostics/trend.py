@@ -159,7 +159,7 @@ def _residuals(u: Array, rows: Array) -> _Residuals:
 def _by_windows(
     u: Array, error: Array, coarse: Secular, residuals: _Residuals, windows: NDArray[np.int64]
 ) -> tuple[Secular, Array, Array, "_Means"]:
-    """Return what takes as many windows as an error has: its secular part, the bound on its change, what windows leave, and their means."""
+    """Return the numbers of an error that take its windows: its secular part, the bound on its change, residuals, and means."""
     part = replace(coarse, **{field.name: getattr(coarse, field.name).copy() for field in fields(coarse)})
     counts, left, taken = np.where(windows >= LEAST_WINDOWS, windows, MOST), np.zeros(len(error)), Windows.none(len(error))
     moved = _Means(np.zeros(len(error)), np.zeros(len(error), dtype=bool))

@@ -28,7 +28,7 @@ LONGEST = 60
 
 @dataclass(frozen=True)
 class Trust:
-    """What may be executed of what files name.
+    """Which code that files name may be executed.
 
     Parameters
     ----------

@@ -107,7 +107,7 @@ def _directions(by: Sequence[Array]) -> list[States]:
 
 
 def _number(value: Any) -> Any:
-    """Return what a functional has returned, where that is a number."""
+    """Return the value of a functional, which has to be a number."""
     if np.shape(value):
         raise BadInput(f"the functional returns an array of shape {np.shape(value)}; it must return a number.")
     return value

@@ -32,7 +32,7 @@ SHOWING = ("cli", "draw", "pages", "reports")
 
 @cache
 def made_by() -> str:
-    """Return what the numbers of a run depend on besides its definition: this package's code, the libraries and the machine's kind."""
+    """Return the makers of the numbers of a run besides its definition: this package's code, the libraries and the machine's kind."""
     libraries = (f"{name} {versions().get(name, 'none')}" for name in DECIDING)
     return "\n".join((toolchain(), code_digest(), platform.machine(), *libraries))
 
@@ -60,7 +60,7 @@ def code_version() -> str:
 
 @dataclass(frozen=True)
 class Code:
-    """What is run, by an address that is valid in the folder of its files.
+    """A code that is run, by an address that is valid in the folder of its files.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What can still be read of a damaged SQLite file of rows: small ranges of keys, so that a damaged page costs what is on it."""
+"""Readable rows of a damaged SQLite file: small ranges of keys are read, so that a damaged page costs the rows on it."""
 
 import sqlite3
 from itertools import pairwise

@@ -149,7 +149,7 @@ class Store:
             base.execute(f"PRAGMA user_version = {LAYOUT}")
 
     def _lost(self) -> str:
-        """Return what of the file is damaged, in words; "" where nothing is."""
+        """Return the damaged part of the file, in words; "" where nothing is."""
         try:
             verdict = self._base.execute("PRAGMA quick_check(1)").fetchone()[0]
             columns = tuple(row[1] for row in self._base.execute("PRAGMA table_info(rows)"))
@@ -319,7 +319,7 @@ def _is_whole(row: tuple[Any, ...]) -> bool:
 
 
 def _named(row: tuple[Any, ...]) -> str:
-    """Return what a damaged row was of, as far as it can be read."""
+    """Return the run of a damaged row, as far as it can be read."""
     try:
         specification = json.loads(row[1])
         return f"{specification['method']} on {specification['problem']}, case {specification['case']}, {specification['value']:g}"[

@@ -85,7 +85,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
 
 
 def _copy_the_rest(old: Path, new: Path) -> None:
-    """Copy what a folder has and its successor has not."""
+    """Copy the entries of a folder that its successor has not."""
     for entry in old.iterdir():
         target = new / entry.name
         if entry.is_dir() and not entry.is_symlink():

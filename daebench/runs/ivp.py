@@ -187,7 +187,7 @@ class ConstrainedIvp(InitialValueProblem):
         return int(self.facts.M)
 
     def words(self, k: int) -> str:
-        """Return what a constraint of a mechanism keeps, in words; "" of any other problem."""
+        """Return the words for a constraint of a mechanism; "" of any other problem."""
         words = getattr(self.facts, "CONSTRAINED_BY", ())
         return str(words[k]) if words else ""
 

@@ -110,7 +110,7 @@ class Members:
         return rows, like
 
     def _singly(self, name: str, points: tuple[Array, ...]) -> tuple[Array, Any]:
-        """Return what :meth:`rows` does, with one call of Python for each row."""
+        """Return the rows of :meth:`rows`, with one call of Python for each."""
         call, vector = getattr(self.ivp.functions(name), name), np.asarray if self.ivp.arrays else tuple
         pars = [tuple(map(np.float64, self.member(i).par)) for i in range(len(self))]
         with np.errstate(all="ignore"):

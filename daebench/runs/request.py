@@ -120,7 +120,7 @@ class Request:
     keep_interrupted: bool = False
 
     def at_rank_loss(self, ivp: ConstrainedIvp) -> str:
-        """Return what to do if G loses rank, from the request or else from the initial value problem; one of :data:`ON_SINGULAR`.
+        """Return the choice where G loses rank, from the request or else from the initial value problem; one of :data:`ON_SINGULAR`.
 
         Raises
         ------

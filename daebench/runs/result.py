@@ -74,7 +74,7 @@ class Result:
         raise NotImplementedError
 
     def printed(self) -> Iterator[str | Table | Mapping[str, Any]]:
-        """Yield what a command prints: sentences, tables, and mappings, of which each name is a line."""
+        """Yield the output of a command: sentences, tables, and mappings, of which each name is a line."""
         yield self.summary()
 
     def plot(self) -> "Figure":

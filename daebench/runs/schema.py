@@ -1,4 +1,4 @@
-"""What the fields of a file from elsewhere must be: type, range and length of each, declared once; the first that is wrong is named."""
+"""Fields of a file from elsewhere: type, range and length of each, declared once; the first that is wrong is named."""
 
 import math
 import re
@@ -19,7 +19,7 @@ class WrongField(ValueError):
 
 
 class Kind(Protocol):
-    """What a field must be."""
+    """Kind of a field."""
 
     def read(self, value: Any, place: str) -> Any:
         """Return the value of a field; raise :class:`WrongField` with its place if it is something else."""
@@ -143,7 +143,7 @@ class Either:
     told: str
 
     def read(self, value: Any, place: str) -> Any:
-        """Return what the first kind that fits makes of the value."""
+        """Return the value as read by the first kind that fits."""
         for kind in self.kinds:
             try:
                 return kind.read(value, place)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class State:
-    """What a state consists of, by name. A component is a name with a number from 1; an initial value is a name with 0.
+    """Vectors of a state, by name. A component is a name with a number from 1; an initial value is a name with 0.
 
     Parameters
     ----------

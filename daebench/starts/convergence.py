@@ -68,12 +68,12 @@ class Settled:
 
     @property
     def measured(self) -> dict[str, float]:
-        """What was measured, by name."""
+        """Measurements, by name."""
         return {"steps": self.steps, "sigma": self.sigma, "accepted": self.accepted, "p_value": self.p_value}
 
     @property
     def in_words(self) -> str:
-        """What was measured, as part of a sentence."""
+        """Measurements, as part of a sentence."""
         return (
             f"drawn by {self.steps} steps of a random walk of length {self.sigma:.3g}, {100 * self.accepted:.0f} % of them accepted; "
             f"the Kolmogorov-Smirnov test of the states at half of the steps and at all has p = {self.p_value:.2g}"
@@ -130,7 +130,7 @@ def _pilot_members(n: int) -> Rows:
 
 
 def _of_members(parts: Sequence[Array]) -> Array:
-    """Return what there is of the pilots, of their first half, and of others."""
+    """Return the numbers of the pilots, of their first half, and of others."""
     return np.concatenate([parts[0][:, : PILOTS // 2], *parts[1:]], axis=1)
 
 

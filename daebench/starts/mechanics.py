@@ -1,4 +1,4 @@
-"""What a constrained problem is at many positions at once: manifold, metric, potential energy, and the momenta of an energy."""
+"""Mechanics of a constrained problem at many positions at once: manifold, metric, potential energy, and the momenta of an energy."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -100,7 +100,7 @@ class Positions:
 
 
 def mechanics_of(members: Members, measure: str) -> Mechanics:
-    """Return what the members of an ensemble are at many positions.
+    """Return the mechanics of the members of an ensemble at many positions.
 
     Raises
     ------

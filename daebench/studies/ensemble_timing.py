@@ -134,7 +134,7 @@ def _begun(method: Any, many: Members) -> float:
 
 
 def measure_narrow(*, steps: int, repeat: int) -> list[dict[str, Any]] | None:
-    """Return what :func:`measure_ensembles` does where machine code has vectors of AVX2; None where the processor has no wider ones."""
+    """Return the rows of :func:`measure_ensembles` where machine code has vectors of AVX2; None where the processor has no wider ones."""
     import llvmlite.binding as llvm
 
     if not llvm.get_host_cpu_features().get("avx512f"):

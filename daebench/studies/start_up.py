@@ -1,4 +1,4 @@
-"""What it costs to begin: seconds from a fresh process to the first step, on an empty cache and on a full one, beside NumPy alone."""
+"""Time to begin: seconds from a fresh process to the first step, on an empty cache and on a full one, beside NumPy alone."""
 
 import os
 import subprocess

@@ -69,7 +69,7 @@ class TriedTolerance:
 
 @dataclass(frozen=True)
 class ToleranceFor(Result):
-    """What was tried, the loosest tolerance first.
+    """Tolerances that were tried, the loosest first.
 
     Parameters
     ----------

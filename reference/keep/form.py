@@ -78,7 +78,7 @@ def _require_numbers(text: Mapping[str, Sequence[str]]) -> int:
 
 
 def _certificate(state: State, sizes: Mapping[str, int], rows: int, columns: list[str]) -> Fields:
-    """Return what the certificate of such columns is."""
+    """Return the kind of the certificate of such columns."""
     errors = Fields(dict.fromkeys(state.stored, NOT_NEGATIVE), open=True)
     check = Fields({"against": SENTENCE, "largest_difference": errors}, open=True)
     growth = numbers(rows, of=POSITIVE)

@@ -196,7 +196,7 @@ def multipliers(ivp: ConstrainedIvp) -> str:
 
 
 def _unusual(ivp: ConstrainedIvp) -> str:
-    """Return what is unusual about H_pp at the start; "" where nothing is."""
+    """Return the sentence on an unusual H_pp at the start; "" where it is as usual."""
     try:
         found = inverse_mass(ivp, ivp.p0, ivp.q0)
     except np.linalg.LinAlgError:

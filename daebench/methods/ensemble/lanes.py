@@ -201,13 +201,13 @@ class LaneRun:
     # ---- what comes out --------------------------------------------------------------------------------------------------
 
     def carried_by(self, i: int, memory: Any) -> tuple[Any, ...]:
-        """Return what one member carries as :attr:`daebench.methods.fixed_step.stepping.Run.carried` has it, with memory of this form."""
+        """Return the numbers of one member in the form of :attr:`daebench.methods.fixed_step.stepping.Run.carried`, with this memory."""
         column = self.column(i)
         remembered = nested(form_of(memory), iter(self.numbers[self.places[MEMORY] :, i].tolist()))
         return column["x"], remembered, column["conserved"], column["maxima"], column["pivots"]
 
     def column(self, i: int) -> dict[str, Any]:
-        """Return what one member carries, as nested tuples of numbers: state, memory, conserved quantities, maxima and pivots."""
+        """Return the numbers that one member carries, as nested tuples: state, memory, conserved quantities, maxima and pivots."""
         numbers = iter(self.numbers[:, i].tolist())
         names = ("x", "conserved", "maxima", "pivots")
         made = {name: nested(form, numbers) for name, form in zip(names, self.carried.forms, strict=True)}

@@ -174,7 +174,7 @@ class _Ensemble:
         return self._result(table, lanes, compiled, run)
 
     def _entered(self, kernel: Any) -> tuple[Array, tuple[Array, Array]]:
-        """Return what the scheme computes in at the start of each member, NaN where it has no place there; and lengths and rates."""
+        """Return the scheme's own state at the start of each member, NaN where it has no place there; and lengths and rates."""
         if self.method.form not in MAPPED:
             states = np.concatenate(self.members.start, axis=1)
             return states, scales_of(self.members, rated=self.method.rated)

@@ -1,4 +1,4 @@
-"""What becomes of each member, in arrays that runs in lanes and runs of single members fill."""
+"""Outcomes of members, in arrays that runs in lanes and runs of single members fill."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -55,7 +55,7 @@ class Table:
         return self.all_states[:, :, : len(self.ends)].transpose(0, 2, 1)
 
     def fill(self, run: LaneRun, ends: Array) -> None:
-        """Take what runs in lanes came to."""
+        """Take the outcomes of runs in lanes."""
         n, places = len(self.ends), run.places
         self.status, self.steps = run.counts[STATUS, :n].copy(), run.counts[DONE, :n].copy()
         self.maxima = run.numbers[places[MAXIMA] : places[PIVOTS], :n].copy()

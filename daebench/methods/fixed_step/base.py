@@ -67,7 +67,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return False
 
     def on_singular(self, ivp: Ivp, request: Request) -> str:
-        """Return what to do where G loses rank; "" if it does not matter, as on a Poisson system."""
+        """Return the choice for a run where G loses rank; "" if it does not matter, as on a Poisson system."""
         return ""
 
     @abstractmethod
@@ -100,7 +100,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the maps from the vectors of a state to what the scheme computes in, and back."""
 
     def _structure(self, *, stage_multipliers: bool, singular: str) -> dict[str, Any]:
-        """Return what else decides the generated module, as :class:`daebench.compiler.link.Options` takes it."""
+        """Return the other options that decide the generated module, as :class:`daebench.compiler.link.Options` takes them."""
         return {}
 
     def _in_loops(self, ivp: Ivp, precision: str) -> bool:
@@ -162,7 +162,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def _options(
         self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool, singular: str
     ) -> dict[str, Any]:
-        """Return what decides a generated module, as :class:`daebench.compiler.link.Options` takes it."""
+        """Return the options that decide a generated module, as :class:`daebench.compiler.link.Options` takes them."""
         options: dict[str, Any] = {"precision": precision, "watch": watch, "count": count, "compiled": self.compiled, "form": self.form}
         options |= {"composed": bool(self.composition), **self._structure(stage_multipliers=stage_multipliers, singular=singular)}
         return options | ({"loops": True} if self._in_loops(ivp, precision) else {})
@@ -301,7 +301,7 @@ def _tuples(x: Any) -> Any:
 
 
 def _complex_state(linked: Linked, vectors: Sequence[Sequence[complex]]) -> Any:
-    """Return what a scheme computes in, with complex entries: a vector, or a tuple of them."""
+    """Return the scheme's own state with complex entries: a vector, or a tuple of them."""
     state = linked.enter([np.array(vector, dtype=complex) for vector in vectors])
 
     def typed(vector: Any) -> Any:

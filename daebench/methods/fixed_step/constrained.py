@@ -66,7 +66,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         return self.member.claims.any_form
 
     def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
-        """Return what to do where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter.
+        """Return the choice where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter.
 
         Raises
         ------

@@ -168,7 +168,7 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
 
 
 def require_poisson(name: str, request: Request) -> None:
-    """Refuse what has no meaning for a Poisson system; raise :class:`BadInput`."""
+    """Refuse requests that have no meaning for a Poisson system; raise :class:`BadInput`."""
     for wrong, what in ((request.multipliers, "multipliers lam(p, q)"), (request.raw, "stage multipliers")):
         if wrong:
             raise BadInput(f"{name} runs on a Poisson system, which has no {what}; leave them out.")

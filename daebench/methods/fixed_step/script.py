@@ -116,7 +116,7 @@ def flat(x: Any) -> tuple[float, ...]:
 
 
 def _no_module() -> Any:
-    """Return what stands for the compiled module where nothing of it is called."""
+    """Return a module in place of the compiled one where nothing of it is called."""
     import types
 
     return types.ModuleType("none")

@@ -220,7 +220,7 @@ class Run:
         self._call(0)
 
     def _no_pivots(self) -> Any:
-        """Return what is recalled of pivots before the first step."""
+        """Return the pivots before the first step."""
         return self.infinity
 
     @property
@@ -229,7 +229,7 @@ class Run:
         return self.pivots
 
     def _lose_rank(self) -> None:
-        """Do what is to be done where G loses rank within the next step; only a run that monitors for it comes here."""
+        """Handle a loss of rank of G within the next step; only a run that monitors for it comes here."""
 
     def _tally(self, counts: Sequence[int], times: int) -> Any:
         return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
@@ -248,7 +248,7 @@ class Run:
         self.x, self.memory, self.conserved, self.maxima, self.pivots = numbers
 
     def _call(self, steps: int) -> tuple[Any, float]:
-        """Return what the loop says of so many steps, and its CPU time."""
+        """Return the loop's results for so many steps, and its CPU time."""
         if self.rest[0] != self.row:
             self.rest = self.row, self.state_rows[self.row :], self.stage_rows[self.row :]
         args = (*self.carried, self.h, self.weights, steps, self.left, self.grid.every, *self.rest[1:], self.par)

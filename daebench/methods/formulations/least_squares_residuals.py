@@ -49,7 +49,7 @@ PARTS = {
 
 
 def written(precision: str, d: int, parameters: int, *, compiled: bool) -> Wrapper:
-    """Return what is written beside the right side f in one type of numbers, for d positions and so many parameters."""
+    """Return the functions beside the right side f in one type of numbers, for d positions and so many parameters."""
     functions, roots, called = PARTS[precision]
     texts = [_right_side(d, parameters), functions]
     if compiled:

@@ -54,7 +54,7 @@ def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], paramet
 
 
 def _in_loops(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], parameters: Sequence[sp.Symbol], tables: dict[str, str]) -> str:
-    """Return what ``writer`` does, of many unknowns: terms of one form are summed in loops."""
+    """Return the text of ``writer`` for many unknowns: terms of one form are summed in loops."""
     lines = [f"{array}[:] = 0.0" for array in outputs]
     for array, matrix in outputs.items():
         text = added(name, inputs, _entries(matrix), parameters, array)

@@ -79,7 +79,7 @@ class Code:
         return external_state(result, [(len(t), len(vector)) for vector in vectors], duty), seconds
 
     def of_complex(self, vectors: Sequence[Any], h: float) -> Any:
-        """Return what one step makes of complex vectors; what the code raises is raised as it is, for it need not take them."""
+        """Return the state after one step from complex vectors; errors of the code are raised as they are, for it need not take them."""
         with self.guard():  # for what the code prints, not for what it raises
             try:
                 return self._armed(self.callable, *(vector.copy() for vector in vectors), h)[0]

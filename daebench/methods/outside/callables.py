@@ -125,7 +125,7 @@ def require_step_size(name: str, grid: Grid) -> None:
 
 
 def _whole(code: Code, ivp: Ivp, grid: Grid, value: float) -> Block:
-    """Return what a whole run gives at the outputs."""
+    """Return the states of a whole run at the outputs."""
     steps = outputs(grid)
     with code.limited():
         states, seconds = code.solve(ivp.start, value, grid.times(steps))

@@ -1,4 +1,4 @@
-"""What a Python callable from outside says of itself before it is run: its arguments, its memory and its claims."""
+"""Arguments, memory and claims of a Python callable from outside, as it states them before it is run."""
 
 import copy
 import inspect
@@ -55,7 +55,7 @@ def described(code: Any, name: str) -> Description:
 
 
 def _knob(code: Any, name: str) -> str:
-    """Return what steers a callable, by its attribute ``knob``."""
+    """Return the control parameter of a callable, by its attribute ``knob``."""
     knob = getattr(code, "knob", "h")
     if knob not in ("h", "tol"):
         raise BadInput(f"{name}: knob = {foreign(repr(knob))} must be 'h', a step size, or 'tol', a tolerance.")

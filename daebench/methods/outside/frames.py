@@ -1,4 +1,4 @@
-"""What goes between daebench and the process in which code from outside runs: a line of JSON, and numbers in binary."""
+"""Messages between daebench and the process in which code from outside runs: a line of JSON, and numbers in binary."""
 
 import json
 import struct

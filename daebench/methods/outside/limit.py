@@ -45,7 +45,7 @@ class Limit:
 
     @property
     def over(self) -> str:
-        """What is said when the time is over, and what to do."""
+        """The sentence on a limit of time that is over, with advice."""
         if self._over:
             return self._over
         if self.seconds is None:

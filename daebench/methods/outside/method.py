@@ -133,7 +133,7 @@ class OutsideMethod:
 
 
 def _chained(fresh: Callable[[], Step], h: float, steps: int, *vectors: Any) -> Any:
-    """Return what a Python callable makes of a state in so many steps."""
+    """Return the state after so many steps of a Python callable."""
     step, state = fresh(), tuple(np.array(vector) for vector in vectors)
     for _ in range(steps):
         result = step(*state, h)

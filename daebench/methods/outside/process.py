@@ -117,7 +117,7 @@ class Process:
                 raise
 
     def _code(self, memory: str) -> dict[str, Any]:
-        """Return what the process is told first: where the code is."""
+        """Return the first message to the process: where the code is."""
         place = self.place
         module = f"daebench_method_{place.path.stem}_{place.content[:16]}"
         about = {"name": place.name, "path": str(place.path.absolute()), "function": place.function, "module": module}

@@ -44,7 +44,7 @@ Blocks = Callable[[Ivp, Grid, Request], Iterator[Block]]
 
 
 class Record:
-    """What a run has given so far: largest errors over all states, and the states that are kept.
+    """Results of a run so far: largest errors over all states, and the states that are kept.
 
     Parameters
     ----------

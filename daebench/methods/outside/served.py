@@ -145,7 +145,7 @@ class _Python:
         return execute.naming(self._name, self._path, lambda: [self._path, *imported(self._path)], wrong)
 
     def _taken(self, function: str, name: str) -> Any:
-        """Return what the file calls so; Stopped is raised where it ends Python instead."""
+        """Return the object of this name in the file; Stopped is raised where it ends Python instead."""
         try:
             with importable(self._path.parent), self._naming(BadInput):
                 module = execute.executed(self._path, name)
@@ -187,7 +187,7 @@ class _Python:
         return {"seconds": seconds}, np.concatenate(states, axis=1)
 
     def step(self, question: Question, numbers: NDArray[Any]) -> Answer:
-        """Return what one step makes of real vectors, or of complex ones."""
+        """Return the state after one step from real vectors, or complex ones."""
         code = self._begun(question)
         state = np.split(numbers, question["vectors"])
         with code.limited():
@@ -203,7 +203,7 @@ class _Python:
 
 
 def _limit(question: Question) -> Limit:
-    """Return what is left of the limit of the other side."""
+    """Return the rest of the limit of the other side."""
     seconds: float = question["left"]
     return Limit(seconds if question["limited"] else None, seconds, question["over"])
 

@@ -1,4 +1,4 @@
-"""What code from outside claims of itself."""
+"""Claims of code from outside about itself."""
 
 from dataclasses import dataclass
 

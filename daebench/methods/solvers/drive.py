@@ -62,11 +62,11 @@ class ToleranceMethod(ABC):
     @property
     @abstractmethod
     def _advice(self) -> str:
-        """What to do if a run stops early."""
+        """Advice on a run that stops early."""
 
     @abstractmethod
     def _begin(self, dae: Any, tol: float, monitor: Monitor) -> "Advance":
-        """Compile what will be called, and return how the solver is advanced from output to output."""
+        """Compile the functions of a run, and return how the solver is advanced from output to output."""
 
 
 def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
@@ -154,7 +154,7 @@ def one_by_one(advance: Callable[[float], Array], monitor: Monitor) -> Advance:
 
 @dataclass(frozen=True)
 class Driven:
-    """What a solver gave, before it is read as states of a problem.
+    """Output of a solver, before it is read as states of a problem.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ class _Outputs:
 def drive(
     method: ToleranceMethod, posed: Posed, request: Request, *, began: float, make_monitor: Callable[..., Monitor] = Monitor
 ) -> Driven:
-    """Return what a solver gives that is driven from output to output.
+    """Return the output of a solver that is driven from output to output.
 
     Where it stops early, that is the outputs so far, the end of the last step, and why.
 
@@ -255,7 +255,7 @@ def _sentence(name: str, posed: Posed, request: Request, t: float, why: str) -> 
 
 
 def _outcome(posed: Posed, request: Request, monitor: Monitor, seconds: float) -> dict[str, Any]:
-    """Return what was run and what it cost; ``seconds`` is the CPU time of the solver."""
+    """Return the run with its costs; ``seconds`` is the CPU time of the solver."""
     return {
         "problem": posed.ivp.problem,
         "case": posed.ivp.case,

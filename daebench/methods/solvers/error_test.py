@@ -1,4 +1,4 @@
-"""What the error test of a solver of SUNDIALS is to see of a system in time: the unknowns of the equations as they are written.
+"""Unknowns of a system in time that the error test of a solver of SUNDIALS sees: those of the equations as they are written.
 
 The test is on the root of the mean of squares over all n unknowns, and the time and p_t are two that nobody has declared. Their weights
 are made so small that they add nothing, and all others so much larger that the mean is over the n - 2 others::

@@ -109,7 +109,7 @@ class Ida(TreatedMultipliers, OnConstrained):
 
 
 def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor, suppressed: NDArray[np.bool_] | None = None) -> Advance:
-    """Compile what will be called, and return how IDA goes through output times.
+    """Compile the functions of a run, and return how IDA goes through output times.
 
     Parameters
     ----------

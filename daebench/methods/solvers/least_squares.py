@@ -40,7 +40,7 @@ def by_least_squares(ivp: ConstrainedIvp) -> Dae:
 
 
 def _module(ivp: ConstrainedIvp) -> types.ModuleType:
-    """Return what :class:`daebench.methods.formulations.constrained.Dae` takes for the generated module of ``ode``.
+    """Return a module in place of the generated one of ``ode``, as :class:`daebench.methods.formulations.constrained.Dae` takes it.
 
     It has the functions of two, one in real numbers and one in complex ones: what C calls of each needs nothing of the other.
     """

@@ -162,7 +162,7 @@ class Monitor:
             self.mark = t
 
     def values(self, y: Any) -> tuple[float, ...]:
-        """Return what is conserved, see :meth:`daebench.methods.solvers.monitored.Monitored.values`."""
+        """Return the conserved quantities, see :meth:`daebench.methods.solvers.monitored.Monitored.values`."""
         return self.monitored.values(y) if self.monitored else ()
 
     def _require_steady(self, t: float, y: Any, values: tuple[float, ...]) -> None:
@@ -184,7 +184,7 @@ class Monitor:
                     )
 
     def require_inside(self, y: Any) -> tuple[float, ...]:
-        """Return what is conserved; stop where unknowns are outside of what is allowed, or H has no value.
+        """Return the conserved quantities; stop where unknowns are outside of the domain, or H has no value.
 
         It is said at the time of the last step that was inside.
         """

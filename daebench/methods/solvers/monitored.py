@@ -1,4 +1,4 @@
-"""What the monitor of a tolerance-driven run evaluates after each step: generated functions of a solver's unknowns."""
+"""Generated functions of a solver's unknowns, which the monitor of a tolerance-driven run evaluates after each step."""
 
 import ctypes
 import types
@@ -40,7 +40,7 @@ def conserved(y, par):
 
 
 class Monitored:
-    """What a run conserves, how far a step within the tolerance may change it, and how near G is to losing rank.
+    """Conserved quantities of a run, their largest change by a step within the tolerance, and the distance of G from a loss of rank.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Monitored:
         self.par = tuple(map(float, posed.ivp.par))
 
     def values(self, y: Any) -> tuple[float, ...]:
-        """Return what is constant along a motion, at a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
+        """Return the constants of a motion at a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
         if self.compiled:
             return tuple(self._looked(callbacks.VALUES, 0.0, y)[: self.count])
         with np.errstate(all="ignore"):
@@ -148,7 +148,7 @@ class Monitored:
         return "\n\n".join([_looks(), f"SIZE = {size}", *texts.values()])
 
     def _looked(self, mode: int, t: float, y: Any) -> list[float]:
-        """Return what the compiled look gives for unknowns, 4 numbers."""
+        """Return the 4 numbers of the compiled look for unknowns."""
         look, user, state = self._look
         user[callbacks.MODE], state[:] = mode, y
         look(t)

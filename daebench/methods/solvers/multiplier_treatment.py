@@ -1,4 +1,4 @@
-"""What IDA's methods on either kind of problem share: a formulation, and the treatment of its multipliers in the error test."""
+"""Common part of IDA's methods on either kind of problem: a formulation, and the treatment of its multipliers in the error test."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -63,12 +63,12 @@ class TreatedMultipliers:
 
     @property
     def multipliers(self) -> str:
-        """What the unknowns for multipliers are, as ``pose`` takes it: "derivative" or "plain"."""
+        """Kind of the unknowns for multipliers, as ``pose`` takes it: "derivative" or "plain"."""
         return "derivative" if self.chosen == "derivative" else "plain"
 
     @property
     def treatment_advice(self) -> str:
-        """What to do where a run without a treatment stops early; "" where there is one, or no multiplier."""
+        """Advice where a run without a treatment stops early; "" where there is one, or no multiplier."""
         if self.chosen == "none" and self.formulation != "ode":
             return "take the multipliers out of the error test with the treatment atol or derivative"
         return ""

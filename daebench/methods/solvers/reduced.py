@@ -1,4 +1,4 @@
-"""What the solvers of ODEs share: the index-reduced ODE, and the variants that each of them has."""
+"""Common part of the solvers of ODEs: the index-reduced ODE, and the variants of each."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class OnReducedOde(OnConstrained):
         return refused(self.name, ivp) or self.lacks(ivp)
 
     def lacks(self, ivp: Ivp) -> str | None:
-        """Return what else the solver lacks to solve the ODE of a problem, as a sentence, or None."""
+        """Return why the solver cannot solve the ODE of a problem for another reason, as a sentence, or None."""
         return None
 
     def _posed(self, ivp: ConstrainedIvp) -> Dae:

@@ -37,7 +37,7 @@ SIZE = 0
 
 
 def conserved(y: Any, par: Any) -> Any:
-    """Return what is constant along a motion, generated for the problem at hand."""
+    """Return the constants of a motion, generated for the problem at hand."""
     raise NotImplementedError
 
 
@@ -149,7 +149,7 @@ def usual_step(user: Any, t: float, y: Any, par: Any) -> bool:
 
 
 def look_callback(t: float, address: Any, user: Any) -> int:
-    """Do what ``MODE`` asks at time t with the unknowns at an address; return 0, or 1 where something is amiss."""
+    """Look as ``MODE`` says at time t at the unknowns at an address; return 0, or 1 where something is amiss."""
     own, y, par = carray(real_pointer(user), HEAD), state(user, address), parameters(user)
     if own[MODE] == STEP:
         return 0 if usual_step(user, t, y, par) else 1

@@ -1,4 +1,4 @@
-"""What IDA and CVODE share: driving the solver to an output time, what its status means, and keeping it quiet."""
+"""Common part of IDA and CVODE: driving the solver to an output time, the meaning of its status, and keeping it quiet."""
 
 import sys
 import threading
@@ -79,7 +79,7 @@ _hush = _Hush()
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Drop what this thread prints: scikit-sundae prints SUNDIALS' error messages, which would spoil output that is data."""
+    """Drop the output of this thread: scikit-sundae prints SUNDIALS' error messages, which would spoil output that is data."""
     with _hush.lock:
         if not _hush.inside:
             _hush.real, sys.stdout = sys.stdout, _hush

@@ -17,7 +17,7 @@ class Exact(Protocol):
 
     @property
     def derivation(self) -> Any:
-        """What follows from the problem's definition."""
+        """Derivation of the problem's definition."""
 
     @property
     def parameters(self) -> Mapping[sp.Symbol, sp.Rational]:

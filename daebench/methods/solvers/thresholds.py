@@ -1,4 +1,4 @@
-"""What is amiss with a step: the numbers that the monitor of a run and its compiled look at each step have in common."""
+"""Numbers of what is amiss with a step, common to the monitor of a run and its compiled look at each step."""
 
 import numpy as np
 

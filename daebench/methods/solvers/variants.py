@@ -1,4 +1,4 @@
-"""What may follow the name of a solver of ODEs, known before a solver is imported."""
+"""Variants that may follow the name of a solver of ODEs, known before a solver is imported."""
 
 CVODE = ("adams", "bdf")
 """Families of linear multistep methods: Adams, orders 1 to 12, and BDF, orders 1 to 5."""

@@ -12,7 +12,7 @@ ABOUT = "generated.json"
 
 
 class Compiled(NamedTuple):
-    """What a certificate of a folder is about: the code, its files, its problem with the case, its step size, and its claims."""
+    """Subject of a certificate of a folder: the code, its files, its problem with the case, its step size, and its claims."""
 
     code: str
     files: list[Path]
@@ -35,7 +35,7 @@ def compiled(folder: Path) -> Compiled:
 
 
 def _about(folder: Path) -> dict[str, Any]:
-    """Return what a folder says of itself."""
+    """Return the description of a folder in its own file."""
     try:
         found = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
         known = {"name": str, "precision": str, "on": str, "h": float, "claims": dict, "callable": bool}

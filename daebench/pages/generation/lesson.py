@@ -165,7 +165,7 @@ class Lesson:
         raise Unreadable(name)
 
     def name(self, module: str, name: str) -> str:
-        """Provide what a name means in a file; return its name here."""
+        """Provide the meaning of a name in a file; return its name here."""
         meaning = self.names_of(module).get(name)
         if not isinstance(meaning, tuple):
             return self.of_file(module, name) if meaning else name  # of Python
@@ -319,7 +319,7 @@ def _result(entries: Sequence[str], shape: tuple[int, ...], comments: Sequence[s
 
 
 def lesson(ivp: InitialValueProblem, method: Any, names: Sequence[str]) -> dict[str, Any]:
-    """Return what a readable file names: texts of a method on a problem, whose parameters have these names; {} if they have none."""
+    """Return the names in a readable file: texts of a method on a problem, whose parameters have these names; {} if they have none."""
     if not isinstance(ivp, ConstrainedIvp) or not _plain(ivp, method):
         return {}
     linker = method.read(ivp)
@@ -366,6 +366,6 @@ def _rows(x: Any) -> str:
 
 
 def _about(method: Any) -> str:
-    """Return what the numbers of a scheme are."""
+    """Return the description of the numbers of a scheme."""
     numbers = getattr(method.member.numbers, "func", method.member.numbers)
     return (inspect.getdoc(numbers) or "").partition("\n")[0].removeprefix("Return ")

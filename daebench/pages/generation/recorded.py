@@ -137,7 +137,7 @@ class _Recorder:
         return self.program.code.constant(x, FLOAT32) if self.data.real == FLOAT32 else x
 
     def function(self, name: str, parameters: str, make: Callable[..., None]) -> None:
-        """Record what ``make`` does, given arrays and numbers of these names, as a function."""
+        """Record the operations of ``make``, given arrays and numbers of these names, as a function."""
         given = parameters.split(",")
 
         def parameter(made: Function, each: str) -> Any:

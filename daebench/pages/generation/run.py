@@ -133,7 +133,7 @@ def _require_numbers(language: str, precision: str) -> None:
 
 
 def _about(ivp: Ivp, method: FixedStepMethod[Any, Any], facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a folder says of itself, so that it can be certified."""
+    """Return the description of a folder, with which it can be certified."""
     constrained = ivp.on_manifold
     claims = sentences.claims(ivp, method) if constrained else {}
     return {
@@ -166,7 +166,7 @@ def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
 
 
 def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
-    """Return what templates name."""
+    """Return the values that templates name."""
     made = linked(ivp, method, h, language.longest, precision)
     file = find_problem(ivp.problem)
     parameters = sentences.parameters_of(ivp, sentences.docstring(file.path.read_text(encoding="utf-8")))

@@ -1,4 +1,4 @@
-"""What generated code says of itself: what its parameters, its multipliers and its statuses mean, and what a scheme claims."""
+"""Sentences in generated code: the meaning of its parameters, multipliers and statuses, and the claims of a scheme."""
 
 import ast
 import inspect
@@ -40,7 +40,7 @@ def commented(text: str) -> str:
 
 
 def docstring(text: str) -> dict[str, str]:
-    """Return what the docstring of ``problem`` in the text of a problem's file says of each parameter."""
+    """Return the description of each parameter in the docstring of ``problem`` in the text of a problem's file."""
     found = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
     doc = inspect.cleandoc(ast.get_docstring(found[0]) or "") if found else ""
     sections = re.split(r"^(\w[\w ]*)\n-+\n", doc + "\n", flags=re.M)
@@ -51,7 +51,7 @@ def docstring(text: str) -> dict[str, str]:
 
 
 def multipliers(problem: Any) -> list[str]:
-    """Return what each multiplier of a problem means; for a chain, those of a node and of the joint before it."""
+    """Return the meaning of each multiplier of a problem; for a chain, those of a node and of the joint before it."""
     if hasattr(problem, "joints"):
         joints = [f"of each joint: g = {g}; the force is -lam grad g" for g in problem.joints]
         return [*joints, *(f"of each node: g = {g}; the force is -lam grad g" for g in problem.own)]

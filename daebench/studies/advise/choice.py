@@ -105,7 +105,7 @@ class Work:
 
 
 def reference_of(question: Question, method: str) -> tuple[str, float]:
-    """Return what errors are against and what that may be wrong by; refuse a reference that is not good enough."""
+    """Return the reference of the errors and its own bound; refuse a reference that is not good enough."""
     run = question.run(method, question.apart)
     if certified := certified_of(run):
         bound = float(np.max(certified.bound[question.part][certified.t <= question.t_end]))
@@ -136,7 +136,7 @@ def _first_run(question: Question, name: str) -> GridRun:
 
 
 def plan(work: Work, names: Sequence[str]) -> tuple[str, list[float]]:
-    """Return what is going to be run, and how long it takes, as a sentence; and the CPU time of each method, s."""
+    """Return the plan of the runs with their time, as a sentence; and the CPU time of each method, s."""
     asked = work.question
     new = {name: COMPILED * compiling_seconds(_first_run(asked, name)) for name in names if not tried(work, name)}
     kernels = {(name.partition("/")[0], "/" in name): name for name in reversed(names)}  # all compositions of a method have those of one
@@ -151,13 +151,13 @@ def plan(work: Work, names: Sequence[str]) -> tuple[str, list[float]]:
 
 
 def _at_load(seconds: float) -> str:
-    """Return what a CPU time takes on a machine whose processors others use as well; "" where they do not, or nothing is known of it."""
+    """Return how long a CPU time takes beside others on this machine, as part of a sentence; "" if there are none, or it is not known."""
     busy = (1 + os.getloadavg()[0]) / (os.cpu_count() or 1) if hasattr(os, "getloadavg") else 0.0
     return f", {busy * seconds:.0f} s where others use the machine as they do now" if busy > BUSY else ""
 
 
 def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list[Found]:
-    """Return what is found of each method that there is time for."""
+    """Return the result of each method that there is time for."""
     found: list[Found] = []
     sentence, expected = plan(work, names)
     work.tell(0.0, sentence)

@@ -57,7 +57,7 @@ def long_run(question: Question, method: str, value: float, make: Make) -> Row:
 
 
 def keeps(question: Question, method: str, value: float, make: Make) -> dict[str, Kept]:
-    """Return what a method keeps at a step size or tolerance, by thing; all that the problem has is looked at."""
+    """Return how well a method conserves each quantity of the problem at a step size or tolerance, by quantity."""
     solver, ivp = question.solver(method), question.ivp
     claims, row = claimed(ivp, solver), long_run(question, method, value, make)
     over = f"over {LONGER * question.t_end:g} s"

@@ -180,7 +180,7 @@ class Question:
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """What is measured of every run."""
+        """Metrics of every run."""
         return (self.part, "energy", self.ivp.state.conserved)
 
     def _fields(self, method: str, value: float, times: float) -> dict[str, Any]:

@@ -52,7 +52,7 @@ class Resolutions(Protocol):
         """Return a number between two, or None where they are next to each other for all purposes."""
 
     def cost(self, number: int, seconds: float, other: int) -> float:
-        """Return what another number costs at least, from the cost of one."""
+        """Return the least cost of another resolution, from the cost of one."""
 
 
 @dataclass(frozen=True)

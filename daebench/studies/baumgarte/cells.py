@@ -73,7 +73,7 @@ def run_of(ivp: ConstrainedIvp, name: str, value: float, t_end: float, options: 
 
 
 def cell(ivp: ConstrainedIvp, name: str, value: float, t_end: float, options: Numbers) -> Cell:
-    """Return what one run gives."""
+    """Return the numbers of one run."""
     with np.errstate(all="ignore"):
         run = run_of(ivp, name, value, t_end, options)
     lost = run.failure is not None

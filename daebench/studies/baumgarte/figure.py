@@ -107,7 +107,7 @@ def _tolerant(figure: Any, axis: Any, cells: Sequence[Cell], key: str, words: st
 
 
 def _penalty(axis: Any, found: BaumgarteMap) -> None:
-    """Draw what a penalty leaves, over h times its fastest frequency."""
+    """Draw the errors of a penalty, over h times its fastest frequency."""
     scheme = found.penalty[0].method.partition(":")[2]
     stiffest = max(one.options["eps"] for one in found.penalty)
     least = min(_place(one, "baumgarte", found.h) for one in next(iter(found.maps.values())))

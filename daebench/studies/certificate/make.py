@@ -49,7 +49,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Made:
-    """What goes into a certificate.
+    """Content of a certificate.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _refused(attempts: Sequence[Sequence[Mapping[str, Any]]]) -> DaebenchError:
 
 
 def _entry(asked: Asked, task: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a certificate says of one problem."""
+    """Return the entry of a certificate on one problem."""
     entry = {"problem": asked.problem, "case": answer.get("case", asked.case), "changed": task["parameters"]}
     entry |= {"guessed": task["guessed"], "h": task["h"], "files": digests(asked.files)}
     if "refused" in answer:
@@ -125,7 +125,7 @@ def _entry(asked: Asked, task: Mapping[str, Any], answer: Mapping[str, Any]) -> 
 
 
 def _about(seconds: Sequence[float | None]) -> dict[str, Any]:
-    """Return what is said of how a certificate was made, and not verified."""
+    """Return how a certificate was made, which is not verified."""
     versions, made = provenance.versions(), provenance.now()
     return {"made": made, "machine": machine(), "versions": versions, "daebench": code_digest(), "seconds_per_step": list(seconds)}
 

@@ -1,4 +1,4 @@
-"""What a certificate says of a code on one problem: claims, orders, errors and the energy, each number with what rounding may make of it.
+"""Measurements of a code on one problem for a certificate: claims, orders, errors and the energy, each number with its rounding.
 
 An order study, three runs and the defects of a few steps are made. Each run is made a second time, from a start that is rounded elsewhere:
 how far a number changes is how well another machine, which rounds elsewhere in every step, can be expected to have it. The rule::
@@ -47,7 +47,7 @@ class NotSolved(DaebenchError):
 
 @dataclass(frozen=True)
 class Measurement:
-    """What was measured of a code on a problem.
+    """Measurements of a code on a problem.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def rounded(ivp: Ivp) -> Any:
 
 
 def _of_runs(ivp: Ivp, method: Any, runs: Sequence[_Runs]) -> list[Numbers]:
-    """Return what is said of each of the runs; errors are against the motion from the problem's own start."""
+    """Return the entry on each of the runs; errors are against the motion from the problem's own start."""
     errors = position_errors(ivp, [method] * len(runs), [run.error for run in runs])
     return [
         {

@@ -49,7 +49,7 @@ def silent(fraction: float, doing: str) -> None:
 def measured(
     tasks: Sequence[Mapping[str, Any]], folder: Path, seconds: float = SECONDS, progress: Progress = silent
 ) -> list[dict[str, Any]]:
-    """Return what :func:`answer` says of tasks, each done in a process of its own, as many at a time as there are cores.
+    """Return the answers of :func:`answer` to tasks, each in a process of its own, as many at a time as there are cores.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class _Process:
 
 
 def answer(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is measured of a task: ``case``, ``parameters``, ``definition``, ``setting``, and the parts of a measurement.
+    """Return the measurements of a task: ``case``, ``parameters``, ``definition``, ``setting``, and the parts of a measurement.
 
     Parameters
     ----------

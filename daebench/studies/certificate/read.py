@@ -53,7 +53,7 @@ def read(path: Path) -> Certificate:
 
 
 def _require_ours(path: Path, content: Any) -> None:
-    """Refuse what is something else, of another version, or not what was written."""
+    """Refuse a file that is no certificate, is of another version, or is not as it was written."""
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         said = content.get("schema") if isinstance(content, dict) else None
         raise Unverified(f"{path} is not a certificate of daebench{f': it says it is {shown(said)}' if said else ''}.")

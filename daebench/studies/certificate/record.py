@@ -241,7 +241,7 @@ CERTIFICATE = Fields(
 
 
 def require_form(content: Any) -> None:
-    """Refuse what has not the fields of a certificate, or whose fields do not fit together."""
+    """Refuse a document that has not the fields of a certificate, or whose fields do not fit together."""
     certificate = CERTIFICATE.read(content)
     if not set(certificate["code"]["executable"]) <= set(certificate["code"]["files"]):
         raise WrongField("code.executable has a file that is not in code.files")

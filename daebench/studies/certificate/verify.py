@@ -153,7 +153,7 @@ def foreign_names(certificate: Certificate, code: Code) -> list[ForeignName]:
 
 
 def _task(certificate: Certificate, problem: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is to be measured again."""
+    """Return the task of measuring again."""
     content = certificate.content
     return {
         **{name: content[name] for name in ("options", "anyway", "claims")},

@@ -100,7 +100,7 @@ class Cells:
         return moved
 
     def _filled(self, start: Array, held: NDArray[np.bool_], solve: Solve, reasons: NDArray[np.str_], why: str) -> Array:
-        """Return what solves the conditions in each cell; a guess is the start at first, and then what was found in the cell beside."""
+        """Return the solution of the conditions in each cell; the first guess is the start, and others are solutions in cells beside."""
         x, open_cells = start.copy(), reasons == ""
         done = np.zeros(len(x), dtype=bool)
         direct, met = self._from_start(x, held, solve, np.flatnonzero(open_cells))
@@ -113,7 +113,7 @@ class Cells:
         return x
 
     def _from_start(self, x: Array, held: NDArray[np.bool_], solve: Solve, rows: NDArray[np.intp]) -> tuple[Array, NDArray[np.bool_]]:
-        """Return what is found from the start, or from a little aside of it, in each of some cells, and where that is something."""
+        """Return the solutions from the start, or from a little aside of it, in each of some cells, and where there are any."""
         found, met = x.copy(), np.zeros(len(x), dtype=bool)
         aside = ASIDE * np.max(np.abs(x), axis=1, keepdims=True) * np.cos(1.0 + np.arange(x.shape[1]))
         for guess in (x, x + np.where(held, 0.0, aside), x - np.where(held, 0.0, aside)):

@@ -49,7 +49,7 @@ def figure(chaos: Chaos) -> "Figure":
 
 
 def _title(chaos: Chaos) -> str:
-    """Return what is seen, the answer first."""
+    """Return the title, the answer first."""
     words = chaos.verdict
     counts = [f"{np.count_nonzero(words == word)} {word}" for word in (CHAOTIC, REGULAR, UNDETERMINED, STOPPED) if np.any(words == word)]
     of = len(chaos.plane.cells)

@@ -135,7 +135,7 @@ def chaos(
 
 
 def _units(members: Members) -> Array:
-    """Return what the entries of tangent vectors are multiplied by for their length, which makes numbers of them.
+    """Return the factors of the entries of tangent vectors in their length, which makes numbers of them.
 
     It is one over the root mean square of the starts, and for momenta at least over that of mass times length times rate, as in
     :func:`daebench.runs.scales.constrained_scales`, since starts may be at rest.

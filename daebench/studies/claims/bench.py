@@ -120,5 +120,5 @@ class Bench(ABC, Generic[Ivp, Run]):
         ]
 
     def bound(self, n: int, size: float) -> float:
-        """Return what n steps may amount to by rounding alone."""
+        """Return the largest effect of rounding alone over n steps."""
         return ROUNDINGS * EPS * n * size

@@ -112,7 +112,7 @@ def check_claims(
     halvings: int | None = None,
     progress: Began | None = None,
 ) -> list[Finding]:
-    """Return what a method claims on an initial value problem, and what is measured: the rows of :func:`check`, which has the errors.
+    """Return the claims of a method on an initial value problem, and their measurements: the rows of :func:`check`, which has the errors.
 
     They are order, symmetry, symplecticity, in the problem's chart too where it declares one, both constraints, energy, and each first
     integral that the problem declares; of a Poisson system order, symmetry, whether it is a Poisson map, energy, each Casimir function and

@@ -87,7 +87,7 @@ def on_curved(name: str, ivp: Ivp, method: Any) -> str:
 
 
 def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int, within: float | None = None) -> str:
-    """Return what is not conserved along a run, of the names given, "" where all of it is.
+    """Return the names among those given that are not conserved along a run, "" where all are.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ JUDGED = ("order", "symmetric", "symplectic")
 
 
 def unseen(ivp: Ivp) -> list[str]:
-    """Return what a problem cannot show of a scheme, one sentence each."""
+    """Return the properties of a scheme that a problem cannot show, one sentence each."""
     if not ivp.on_manifold or ivp.arrays or ivp.facts.EXTENDED:
         return []
     return [f"{ivp.problem} cannot show {words}." for words in _unseen(ivp)]
@@ -94,7 +94,7 @@ def curved() -> ConstrainedIvp:
 
 
 def on_second(ivp: Ivp, method: Any, names: Sequence[str] = JUDGED) -> list[Finding]:
-    """Return what is found of a scheme on the second problem, none where the first shows the force, or the second cannot be taken."""
+    """Return the findings on a scheme on the second problem, none where the first shows the force, or the second cannot be taken."""
     if not isinstance(method, FixedStep) or not constant_force(ivp) or method.refusal(curved()) or method.system.instead:
         return []
     return judged(curved(), replace(method, compiled=False), names)

@@ -93,7 +93,7 @@ def _all_curves(ivp: Ivp, runs: Sequence[Outcome]) -> pd.DataFrame:
 
 
 def _curves(ivp: Ivp, run: Outcome) -> pd.DataFrame:
-    """Return what is drawn of one run, thinned by keeping the largest error of each group of neighbours."""
+    """Return the curves of one run, thinned by keeping the largest error of each group of neighbours."""
     t, errors = thinned(run.t, errors_along(ivp, run))
     return pd.DataFrame({"method": run.method, "t": t, **errors})
 

@@ -133,7 +133,7 @@ def _against_itself(ivp: Ivp, method: Any, run: Outcome) -> PositionError:
 
 
 def _finer(run: Outcome, divisor: int) -> Request:
-    """Return what asks for the outputs of a run with its step size or tolerance divided."""
+    """Return a request for the outputs of a run with its step size or tolerance divided."""
     if run.knob == "tol":
         return Request(value=run.value / divisor, t_end=float(run.t[-1]), points=len(run.t), watch=(), count=False)
     every = divisor * round(float(run.t[1]) / run.value)

@@ -84,7 +84,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Battery:
-    """What a code gives on a problem: single steps from states of the manifold, and a run.
+    """Output of a code on a problem: single steps from states of the manifold, and a run.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def uncompiled(method: FixedStep) -> FixedStep:
 
 
 def battery(ivp: ConstrainedIvp, code: OutsideMethod, h: float | None = None) -> Battery:
-    """Return what a code gives on a problem.
+    """Return the output of a code on a problem.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ Tell = Callable[[float, str], None]
 
 
 def diagnose_somewhere(method: Any, *, scheme: str = "rattle", h: float | None = None, tell: Tell | None = None) -> Diagnosis:
-    """Return what is wrong with a code, see :func:`daebench.studies.diagnose.verdict.diagnose`, on a problem of the catalogue.
+    """Return the fault of a code, see :func:`daebench.studies.diagnose.verdict.diagnose`, on a problem of the catalogue.
 
     A code that solves one problem is known there, and one that takes many is right only if it is right on all of them.
 

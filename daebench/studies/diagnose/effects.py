@@ -1,4 +1,4 @@
-"""What a fault does to order, defects, constraints and energy."""
+"""Effects of a fault on order, defects, constraints and energy."""
 
 import csv
 import warnings
@@ -63,7 +63,7 @@ COLUMNS = ("order", "symmetric", "symplectic", "g", "G H_p", "H", "energy")
 
 
 def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float, eps: float = EPS) -> dict[str, float | str]:
-    """Return what a code does on a problem.
+    """Return the measurements of a code on a problem.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _number(value: float | str) -> str:
 
 
 def effects(fault: str, problem: str) -> dict[str, float | str]:
-    """Return what the common form of a fault does on one of :data:`PROBLEMS`."""
+    """Return the effects of the common form of a fault on one of :data:`PROBLEMS`."""
     ivp = constrained(initial_value_problem(problem, None, PROBLEMS[problem]))
     return measured(ivp, as_method(ivp, next(iter(FAULTY_STEPS[fault].values())), fault), LARGE / GENTLER * default_step(ivp))
 

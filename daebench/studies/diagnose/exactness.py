@@ -46,7 +46,7 @@ class Exactness:
 
     @property
     def words(self) -> str:
-        """What was measured, as the end of a sentence."""
+        """The measurement, as the end of a sentence."""
         return (
             f"after a step |g| is up to {self.g:.1e}, which is {self.g_roundings:.2g} roundings of |G| |q|, and |G H_p| up to "
             f"{self.Gv:.1e}, {self.Gv_roundings:.2g} of |G| |v|; up to {ROUNDINGS:g} are rounding"

@@ -1,4 +1,4 @@
-"""What a code does off the manifold as h goes to zero: nothing, a feedback after Baumgarte, or a jump back."""
+"""Behaviour of a code off the manifold as h goes to zero: none, a feedback after Baumgarte, or a jump back."""
 
 from dataclasses import dataclass
 

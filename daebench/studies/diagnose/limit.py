@@ -24,7 +24,7 @@ SURE = 10.0
 
 @dataclass(frozen=True)
 class Rate:
-    """What a code's rates are in a state, and how far they are from those of the problem.
+    """Rates of a code in a state, and their distance from those of the problem.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Along:
 
 
 def along_members(some: Members, t: Array, states: Array) -> Along:
-    """Return what is computed of members along their states, shape(n, members, c), a few times after another, which stay in the cache."""
+    """Return energies and defects of members along states, shape(n, members, c), from a few times at once, which stay in the cache."""
     n, m, _ = states.shape
     H, T = np.empty((2, n, m))
     off, way = np.zeros((2, m))

@@ -45,7 +45,7 @@ def figure(ensemble: Ensemble) -> "Figure":
 
 
 def _title(ensemble: Ensemble) -> str:
-    """Return what is seen, the answer first: how many of the members came to their end."""
+    """Return the title, the answer first: how many of the members came to their end."""
     run, total = ensemble.run, len(ensemble.run.members)
     reasons = list(ensemble.reasons.items())
     named = ", ".join(f"{count} {reason}" for reason, count in reasons[:MOST_REASONS])

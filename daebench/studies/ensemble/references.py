@@ -1,4 +1,4 @@
-"""What the errors of the members of an ensemble are taken against: runs of heyoka's batch mode, or of a composition with small steps."""
+"""References for the errors of the members of an ensemble: runs of heyoka's batch mode, or of a composition with small steps."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -98,7 +98,7 @@ def member_references(members: Members, t_end: float, outputs: int, h: float) ->
 
 
 def bounds_of(used: Array, other: Array) -> Array:
-    """Return what states may be wrong by, shape(n,), from two runs, each shape(k, n, d); infinite where one has ended."""
+    """Return bounds on the errors of states, shape(n,), from two runs, each shape(k, n, d); infinite where one has ended."""
     off = np.max(np.abs(used - other), axis=(0, 2))
     known = np.isfinite(off)
     if not known.any():

@@ -119,7 +119,7 @@ class Archive:
 
 @dataclass(frozen=True)
 class Archived:
-    """What went into an archive.
+    """Content of an archive.
 
     Parameters
     ----------
@@ -342,7 +342,7 @@ def _require_safe(path: Path, names: Iterable[str]) -> None:
 
 
 def _require_whole(expected: Mapping[str, str], files: Mapping[str, bytes]) -> None:
-    """Refuse what is not what was written."""
+    """Refuse content that is not as it was written."""
     if altered := dict(expected.items() ^ digests(files).items()):
         raise ValueError(f"{min(altered)} is not what was written")
 
@@ -355,7 +355,7 @@ def _require_of(run: GridRun, row: Mapping[str, Any]) -> None:
 
 
 def _at_row(path: Path, number: int, check: Callable[[], T]) -> T:
-    """Return what a check of a row returns; where it refuses the row, its place is named."""
+    """Return the result of the check of a row; where it refuses the row, its place is named."""
     try:
         return check()
     except BadInput as error:

@@ -105,6 +105,6 @@ def _result(future: Future[Batch], batch: Sequence[Entry]) -> Batch:
 
 
 def _losses() -> tuple[type[BaseException], ...]:
-    """Return what is raised in place of a result by one that ended; Dask's own is known where Dask is used."""
+    """Return the exceptions that stand for a worker that ended; Dask's own is known where Dask is used."""
     dask = sys.modules.get("distributed")
     return (BrokenExecutor, CancelledError, OSError, *((dask.KilledWorker,) if dask else ()))

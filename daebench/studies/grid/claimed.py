@@ -1,4 +1,4 @@
-"""What a method claims to conserve on a problem: without a claim no run is taken to conserve a thing, however it was measured."""
+"""Claims of a method to conserve quantities of a problem: without one no run is taken to conserve a quantity, however it was measured."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -54,7 +54,7 @@ def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
 
 
 def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:
-    """Return what the methods of a study's table claim on all of its cases, by name; one that daebench does not know claims nothing.
+    """Return the claims of the methods of a study's table on all of its cases, by name; one that daebench does not know claims nothing.
 
     The claims do not depend on values of parameters.
     """

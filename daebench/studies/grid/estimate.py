@@ -102,7 +102,7 @@ def estimate(specifications: Sequence[GridRun], store: Store) -> Estimate:
 
 
 def _like(specification: GridRun) -> tuple[Any, ...]:
-    """Return what runs have in common whose times are in proportion to their work."""
+    """Return the common settings of runs whose times are in proportion to their work."""
     return type(specification), specification.problem, specification.method
 
 

@@ -122,7 +122,7 @@ def timed(specification: GridRun, solver: Any, ivp: InitialValueProblem) -> Row:
 
 
 def timed_request(specification: GridRun, resolution: str) -> Request:
-    """Return what a method of this resolution is asked when timed: its end alone, nothing monitored, and no costly work counted."""
+    """Return the request for a timed run of this resolution: its end alone, nothing monitored, and no costly work counted."""
     if resolution == "h":
         return replace(specification.asked(resolution), watch=(), count=False, every=0)
     return replace(specification.asked(resolution), watch=(), points=2)

@@ -102,7 +102,7 @@ def packed(array: Array) -> str:
 
 
 def member_row(specification: MemberRuns) -> Row:
-    """Return what becomes of members: their arrays as a compressed archive of NumPy in text, and why some stopped."""
+    """Return the outcome of members: their arrays as a compressed archive of NumPy in text, and why some stopped."""
     asked = Request(
         value=specification.value,
         steps=specification.steps,

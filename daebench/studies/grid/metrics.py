@@ -78,7 +78,7 @@ class Measured:
 
     @property
     def against(self) -> str:
-        """What errors are taken against, in words."""
+        """The reference of errors, in words."""
         reference = self.reference_solution
         return reference.words if isinstance(reference, OwnRun) else f"certified {self.specification.problem}-{self.specification.case}"
 
@@ -188,7 +188,7 @@ def _energy(measured: Measured) -> Columns:
 
 
 def _energy_scale(measured: Measured) -> float:
-    """Return what an error of the energy is large or small against: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
+    """Return the scale of an error of the energy: the largest |p^T H_p|, twice the kinetic energy, or the largest |H|."""
     T = kinetic_energy(measured.ivp, *measured.states)
     return float(np.max(np.abs(measured.ivp.along("H", *measured.states) if T is None else 2 * T)))
 

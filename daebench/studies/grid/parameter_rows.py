@@ -37,7 +37,7 @@ def made_together(solver: Any, ivp: Ivp) -> bool:
 
 
 def parameter_row(specification: ParameterRuns, alone: Callable[[GridRun], Row]) -> Row:
-    """Return what becomes of the runs: a list in each of their columns.
+    """Return the outcome of the runs: a list in each of their columns.
 
     A run that cannot be begun, or has numbers that are not finite, is made by itself by ``alone``, which says why; so are all runs of
     methods that do not run members of ensembles.
@@ -58,7 +58,7 @@ def parameter_row(specification: ParameterRuns, alone: Callable[[GridRun], Row])
 
 
 def _ensembles(specification: ParameterRuns) -> Iterator[tuple[Indices, Row]]:
-    """Give what becomes of runs as members of ensembles, no larger than memory allows: which runs these are, and their columns."""
+    """Give the outcomes of runs as members of ensembles, no larger than memory allows: which runs these are, and their columns."""
     try:
         solver, begun = specification.solver, _begun_of(specification)
         if begun is None or not made_together(solver, begun.ivp) or specification.precision != "float64":

@@ -1,4 +1,4 @@
-"""What the errors of runs of a study are taken against, made once a process: the certified reference where it fits, else a finer run."""
+"""References for the errors of runs of a study, made once a process: the certified one where it fits, else a finer run."""
 
 from collections.abc import Callable
 from functools import lru_cache

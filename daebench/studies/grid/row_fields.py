@@ -92,7 +92,7 @@ def _repeated(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _columns(specification: GridRun) -> dict[str, Kind]:
-    """Return what a row must have."""
+    """Return the columns that a row must have."""
     if isinstance(specification, MemberRuns):
         most = specification.members
         failures = {"failed": Items(Whole(0, most - 1), most=most), "failure": Items(SENTENCE, most=most)}
@@ -109,12 +109,12 @@ def _columns(specification: GridRun) -> dict[str, Kind]:
 
 
 def _entry(column: str) -> Kind:
-    """Return what an entry of a column of a metric is: words, or not a number where there are none, or a number."""
+    """Return the kind of an entry in a column of a metric: words, or not a number where there are none, or a number."""
     return NumberOrText() if column in WORDS else Real()
 
 
 def _others(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Kind]:
-    """Return what a row may have: older versions have fewer columns of a metric."""
+    """Return the columns that a row may have: older versions have fewer columns of a metric."""
     if isinstance(specification, MemberRuns | ParameterRuns):
         return {}
     time: Kind = Either((SECONDS, Untimed()), "a time, or not a number") if specification.repeat else Untimed()

@@ -143,7 +143,7 @@ class GridRun(RunSpecification):
 
     @property
     def where(self) -> "Where":
-        """What decides its initial value problem."""
+        """The values that decide its initial value problem."""
         return self.problem, self.case, self.parameters, self.on_singular, self.start, self.spread if self.start else 0.0
 
     @property
@@ -163,7 +163,7 @@ class GridRun(RunSpecification):
         return replace(method, sweeps=self.sweeps, roundings=max(ROUNDINGS, self.newton / number_type(self.precision).spacing))
 
     def asked(self, resolution: str) -> Request:
-        """Return what a method of this resolution is asked to do where everything is looked at."""
+        """Return the request for a run of this resolution with everything monitored."""
         every, points = (self._every, None) if resolution == "h" else (None, max(FEWEST, self.outputs + 1))
         work_limit = WorkLimit(self.calls, self.calls + 1, 1) if self.calls else None
         return Request(value=self.value, t_end=self.t_end, precision=self.precision, every=every, points=points, work_limit=work_limit)
@@ -215,7 +215,7 @@ def ivp_of(
 
 
 def defined_by(ivp: Ivp) -> tuple[str, ...]:
-    """Return what defines a motion, exactly: the equations, the parameters and the start.
+    """Return the exact definition of a motion: the equations, the parameters and the start.
 
     Of a file outside of the package the equations are what it gave when it was run, and not its text: see ``mathematics`` of a definition.
     """

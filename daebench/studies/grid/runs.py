@@ -22,7 +22,7 @@ Tell = Callable[[int, int, GridRun], None]
 
 
 def runs_of(store: Store, *, executor: Executor | None = None, tell: Tell | None = None) -> Runs:
-    """Return what makes the rows of runs: those that the store has are taken from there."""
+    """Return the function that makes the rows of runs: those that the store has are taken from there."""
 
     def runs(specifications: Sequence[GridRun]) -> "pd.DataFrame":
 

@@ -45,7 +45,7 @@ def starts_of(specification: StartRuns) -> Starts:
 
 
 def references_of(specification: StartRuns) -> MemberReferences:
-    """Return what their errors are taken against, see :func:`daebench.studies.ensemble.references.member_references`."""
+    """Return the references of their errors, see :func:`daebench.studies.ensemble.references.member_references`."""
     settings = specification.distribution, specification.settings, specification.members, specification.seed
     return _references(specification.where, *settings, specification.t_end, specification.outputs, specification.finest)
 
@@ -63,7 +63,7 @@ def _references(
 
 
 def start_row(specification: StartRuns, timed: Callable[[StartRuns, Any, InitialValueProblem], Row]) -> Row:
-    """Return what becomes of the runs: lists with an entry for each start.
+    """Return the outcome of the runs: lists with an entry for each start.
 
     Columns are error_q and bound_q, ..., steps, failure, and seconds. Of a method that runs members together all have the same cost: the
     median time of runs by themselves from the first :data:`TIMED` starts that come to their end, after one that warms up, with

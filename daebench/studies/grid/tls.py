@@ -56,7 +56,7 @@ NO_TLS = Tls()
 
 
 def security(address: str, tls: Tls) -> Any:
-    """Return what Dask's client takes as ``security``: None for an address without encryption.
+    """Return the ``security`` of Dask's client: None for an address without encryption.
 
     Where no files are given, they are those that Dask's own configuration names, ``distributed.comm.tls``. BadInput is raised if there are
     certificates for an address without encryption, none for one with it, or they cannot be used.

@@ -238,7 +238,7 @@ def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, Array]) ->
 
 
 def _read(path: Path, field: str, *names: str) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Return what is written in a file of this layout, with a field that tells of which kind it is, and its arrays."""
+    """Return the content of a file of this layout, with a field that tells of which kind it is, and its arrays."""
     try:
         whole = path.read_bytes()
         content, seal = whole[:-SEAL], whole[-SEAL:]
@@ -255,7 +255,7 @@ def _read(path: Path, field: str, *names: str) -> tuple[dict[str, Any], dict[str
 
 
 def _about(arrays: Mapping[str, Array]) -> dict[str, Any]:
-    """Return what the text in a file says, checked."""
+    """Return the checked description in a file."""
     about = ABOUT.read(strict(str(arrays["about"])), "its text")
     length, members = about["counts"][3], about.get("members", [0])
     if length < 1 or length & (length - 1) or len(set(members)) < len(members):
@@ -282,7 +282,7 @@ def require_fitting(path: Path, shape: tuple[int, ...], expected: tuple[int, ...
 
 
 def _seal(content: bytes) -> bytes:
-    """Return what follows the content of a file: a digest of it."""
+    """Return the digest that follows the content of a file."""
     return hashlib.sha256(content).digest()
 
 
@@ -298,7 +298,7 @@ def _require_layout(path: Path, about: Any) -> None:
 
 
 def _require_same(path: Path, about: dict[str, Any], who: dict[str, Any]) -> None:
-    """Refuse what another run left, or this one as other versions compute it."""
+    """Refuse the checkpoint of another run, or of this one as other versions compute it."""
     theirs = about["who"]
     differ = [name for name in who if theirs.get(name) != who[name]]
     if "definition" not in differ:

@@ -59,7 +59,7 @@ def _panel(
 
 
 def _bands(axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", color: str) -> None:
-    """Fill what is between quantiles over members in each window that has as many samples of one as of any."""
+    """Fill the area between quantiles over members in each window that has as many samples of one as of any."""
     full = member_windows["samples"] == member_windows.groupby("window")["samples"].transform("max")
     groups = values[full].groupby(member_windows["window"][full])
     t = member_windows[full].groupby("window")["t"].first()

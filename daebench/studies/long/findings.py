@@ -1,4 +1,4 @@
-"""What an ensemble of long runs tells, as it is now."""
+"""Findings on an ensemble of long runs, as it is now."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -35,7 +35,7 @@ class Findings:
 
     @property
     def name(self) -> str:
-        """What is run, in words."""
+        """The runs, in words."""
         spec = self.ensemble.spec
         return f"{spec.method}{', compensated' * spec.compensated} on {spec.problem}, case {spec.case}, h = {spec.h:g}"
 

@@ -30,7 +30,7 @@ STRIDE = 16
 
 @dataclass(frozen=True, kw_only=True)
 class LongRun(RunSpecification):
-    """What decides the numbers of a long run but for its length: beside :class:`RunSpecification` its steps, samples and start.
+    """Specification of a long run but for its length: beside :class:`RunSpecification` its steps, samples and start.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class LongRun(RunSpecification):
         return _Buffered(solver.grid(ivp, self.request(steps)).h, steps, self.stride)
 
     def request(self, steps: int) -> Request:
-        """Return what the method is asked to do."""
+        """Return the request to the method."""
         return Request(value=self.h, steps=steps, every=0, watch=(), count=False, precision=self.precision)
 
     def begun(self, steps: int) -> Any:

@@ -1,4 +1,4 @@
-"""What long runs tell: statistics of windows, over the members of an ensemble, and a verdict."""
+"""Tables of long runs: statistics of windows, over the members of an ensemble, and a verdict."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -10,7 +10,7 @@ LITTLE = "undetermined: there are too few samples; take more steps."
 
 
 def sentence(growth: Walk | Drift | None, share: Share) -> str:
-    """Return what a verdict says, and of which members it is where it is not of all at their ends.
+    """Return the sentence on a verdict, and of which members it is where it is not of all at their ends.
 
     There are two standard errors on either side of each number; slopes are in units of H a second.
     """

@@ -45,7 +45,7 @@ class Bench(Runs):
 
     @property
     def _member(self) -> Member | None:
-        """What the scheme is in its file; None of a composition, and of a method from outside."""
+        """The scheme in its file; None of a composition, and of a method from outside."""
         return None if isinstance(self.method, OutsideMethod) or self.method.composition else self.method.member
 
     @property
@@ -66,7 +66,7 @@ class Bench(Runs):
         return max(self.known.bound[self._like(name)], ROUND_OFF * EPS * size, lost)
 
     def _push(self) -> float:
-        """Return what the forces make of a momentum in T/32: their rounding is in p, however small they leave it."""
+        """Return the change of a momentum by the forces in T/32: their rounding is in p, however small they leave it."""
         return largest(self.ivp.along("H_q", self.known.states["p"], self.known.states["q"])) * float(self.known.t[-1]) / 32
 
     def _lost(self, h: Sequence[float], errors: Sequence[float]) -> float:

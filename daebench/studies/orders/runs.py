@@ -86,7 +86,7 @@ class Runs(ABC):
         """
 
     def _exact(self, name: str) -> Array:
-        """Return what a component is at the common times, shape(8, k)."""
+        """Return the exact component at the common times, shape(8, k)."""
         return self.known.states[name]
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""What an order study found: the runs of a method, and the errors and slope of each component."""
+"""Results of an order study: the runs of a method, and the errors and slope of each component."""
 
 import math
 from collections.abc import Mapping
@@ -84,7 +84,7 @@ class Series:
         return ", ".join(f"{count} {reason}" for reason, count in self.dropped.items())
 
     def row(self) -> dict[str, Any]:
-        """Return what the table says of it."""
+        """Return its row of the table."""
         return {
             "method": self.method,
             "component": self.component,
@@ -116,7 +116,7 @@ class Series:
 
 @dataclass(frozen=True)
 class OrderStudy:
-    """What was measured of several methods on one initial value problem.
+    """Orders of several methods on one initial value problem.
 
     Parameters
     ----------

@@ -118,7 +118,7 @@ def says(table: "pd.DataFrame") -> list[str]:
 
 
 def _held(rows: dict[str, Row], base: Row, error: str) -> str:
-    """Return what ending Newton's iteration early, compensation and single precision do, against double precision."""
+    """Return the effects of ending Newton's iteration early, of compensation and of single precision, against double precision."""
     parts = [f"{'energy error' if error == 'energy_error' else error.replace('_', ' of ')} {base[error]:.1e}"]
     early = [way for way in rows if "=" in way]
     good = [way for way in early if _as_good(rows[way], base, error)]

@@ -33,7 +33,7 @@ METHODS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What is driven to an extreme.
+    """The motion and the methods that are driven to an extreme.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Asked:
 
     @property
     def left_out(self) -> dict[str, str]:
-        """What methods that are given need and is not installed, as sentences."""
+        """Packages that given methods need and that are not installed, as sentences."""
         return installed(self.methods)[1]
 
     def knob(self, method: str) -> str:

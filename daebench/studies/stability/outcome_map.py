@@ -193,7 +193,7 @@ def _legends(figure: Any, table: "pd.DataFrame") -> None:
 
 
 def _ranges() -> list[str]:
-    """Return what the colours of energy errors say."""
+    """Return the ranges of the colours of energy errors."""
     powers = [f"$10^{{{round(np.log10(size))}}}$" if size < LARGE else f"{size:g}" for size in SIZES]
     return [f"below {powers[0]}", *(f"{a} to {b}" for a, b in pairwise(powers)), f"above {powers[-1]}: lost"]
 

@@ -155,7 +155,7 @@ def step_for(
 
 @dataclass(frozen=True)
 class _Averaged:
-    """What a test needs of the runs at one step size, so that their states need not be kept.
+    """Numbers of the runs at one step size for a test, so that their states need not be kept.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def _averaged(run: EnsembleRun, of: Quantity) -> _Averaged:
 
 
 def _tested(run: _Averaged, half: _Averaged, margin: float, level: float) -> Tried:
-    """Return what the statistics at a step and at its half say."""
+    """Return the test of the statistics at a step against those at its half."""
     if why := run.stopped or half.stopped:
         return Tried(run.h, STOPPED, None, why)
     test = equivalence(run.means, half.means, margin, level=level)

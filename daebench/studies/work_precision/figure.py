@@ -144,7 +144,7 @@ def _diagram(axis: Any, table: "pd.DataFrame", groups: Mapping[str, list[str]], 
 
 
 def _legend(groups: Mapping[str, list[str]]) -> list[Any]:
-    """Return what the dashes and the band are, for a legend."""
+    """Return the meaning of the dashes and of the band, for a legend."""
     from matplotlib.lines import Line2D
 
     dashed = [Line2D([], [], color=BLACK, linestyle=DASHES[family], linewidth=1.2, label=family) for family in groups]
@@ -157,7 +157,7 @@ def _own(table: "pd.DataFrame") -> bool:
 
 
 def _draw_floor(axis: Any, floor: float, *, certified: bool) -> None:
-    """Draw what the reference may be wrong by: a dotted line, of a finer run a dashed one over a hatched area, with words."""
+    """Draw the bound on the error of the reference: a dotted line, of a finer run a dashed one over a hatched area, with words."""
     words = "bound of the reference" if certified else f"{OWN}, bound {floor:.1e}"
     axis.axhline(floor, color=QUIET, linestyle=":" if certified else "--", linewidth=1.0)
     axis.text(0.005, floor, words, transform=axis.get_yaxis_transform(), va="bottom", fontsize=7.5, color=QUIET, clip_on=True)

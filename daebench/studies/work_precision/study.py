@@ -184,14 +184,14 @@ def cheapest(table: "pd.DataFrame", error: str, cost: str, levels: Sequence[floa
 
 
 def _cost_at(runs: "pd.DataFrame", error: str, cost: str, level: float) -> tuple[float, float] | None:
-    """Return what an accuracy costs by one method, and the step size or tolerance that reaches it; None if it is not reached."""
+    """Return the cost of an accuracy by one method, and the step size or tolerance that reaches it; None if it is not reached."""
     errors, costs = (np.array(column, dtype=float)[:, None] for column in (at_least(runs, error), runs[cost]))
     (price,), (run,) = interpolated(errors, costs, level) if len(runs) else ([np.inf], [0])
     return (float(price), float(runs["value"].iloc[run])) if np.isfinite(price) else None
 
 
 def interpolated(errors: Array, costs: Array, level: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return what an accuracy costs in each of n curves, infinite where it is not reached, and the number of the run that reaches it.
+    """Return the cost of an accuracy in each of n curves, infinite where it is not reached, and the number of the run that reaches it.
 
     Between two runs, one above the accuracy and one below it, log cost is taken as linear in log error; runs without a finite error or a
     cost are left out.

@@ -20,7 +20,7 @@ LEVELS = (1e-3, 1e-6, 1e-9)
 
 @dataclass(frozen=True)
 class Level:
-    """What an accuracy costs by all methods.
+    """Costs of an accuracy by all methods.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Level:
 
 
 def level_of(curves: Sequence[Curves], level: float) -> Level:
-    """Return what an accuracy costs by all methods."""
+    """Return the costs of an accuracy by all methods."""
     prices = {some.method: interpolated(some.errors, some.seconds, level)[0] for some in curves}
     longest = max(curves, key=lambda some: some.starts)
     return Level(level, prices, longest.bound <= level)

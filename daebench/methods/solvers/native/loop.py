@@ -156,7 +156,7 @@ def keep(y: Any, kept: Any, counts: Any) -> None:
 
 
 def note(mem: Any, y: Any, t: Any, record: Any, counts: Any) -> None:
-    """Note what the solver thinks of the step that it has taken: t, h, order, counts, unknowns, weights, estimates."""
+    """Note the solver's numbers of the step that it has taken: t, h, order, counts, unknowns, weights, estimates."""
     asked, size, numbers, columns, table = record
     for k in range(ASKED):
         ask(asked[k], mem, asked[ASKED + k])

@@ -21,7 +21,7 @@ IDA, ADAMS, BDF = 0, 1, 2
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """What a solver is told besides its tolerances.
+    """Settings of a solver besides its tolerances.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class Solver:
         self("SetMaxNumSteps", NO_LIMIT)
 
     def _set(self, settings: Settings, atol: Array) -> None:
-        """Set what there is besides tolerances."""
+        """Set the settings besides tolerances."""
         if settings.projection:
             self.user[callbacks.LENGTH] = settings.length
             self("SetProjFn", settings.projection.address)

@@ -29,7 +29,7 @@ ERROR_TEST_FAILED = -3
 
 
 class Recorder:
-    """What the loop fills with steps.
+    """Memory that the loop fills with steps.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Recorder:
         self._refused = 0
 
     def take(self) -> None:
-        """Keep what was noted, and make room.
+        """Keep the steps that were noted, and make room.
 
         Raises
         ------
@@ -68,7 +68,7 @@ class Recorder:
             raise Stopped(f"{self.rows} steps are recorded, and there is no room for more", advice="end the run before, or record no steps")
 
     def refuse(self, flag: int, y: Array) -> None:
-        """Keep what failed in the error test where IDA gave up, at a state: the last attempt, or attempts at the first step.
+        """Keep the attempts that failed in the error test where IDA gave up, at a state: the last one, or those at the first step.
 
         For these it is started again, and told to give up sooner: after the third failure, which is the least, the fourth, and so on.
         """

@@ -38,7 +38,7 @@ LOOKED_AGAIN = 40
 
 
 def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, settings: Settings = PLAIN) -> Advance | None:
-    """Compile what will be called, and return how the solver is advanced over output times; None where that cannot be, or is not asked for.
+    """Compile the functions of a run, and return how the solver is advanced over output times; None where that cannot or need not be.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ class _Run:
         raise Stopped(REASONS.get(flag, f"SUNDIALS returned {flag}"))
 
     def _take_over(self, t: float, y: Array) -> None:
-        """Write what the loop knows of the last step that it noted into the monitor."""
+        """Write the last step that the loop noted into the monitor."""
         monitor, user = self.monitor, self.user
         monitor.steps, monitor.t, monitor.y = int(self.counts[loop.STEPS]), float(t), self._in_blocks(y)
         monitor.mark = float(self.t[2])
@@ -222,7 +222,7 @@ class _Run:
                 monitor.largest = float(user[callbacks.LARGEST])
 
     def _hand_over(self) -> None:
-        """Write what the monitor knows of its last step into the memory of the loop; while it follows a loss of rank it sees every step."""
+        """Write the monitor's last step into the memory of the loop; while it follows a loss of rank it sees every step."""
         monitor, user, law = self.monitor, self.user, self.monitor.monitored
         assert law is not None
         self.counts[loop.STEPS], self.t[2], user[callbacks.LAST] = monitor.steps, monitor.mark, monitor.t
