@@ -230,9 +230,9 @@ def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) 
     """
     Y, t = [posed.y0], 0.0
     for t_next in np.asarray(times, dtype=float):
-        y, made = _advanced(posed, t, float(t_next), Y[-1], tol, calls)
+        y, steps = _advanced(posed, t, float(t_next), Y[-1], tol, calls)
         Y.append(y)
-        t, calls = float(t_next), calls - made
+        t, calls = float(t_next), calls - steps
     return np.array(Y[1:])
 
 

@@ -26,14 +26,14 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
     ivp : ConstrainedIvp
         The problem with its numbers, on the manifold.
     """
-    found = freedom(ivp)
-    if found is None or not found.permanent:
+    freedom_at_start = freedom(ivp)
+    if freedom_at_start is None or not freedom_at_start.permanent:
         return ivp
 
     rows = np.array(ivp.value("G", ivp.q0) @ root(ivp, ivp.q0), dtype=float)
     length = np.linalg.norm(rows, axis=1)
-    n = np.linalg.svd(unit_rows(ivp, ivp.q0))[0][:, found.rank :]
-    added = sorted(map(int, scipy.linalg.qr(n.T, mode="r", pivoting=True)[1][: ivp.m - found.rank]))
+    n = np.linalg.svd(unit_rows(ivp, ivp.q0))[0][:, freedom_at_start.rank :]
+    added = sorted(map(int, scipy.linalg.qr(n.T, mode="r", pivoting=True)[1][: ivp.m - freedom_at_start.rank]))
     c = -n @ np.linalg.inv(n[added]) * length[:, None] / length[added]
     shares = {
         i: {j: sympy.Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}

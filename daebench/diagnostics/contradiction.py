@@ -70,7 +70,7 @@ def _least_squares(ivp: ConstrainedIvp, x0: Array, scale: Array) -> Array:
 
     try:
         with np.errstate(all="ignore"):
-            found = scipy.optimize.least_squares(residual, x0, slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS)
+            minimum = scipy.optimize.least_squares(residual, x0, slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS)
     except (ValueError, np.linalg.LinAlgError):
         return np.full(len(scale), np.nan)
-    return np.asarray(found.fun, dtype=float)
+    return np.asarray(minimum.fun, dtype=float)

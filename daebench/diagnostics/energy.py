@@ -170,8 +170,8 @@ def _drift(t: Array, error: Array, verdict: str, mean_trend: Trend, size: float,
     )
     if verdict != DRIFTS:
         return drift
-    told = read_law(t, error, mean_trend, resolution)
-    return _with_law(drift, told, size) if isinstance(told, Law) else replace(drift, law=told)
+    shape = read_law(t, error, mean_trend, resolution)
+    return _with_law(drift, shape, size) if isinstance(shape, Law) else replace(drift, law=shape)
 
 
 def read_law(t: Array, error: Array, mean_trend: Trend, resolution: float) -> Law | str:
@@ -184,15 +184,15 @@ def read_law(t: Array, error: Array, mean_trend: Trend, resolution: float) -> La
     return law_in(t, error, windows=mean_trend.windows, leak=leak, resolution=resolution, fast=fast)
 
 
-def _with_law(drift: Drift, told: Law, size: float) -> Drift:
+def _with_law(drift: Drift, shape: Law, size: float) -> Drift:
     """Return a drift with its law, and the interval of the law's number."""
-    low, high = told.exponent_low, told.exponent_high
-    linear = told.name == "power" and low >= 1 - LINEAR_BAND and high <= 1 + LINEAR_BAND
-    drift = replace(drift, law="linear" if linear else told.name, exponent=told.exponent, exponent_low=low, exponent_high=high)
+    low, high = shape.exponent_low, shape.exponent_high
+    linear = shape.name == "power" and low >= 1 - LINEAR_BAND and high <= 1 + LINEAR_BAND
+    drift = replace(drift, law="linear" if linear else shape.name, exponent=shape.exponent, exponent_low=low, exponent_high=high)
     drift = replace(drift, exponent_error=(high - low) / 4)
-    if told.name != "saturated":
+    if shape.name != "saturated":
         return drift
-    return replace(drift, level=size * told.limit, level_low=size * told.limit_low, level_high=size * told.limit_high)
+    return replace(drift, level=size * shape.limit, level_low=size * shape.limit_low, level_high=size * shape.limit_high)
 
 
 def law_of(mean_trend: Trend) -> str:

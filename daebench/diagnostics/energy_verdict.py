@@ -56,9 +56,9 @@ def scales_along(kinetic: Array, *energies: Array) -> EnergyScales:
     """
     moduli = [np.abs(energy) for energy in (kinetic, *energies)]
     finite = [np.isfinite(x) for x in moduli]
-    kept = [x if good.all() else np.where(good, x, 0.0) for x, good in zip(moduli, finite, strict=True)]
-    mean = np.sum(kept[0], axis=-1) / np.maximum(np.count_nonzero(finite[0], axis=-1), 1)
-    return EnergyScales(mean, np.maximum.reduce([np.max(x, axis=-1) for x in kept]))
+    sizes = [x if good.all() else np.where(good, x, 0.0) for x, good in zip(moduli, finite, strict=True)]
+    mean = np.sum(sizes[0], axis=-1) / np.maximum(np.count_nonzero(finite[0], axis=-1), 1)
+    return EnergyScales(mean, np.maximum.reduce([np.max(x, axis=-1) for x in sizes]))
 
 
 def kinetic_energy(ivp: Ivp, *vectors: Array) -> Array | None:

@@ -160,13 +160,13 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     """
     if ivp.facts.EXPLICIT and not beyond_comparison(ivp) and (fault := undetermined(ivp)):
         return fault
-    found = freedom(ivp)
-    if found is None or not found.others:
+    counted = freedom(ivp)
+    if counted is None or not counted.others:
         return None
-    told = f"G has rank {found.rank} of {ivp.m}: {found.named}"
+    sentence = f"G has rank {counted.rank} of {ivp.m}: {counted.named}"
     if contradicted(ivp):
-        return f"{told}, and no positions satisfy all of them at later times: a driver contradicts the others; leave it out"
-    return f"{told}, {found.where}; {found.remedy}"
+        return f"{sentence}, and no positions satisfy all of them at later times: a driver contradicts the others; leave it out"
+    return f"{sentence}, {counted.where}; {counted.remedy}"
 
 
 def undetermined(ivp: ConstrainedIvp) -> str:
@@ -194,8 +194,8 @@ def contradicted(ivp: ConstrainedIvp) -> bool:
 
 def redundant(ivp: ConstrainedIvp) -> bool:
     """Return whether constraints are redundant for good."""
-    found = freedom(ivp)
-    return found is not None and found.permanent
+    counted = freedom(ivp)
+    return counted is not None and counted.permanent
 
 
 def require_freedom(ivp: ConstrainedIvp) -> None:
@@ -208,9 +208,9 @@ def require_freedom(ivp: ConstrainedIvp) -> None:
     """
     if beyond_comparison(ivp) or ivp.m < ivp.d or ivp.facts.EXTENDED:
         return
-    found = freedom(ivp)
-    if found is not None and not found.degrees:
+    counted = freedom(ivp)
+    if counted is not None and not counted.degrees:
         raise BadInput(
-            f"{ivp.problem}, case {ivp.case}, cannot move: G has rank {found.rank} at the start, as many as there are positions; "
+            f"{ivp.problem}, case {ivp.case}, cannot move: G has rank {counted.rank} at the start, as many as there are positions; "
             "remove constraints, or start where they leave a degree of freedom."
         )

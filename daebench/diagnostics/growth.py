@@ -111,7 +111,7 @@ def law(t: Array, error: Array, *, windows: int = MOST, resolution: float = 0.0,
     if fast:
         return _saturated(means, floor, beat, least=_slowest_rate(u, error))
     fits = {name: _Fit.of(name, means, floor) for name in RANGES}
-    name = min(fits, key=lambda each: fits[each].left)
+    name = min(fits, key=lambda shape: fits[shape].left)
     best = fits[name]
     if fits["power"].left <= best.left * (1 + best.allowed(REJECTED)) + beat:
         return Law("power", fits["power"].number, *_exponents(means, floor, beat, fits["power"]))
@@ -246,12 +246,12 @@ def _slowest_rate(u: Array, error: Array) -> float:
 
 def _limits(means: Array, rates: Array) -> Array:
     """Return limits, the sums of squares left, the standard deviations of the limits for means of unit variance, the changes, and rates."""
-    found = []
+    limits = []
     for rate, column in zip(rates, _averaged("saturated", rates, len(means)), strict=True):
         left = 1 + column * np.expm1(-rate)  # exp(-k u), averaged: 1 at the start and nothing of it in the limit
         A = np.column_stack([np.ones_like(left), -left])
         inverse = np.linalg.pinv(A, rcond=1e-12)
         limit, change = inverse @ means
         residual = means - A @ (limit, change)
-        found.append((limit, residual @ residual, np.linalg.norm(inverse[0]), change, rate))
-    return np.array(found).T
+        limits.append((limit, residual @ residual, np.linalg.norm(inverse[0]), change, rate))
+    return np.array(limits).T

@@ -204,12 +204,12 @@ def _judged(t: Array, error: Array, noise: float, spread: Spread) -> Walk:
 
 def _with_limit(walk: Walk, t: Array, mean: Array, of_mean: Trend, noise: float) -> Walk:
     """Return a verdict whose mean saturates with the limit in the place of the mean at the end; another law may fit as well."""
-    told = read_law(t, mean, of_mean, noise) if walk.law == "saturated" else ""
-    if not isinstance(told, Law):
+    shape = read_law(t, mean, of_mean, noise) if walk.law == "saturated" else ""
+    if not isinstance(shape, Law):
         return walk
-    if told.name != "saturated":
-        return replace(walk, law=told.name)
-    return replace(walk, level=told.limit, level_low=told.limit_low, level_high=told.limit_high)
+    if shape.name != "saturated":
+        return replace(walk, law=shape.name)
+    return replace(walk, level=shape.limit, level_low=shape.limit_low, level_high=shape.limit_high)
 
 
 def _verdict(of_mean: Trend, error: Array, spread: Spread, noise: float) -> tuple[str, str, str]:

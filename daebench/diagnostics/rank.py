@@ -167,10 +167,10 @@ def _least_between(sigma: Callable[[Array], float], way: Sequence[Array]) -> flo
     values = [sigma(x) for x in way]
     k = min(max(1, int(np.argmin(values))), len(way) - 2)
     a, b, c = way[k - 1 : k + 2]
-    found = scipy.optimize.minimize_scalar(
+    minimum = scipy.optimize.minimize_scalar(
         lambda u: sigma(b + u * ((c - a) + u * (a - 2 * b + c)) / 2), bounds=(-1.0, 1.0), method="bounded", options={"xatol": 1e-7}
     )
-    return min(float(found.fun), *values)
+    return min(float(minimum.fun), *values)
 
 
 def upcoming_losses(members: Members, p: Array, q: Array, within: int) -> Array:

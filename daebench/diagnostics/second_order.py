@@ -134,14 +134,14 @@ def _highest(basis: Array) -> Array | None:
     bounds = [(-1.0, 1.0)] * len(basis) + [(None, None)]  # a semidefinite form of unit trace has a norm of at most 1
     for _ in range(ROUNDS):
         rows = np.column_stack([-cuts, np.ones(len(cuts))])
-        found = scipy.optimize.linprog(
+        program = scipy.optimize.linprog(
             np.append(np.zeros(len(basis)), -1.0), rows, np.zeros(len(cuts)), np.append(traces, 0.0)[None], [1.0], bounds
         )
-        if found.x is None or found.x[-1] < -DEFINITE:
+        if program.x is None or program.x[-1] < -DEFINITE:
             return None
-        A = np.einsum("k,kij->ij", found.x[:-1], basis)
+        A = np.einsum("k,kij->ij", program.x[:-1], basis)
         eigenvalues, vectors = np.linalg.eigh(A)
-        if eigenvalues[0] >= -DEFINITE and found.x[-1] - eigenvalues[0] <= DEFINITE:
+        if eigenvalues[0] >= -DEFINITE and program.x[-1] - eigenvalues[0] <= DEFINITE:
             return np.asarray(A / np.linalg.norm(A))
         cuts = np.vstack([cuts, np.einsum("kij,ia,ja->ak", basis, vectors, vectors)])
     return None
@@ -158,10 +158,10 @@ def require_motion(ivp: ConstrainedIvp) -> None:
         If it is not zero.
     """
     try:
-        found = dependence_at(ivp)
+        dependent = dependence_at(ivp)
     except np.linalg.LinAlgError:
         return
-    bent = found.bends(np.asarray(ivp.value("H_p", tuple(ivp.p0), tuple(ivp.q0)), dtype=float)) if found else None
+    bent = dependent.bends(np.asarray(ivp.value("H_p", tuple(ivp.p0), tuple(ivp.q0)), dtype=float)) if dependent else None
     if bent is None:
         return
     value, w = bent

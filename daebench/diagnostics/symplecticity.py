@@ -52,10 +52,10 @@ def tangent_basis_at_one_time(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -
     """
     C = constraint_jacobian(ivp, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
     d = ivp.d
-    kept = np.array([i for i in range(2 * d) if i not in (d - 1, 2 * d - 1)])
-    X = np.zeros((2 * d, 2 * (d - 1) - np.linalg.matrix_rank(C[:, kept])))
-    _, _, rows = np.linalg.svd(C[:, kept])
-    X[kept] = rows[len(rows) - X.shape[1] :].T
+    free = np.array([i for i in range(2 * d) if i not in (d - 1, 2 * d - 1)])
+    X = np.zeros((2 * d, 2 * (d - 1) - np.linalg.matrix_rank(C[:, free])))
+    _, _, rows = np.linalg.svd(C[:, free])
+    X[free] = rows[len(rows) - X.shape[1] :].T
     return X
 
 

@@ -186,5 +186,5 @@ def _with_other_values(ivp: Ivp, case: str | None, parameters: Mapping[str, floa
     if case is not None:
         return make_ivp(ivp.source, case, parameters, **start)
     replaced = {name: getattr(ivp, name, None) if values is None else values for name, values in start.items()}
-    made = make_ivp(ivp.source, ivp.case, {**ivp.parameters, **parameters}, **replaced)
-    return replace(ivp, parameters=made.parameters).at(*made.start)
+    moved = make_ivp(ivp.source, ivp.case, {**ivp.parameters, **parameters}, **replaced)
+    return replace(ivp, parameters=moved.parameters).at(*moved.start)

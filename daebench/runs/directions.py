@@ -148,12 +148,12 @@ def _following(ivp: Ivp, starts: Mapping[str, Array]) -> Callable[[str], dict[st
     if ivp.case not in ivp.facts.CASES:
         return lambda name: {}
     declared = dict(zip(starts, case_start(ivp.facts, ivp.case, ivp.parameters), strict=True))
-    own = [name for name, values in starts.items() if np.allclose(values, declared[name], rtol=0.0, atol=SAME * _unit(values))]
+    unmoved = [name for name, values in starts.items() if np.allclose(values, declared[name], rtol=0.0, atol=SAME * _unit(values))]
 
     def following(name: str) -> dict[str, Array]:
         rows = dict(zip(starts, start_by_parameters(ivp), strict=True))
         index = list(ivp.parameters).index(name)
-        return {vector: rows[vector][:, index] for vector in own}
+        return {vector: rows[vector][:, index] for vector in unmoved}
 
     return following
 

@@ -72,10 +72,10 @@ def _numbers(values: Any) -> str:
 
 def text(name: str, about: Mapping[str, str]) -> str:
     """Return a text on how a file of this name was made; ``about`` describes it, by the first words of each line."""
-    made = {"Versions": ", ".join(f"{package} {number}" for package, number in versions().items()), "Machine": machine()}
+    origin = {"Versions": ", ".join(f"{package} {number}" for package, number in versions().items()), "Machine": machine()}
     command = {"Command": shlex.join(["daebench", *sys.argv[1:]])} if Path(sys.argv[0]).stem in ("daebench", "__main__") else {}
     lines = [f"{name} was made by daebench {version('daebench')} on {now()}.", ""]
-    return "\n".join([*lines, *(f"{key}: {value}" for key, value in {**command, **about, **made}.items()), ""])
+    return "\n".join([*lines, *(f"{key}: {value}" for key, value in {**command, **about, **origin}.items()), ""])
 
 
 def beside(path: Path) -> Path:

@@ -61,17 +61,17 @@ def draw_starts(
     BadInput
         If a name or a number is not what it must be, or nothing can be drawn.
     """
-    made = distribution_of(distribution, settings)
+    chosen = distribution_of(distribution, settings)
     if not vary:
-        return made.draw(ivp, members, h, parameters, seed)
-    if isinstance(made, Grid):
-        members = made.size if members is None else members
+        return chosen.draw(ivp, members, h, parameters, seed)
+    if isinstance(chosen, Grid):
+        members = chosen.size if members is None else members
     if members is None or whole("members", members) < 1 or whole("seed", seed) < 0:
         raise BadInput("parameters that vary need a number of members of at least 1, and a seed of at least 0.")
     if twice := set(vary) & set(parameters or {}):
         raise BadInput(f"{', '.join(sorted(twice))} is given, and is to vary too; give it once.")
     drawn = Vary(vary)
-    starts = made.draw(ivp, members, h, {**(parameters or {}), **drawn.parameters(ivp, members, seed)}, seed)
+    starts = chosen.draw(ivp, members, h, {**(parameters or {}), **drawn.parameters(ivp, members, seed)}, seed)
     return replace(starts, about=f"{starts.about[:-1]}; {drawn.about}.")
 
 
@@ -85,5 +85,5 @@ def distribution_of(distribution: str | Distribution, settings: Mapping[str, Any
     kind = DISTRIBUTIONS[distribution]
     for name in settings:
         require_known((f"setting of {distribution}", name, [*kind.__dataclass_fields__]))
-    made: Distribution = kind(**settings)
-    return made
+    chosen: Distribution = kind(**settings)
+    return chosen

@@ -171,12 +171,12 @@ class Liouville:
         some = require_inside(replace(some, start=(y,)), what)
         ends, measured = casimirs(some)
         divergence = largest_divergence(some)
-        kept = (
+        accepted = (
             "the flow preserves"
             if divergence <= INVARIANT
             else f"the flow does not preserve (its divergence is up to {divergence:.2g} of its rate)"
         )
-        about = f"{what}, of {of_case(ivp)}, uniform in dy, which {kept}{ends}{differing(some)}; seed {seed}."
+        about = f"{what}, of {of_case(ivp)}, uniform in dy, which {accepted}{ends}{differing(some)}; seed {seed}."
         return Starts(some, about, measured | {"divergence": divergence})
 
 

@@ -113,9 +113,9 @@ def mechanics_of(members: Members, measure: str) -> Mechanics:
         raise BadInput(f"starts of {ivp.problem} with {ivp.facts.NODES} nodes cannot be drawn by {measure}; take fewer nodes.")
     if not ivp.facts.QUADRATIC:
         raise BadInput(f"{measure} takes H that is quadratic in p, and that of {ivp.problem} is not; draw a neighbourhood or a grid.")
-    found = freedom(ivp)
-    if found is not None and found.others:
-        why = f"G has rank {found.rank} of {ivp.m}: {found.named}, {found.where}"
+    counted = freedom(ivp)
+    if counted is not None and counted.others:
+        why = f"G has rank {counted.rank} of {ivp.m}: {counted.named}, {counted.where}"
         raise BadInput(f"{measure} has no density on {ivp.problem}, case {ivp.case}: {why}; remove what is redundant, or start elsewhere.")
     return Mechanics(members)
 

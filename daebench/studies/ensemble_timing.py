@@ -113,12 +113,12 @@ def _per_step(method: Any, some: Members, steps: int, lanes: int, threads: int, 
     return 1e9 * seconds / steps / len(some)
 
 
-def _shared(method: Any, some: Members, each: float, repeat: int) -> float:
+def _shared(method: Any, some: Members, seconds: float, repeat: int) -> float:
     """Return how many times faster all cores are than one, by wall time in turns, for runs of about :data:`LASTING` on one core.
 
     ``each`` is the time of a step and member, ns.
     """
-    steps = max(1, round(1e9 * LASTING / each / len(some)))
+    steps = max(1, round(1e9 * LASTING / seconds / len(some)))
     times: dict[int, list[float]] = {1: [], cores(): []}
     for _ in range(repeat):
         for threads, several in times.items():

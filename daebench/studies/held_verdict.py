@@ -57,10 +57,10 @@ def held_verdict(ivp: Ivp, method: Any, request: Request, run: Trajectory | Pois
     except DaebenchError as error:
         return drift.undecided(f"{UNKNOWN}: {error}")
     with np.errstate(all="ignore"):  # a motion that is lost may have squares that overflow
-        told = energy_verdict(ivp, longer)
-    if told.verdict == DRIFTS:
+        later = energy_verdict(ivp, longer)
+    if later.verdict == DRIFTS:
         return drift
-    return drift.undecided(f"{UNKNOWN}: {told.reason}" if told.reason else SHORT)
+    return drift.undecided(f"{UNKNOWN}: {later.reason}" if later.reason else SHORT)
 
 
 def held_verdicts(
@@ -79,8 +79,8 @@ def held_verdicts(
     threads : int, optional
         Number of cores; by default all.
     """
-    told = np.array(verdicts, dtype="U12")
-    drifting = np.flatnonzero(told == DRIFTS)
+    words = np.array(verdicts, dtype="U12")
+    drifting = np.flatnonzero(words == DRIFTS)
     if not len(drifting) or "two_form" not in claimed(run.members.ivp, method):
         return list(verdicts)
     asked = _longer(request, int(run.index[-1]))
@@ -91,8 +91,8 @@ def held_verdicts(
         with np.errstate(all="ignore"):
             ended = ended_members(longer)
             agree = np.array(member_energies(longer, ended)["energy_verdict"] if len(ended) else [], dtype="U12") == DRIFTS
-        told[np.setdiff1d(part, part[ended[agree]])] = UNDETERMINED
-    return [str(word) for word in told]
+        words[np.setdiff1d(part, part[ended[agree]])] = UNDETERMINED
+    return [str(word) for word in words]
 
 
 def _longer(request: Request, steps: int) -> Request:

@@ -97,12 +97,12 @@ class ToleranceFor(Result):
     @property
     def tolerance(self) -> float | None:
         """The loosest tolerance with which, and with all tighter ones, the drift is small enough; None where there is none."""
-        found = None
+        loosest = None
         for row in reversed(self.tried):
             if not row.keeps(self.most):
                 break
-            found = row.tolerance
-        return found
+            loosest = row.tolerance
+        return loosest
 
     @property
     def fortuitous(self) -> tuple[float, ...]:
@@ -215,8 +215,8 @@ def _tried(ivp: ConstrainedIvp, method: str, tolerance: float, h: float, t_end: 
     """Return the drift with one tolerance."""
     run = _run(ivp, method, tolerance, h, t_end, precision)
     drift = energy_verdict(ivp, run)
-    found = freedom(ivp)
-    degrees = max(1, found.degrees if found else ivp.d - ivp.m)
+    counted = freedom(ivp)
+    degrees = max(1, counted.degrees if counted else ivp.d - ivp.m)
     change = float(np.nanmax([abs(drift.change), drift.change_bound, 0.0])) if run.failure is None else np.inf
     size = fluctuation(ivp, run)
     ratio = change / size if size > 0 else np.inf
@@ -260,9 +260,9 @@ def _require_fluctuation(ivp: ConstrainedIvp, method: str, tolerance: float, h: 
 
 def _own_fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> tuple[float, float, float]:
     """Return the standard deviation of T - e along a run, the mean of its modulus, and a size that rounding explains."""
-    own = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q)), axis=1) / 2 - energy_error(ivp, run)
+    kinetic = np.sum(run.p * np.asarray(ivp.along("H_p", run.p, run.q)), axis=1) / 2 - energy_error(ivp, run)
     most = float(energy_scales(ivp, run).most)
-    return float(np.std(own)), max(float(np.mean(np.abs(own))), REST * most), ROUNDED * EPS * max(1, run.steps) ** 0.5 * most
+    return float(np.std(kinetic)), max(float(np.mean(np.abs(kinetic))), REST * most), ROUNDED * EPS * max(1, run.steps) ** 0.5 * most
 
 
 def fluctuation(ivp: ConstrainedIvp, run: Trajectory) -> float:

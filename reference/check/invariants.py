@@ -138,16 +138,16 @@ def _derived(stored: Stored) -> Iterator[Check]:
 
 def _rank(stored: Stored) -> list[Check]:
     """Compare the smallest singular value of G H_pp G^T, which must not lose rank, along the motion with that in the certificate."""
-    made = stored.mathematics
-    values = np.array([made.smallest_singular_value(x) for x in stored.states])
+    mathematics = stored.mathematics
+    values = np.array([mathematics.smallest_singular_value(x) for x in stored.states])
     rank, t = stored.reference.certificate["rank"], stored.reference.t
     there = values[t == rank["t"]]
     least = f"{values.min():.3g} at t = {t[np.argmin(values)]:g}"
     return [
-        _same(f"smallest singular value of {made.regular}", rank["smallest_singular_value"], float(values.min())),
+        _same(f"smallest singular value of {mathematics.regular}", rank["smallest_singular_value"], float(values.min())),
         _same("largest of the smallest singular values", rank["largest"], float(values.max())),
         Check("time of the smallest", f"t = {rank['t']:g}", least, bool(there.size and there[0] <= values.min() * SLACK)),
-        at_most("its largest over its smallest", 1 / (BARELY if made.crosses else SINGULAR), float(values.max() / values.min())),
+        at_most("its largest over its smallest", 1 / (BARELY if mathematics.crosses else SINGULAR), float(values.max() / values.min())),
         *_losses(stored, values),
     ]
 

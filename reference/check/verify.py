@@ -112,15 +112,15 @@ def _definition(reference: Reference, definition: Definition) -> Iterator[Check]
 
 def _layout(reference: Reference, definition: Definition) -> Iterator[Check]:
     """Compare the columns, rows, times and bounds with the certificate and with the form of a reference."""
-    certificate, made = reference.certificate, mathematics(definition)
+    certificate, system = reference.certificate, mathematics(definition)
     with mp.workdps(20):
-        sizes = {part: len(x) for part, x in made.parts([x for part in definition.start_numbers() for x in part]).items()}
+        sizes = {part: len(x) for part, x in system.parts([x for part in definition.start_numbers() for x in part]).items()}
     columns = ["t", *(f"{part}{i + 1}" for part, size in sizes.items() for i in range(size))]
-    complete = "rank" in certificate or not made.regular
+    complete = "rank" in certificate or not system.regular
     yield Check("certificate", "complete", "complete" if complete else "lacks rank", complete)
     yield agreed("columns", ", ".join(columns), ", ".join(reference.text))
     yield from _times(reference)
-    if made.crosses:
+    if system.crosses:
         values = certificate["rank"]["values"]
         yield agreed("singular values", len(reference.t), len(values))
     yield from _horizons(reference)

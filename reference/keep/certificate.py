@@ -85,16 +85,16 @@ def certified_text(definition: Definition, times: list[Any], stages: Stages) -> 
 
 def _rank(name: str, computations: Computations, certified: Certified) -> dict[str, Any]:
     """Return the facts about the rank of the matrix that must not lose it, and about rank losses; empty if there is no such matrix."""
-    made = computations.mathematics
-    if not made.regular:
+    mathematics = computations.mathematics
+    if not mathematics.regular:
         return {}
     singular, t = smallest_singular_values(name, computations, certified), np.array([float(x) for x in certified.t])
     smallest = int(np.argmin(singular))
     entry = {"smallest_singular_value": _short(singular[smallest]), "t": float(t[smallest]), "largest": _short(singular.max())}
-    if not made.crosses:
+    if not mathematics.crosses:
         return entry
-    lost = rank_losses(made, t, singular)
-    return entry | {"rule": RANK_LOSS.format(regular=made.regular), "lost": lost, "values": [_short(x) for x in singular]}
+    lost = rank_losses(mathematics, t, singular)
+    return entry | {"rule": RANK_LOSS.format(regular=mathematics.regular), "lost": lost, "values": [_short(x) for x in singular]}
 
 
 def _command(name: str, times: list[Any]) -> str:
@@ -114,11 +114,14 @@ def columns(certified: Certified) -> dict[str, list[str]]:
 
 def drifts(computations: Computations, text: dict[str, list[str]]) -> dict[str, float]:
     """Return the largest change of conserved quantities, and the largest modulus of vanishing ones, from stored digits with 50 digits."""
-    made, state = computations.mathematics, computations.definition.ivp.state
+    mathematics, state = computations.mathematics, computations.definition.ivp.state
     with mp.workdps(WORK_DIGITS):
         columns = [column for name, column in text.items() if name.rstrip("0123456789") in state.columns]
-        evaluations = [made.conserved([mp.mpf(x) for x in row]) for row in zip(*columns, strict=True)]
-        return {name: _short(max(_changes([evaluation[name] for evaluation in evaluations], name in made.zero))) for name in evaluations[0]}
+        evaluations = [mathematics.conserved([mp.mpf(x) for x in row]) for row in zip(*columns, strict=True)]
+        return {
+            name: _short(max(_changes([evaluation[name] for evaluation in evaluations], name in mathematics.zero)))
+            for name in evaluations[0]
+        }
 
 
 def _changes(rows: list[list[Any]], from_zero: bool) -> list[Any]:

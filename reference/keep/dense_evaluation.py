@@ -105,8 +105,8 @@ def _exact(reference: Reference, t: Array, row: NDArray[np.intp]) -> Iterator[Fo
 
     places = np.flatnonzero(row < 0)
     with mp.workdps(EXACT_DIGITS):
-        made = mathematics(define(reference.problem, reference.case))
-        rows = [made.parts(x) for x in made.exact([mp.mpf(0), *(mp.mpf(float(x)) for x in t[places])])[1:]]
+        system = mathematics(define(reference.problem, reference.case))
+        rows = [system.parts(x) for x in system.exact([mp.mpf(0), *(mp.mpf(float(x)) for x in t[places])])[1:]]
         states = {part: np.array([[float(x) for x in state[part]] for state in rows]) for part in rows[0]}
     yield places, states, {part: 2 * EPS * np.abs(values) + TINY * reference.size(part) for part, values in states.items()}
 

@@ -91,23 +91,23 @@ def certify(computations: Computations) -> Certified:
     NotCertified
         If there is no second way to compute the motion, an independent motion disagrees, G loses rank, or too few outputs remain.
     """
-    made, name = computations.mathematics, computations.definition.name
-    if not made.closed_form and made.other is None:
+    mathematics, name = computations.mathematics, computations.definition.name
+    if not mathematics.closed_form and mathematics.other is None:
         raise NotCertified(
             f"{name} has neither a closed form nor a chart to certify it by, nor M and U with a constant M, without time and forces, for "
             "velocities along the manifold; declare one in the problem."
         )
     first, second = computations.own(), computations.own(stage="taylor-again", **AGAIN)
     uncertain = largest_so_far([differences(first, second)], first, safety=AGREEMENT, floor=FLOOR)
-    if made.closed_form:
-        where = ", in minimal coordinates" if made.crosses else ""
+    if mathematics.closed_form:
+        where = ", in minimal coordinates" if mathematics.crosses else ""
         reference, method = computations.closed_form(WORK_DIGITS), f"closed form, {WORK_DIGITS} digits{where}"
-        again, independent = {f"closed form with {MORE_DIGITS} digits": computations.closed_form(MORE_DIGITS)}, {made.series: first}
+        again, independent = {f"closed form with {MORE_DIGITS} digits": computations.closed_form(MORE_DIGITS)}, {mathematics.series: first}
     else:
-        reference, method = first, made.series
+        reference, method = first, mathematics.series
         again, independent = {"second run with another order and other steps": second}, {}
-    if made.other is not None:
-        independent[f"Taylor series in {made.other.name}"] = computations.other()
+    if mathematics.other is not None:
+        independent[f"Taylor series in {mathematics.other.name}"] = computations.other()
     for what, motion in independent.items():
         _require_agreement(name, computations.times, differences(reference, motion), uncertain, what)
     return _cut(computations, reference, method, again | independent)
@@ -166,13 +166,13 @@ def smallest_singular_values(name: str, computations: Computations, certified: C
     NotCertified
         If it falls below a millionth of its largest value, or, for a motion that may pass a rank loss, is almost zero at an output.
     """
-    made = computations.mathematics
-    least, advice = (BARELY, "choose another distance of outputs") if made.crosses else (SINGULAR, "end the reference before")
-    values = np.array([made.smallest_singular_value(row) for row in certified.states.rows])
+    mathematics = computations.mathematics
+    least, advice = (BARELY, "choose another distance of outputs") if mathematics.crosses else (SINGULAR, "end the reference before")
+    values = np.array([mathematics.smallest_singular_value(row) for row in certified.states.rows])
     k = int(np.argmin(values))
     if not values[k] > least * values.max():
         raise NotCertified(
-            f"{name} was not certified: the smallest singular value of {made.regular} is {values[k]:.2g} at "
+            f"{name} was not certified: the smallest singular value of {mathematics.regular} is {values[k]:.2g} at "
             f"t = {mp.nstr(certified.t[k], 9)}, {values.max():.2g} at most; {advice}."
         )
     return values

@@ -116,13 +116,13 @@ class Local:
 
     def _pushed(self, say: Translation, P: sp.Matrix, Q: sp.Matrix, velocity: Sequence[Any]) -> list[Any]:
         """Return q_xi^T F at these positions, momenta and velocities, one expression for each of xi; None if there are no forces."""
-        xi, own = list(self.chart.xi), self.own.problem
+        xi, problem = list(self.chart.xi), self.own.problem
         if not self.definition.ivp.facts.FORCED:
             return [None] * len(xi)
         v = [sp.Dummy(f"v{k}", real=True) for k in range(len(velocity))]
         say.known |= dict(zip(v, velocity, strict=True))
-        at = dict(zip([*own.q, *own.p], [*Q, *P], strict=True))
-        F = force(self.own.declared, list(own.p), v).subs(self.definition.parameters).subs(at, simultaneous=True)
+        at = dict(zip([*problem.q, *problem.p], [*Q, *P], strict=True))
+        F = force(self.own.declared, list(problem.p), v).subs(self.definition.parameters).subs(at, simultaneous=True)
         return [say(entry) for entry in Q.jacobian(xi).T * F]
 
     def _symmetric(self, A: sp.Matrix) -> bool:

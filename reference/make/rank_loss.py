@@ -21,7 +21,7 @@ singular value consists of two straight lines that meet at zero."""
 GOLDEN = (5**0.5 - 1) / 2
 
 
-def rank_losses(made: Mathematics, t: Array, singular: Array) -> list[float]:
+def rank_losses(system: Mathematics, t: Array, singular: Array) -> list[float]:
     """Return the times of rank loss, s, to nine digits.
 
     Each is searched for on both sides of an output at which the smallest singular value is not above that of its neighbours. Outputs must
@@ -38,7 +38,7 @@ def rank_losses(made: Mathematics, t: Array, singular: Array) -> list[float]:
     """
 
     def root(x: float) -> float:
-        return float(np.sqrt(made.smallest_singular_value(made.exact([mp.mpf(0), mp.mpf(x)])[1])))
+        return float(np.sqrt(system.smallest_singular_value(system.exact([mp.mpf(0), mp.mpf(x)])[1])))
 
     padded = np.concatenate([[np.inf], singular, [np.inf]])
     lows = np.flatnonzero((singular <= padded[:-2]) & (singular <= padded[2:]))

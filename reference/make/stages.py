@@ -55,8 +55,8 @@ class Stages:
         Called with the name of each stage that begins.
     """
 
-    def __init__(self, folder: Path, key: str, told: Callable[[str], None]) -> None:
-        self.folder, self.told = folder, told
+    def __init__(self, folder: Path, key: str, tell: Callable[[str], None]) -> None:
+        self.folder, self.told = folder, tell
         mark = folder / "key"
         if not mark.exists() or mark.read_text(encoding="ascii") != key:
             shutil.rmtree(folder, ignore_errors=True)

@@ -167,12 +167,12 @@ def independent(ivp: ConstrainedIvp) -> str:
 
 def _counted(ivp: ConstrainedIvp) -> str:
     """Return how many degrees of freedom there are at the start, and which constraints are redundant, with their expressions."""
-    found = freedom(ivp)
-    if found is None:
+    counted = freedom(ivp)
+    if counted is None:
         return ""
     g = ivp.source.derivation.g
-    written = "; ".join(f"{ivp.named(k)}{': ' if ivp.words(k) else ' = '}{_short(g[k])}" for k in found.others)
-    return f"{found.count}; {found.named}, {found.where} ({written})" if found.others else found.count
+    written = "; ".join(f"{ivp.named(k)}{': ' if ivp.words(k) else ' = '}{_short(g[k])}" for k in counted.others)
+    return f"{counted.count}; {counted.named}, {counted.where} ({written})" if counted.others else counted.count
 
 
 def mass(ivp: ConstrainedIvp) -> str:
@@ -198,10 +198,10 @@ def multipliers(ivp: ConstrainedIvp) -> str:
 def _unusual(ivp: ConstrainedIvp) -> str:
     """Return the sentence on an unusual H_pp at the start; "" where it is as usual."""
     try:
-        found = inverse_mass(ivp, ivp.p0, ivp.q0)
+        inverse = inverse_mass(ivp, ivp.p0, ivp.q0)
     except np.linalg.LinAlgError:
         return ""
-    return "" if found.fault else found.note
+    return "" if inverse.fault else inverse.note
 
 
 NOTES = {RANK: _counted, HESSIAN: _unusual}

@@ -187,7 +187,7 @@ class LaneRun:
                 self._stop.set()
                 raise
 
-    def _part(self, begin: int, end: int, told: Callable[[int], None]) -> float:
+    def _part(self, begin: int, end: int, tell: Callable[[int], None]) -> float:
         """Take all steps of the members in some columns; return the CPU time."""
         done, piece, seconds = 0, 64, 0.0
         while done < self.grid.steps and not self._stop.is_set() and np.any(self.counts[STATUS, begin:end] == 0):
@@ -195,7 +195,7 @@ class LaneRun:
             self._call(steps, done, begin, end)
             took = time.thread_time() - began
             done, seconds, piece = done + steps, seconds + took, next_piece(piece, took)
-            told(done)
+            tell(done)
         return seconds
 
     # ---- what comes out --------------------------------------------------------------------------------------------------
@@ -210,8 +210,8 @@ class LaneRun:
         """Return the numbers that one member carries, as nested tuples: state, memory, conserved quantities, maxima and pivots."""
         numbers = iter(self.numbers[:, i].tolist())
         names = ("x", "conserved", "maxima", "pivots")
-        made = {name: nested(form, numbers) for name, form in zip(names, self.carried.forms, strict=True)}
-        return made | {"report": (int(self.counts[STATUS, i]), next(numbers), 0.0, ())}
+        parts = {name: nested(form, numbers) for name, form in zip(names, self.carried.forms, strict=True)}
+        return parts | {"report": (int(self.counts[STATUS, i]), next(numbers), 0.0, ())}
 
     def work(self) -> Any:
         """Return the work of each member, shape(kinds, n)."""
@@ -221,7 +221,7 @@ class LaneRun:
         begun = status != REFUSED
         counted = self.counts[WORK:, : self.n].copy()
         for name, times in (("ONE_STEP", substeps), ("AFTER_STEP", done + failed), ("INITIALISE", begun)):
-            each = np.array(getattr(self.kernel, f"EACH_{name}"), dtype=np.int64)
-            if len(each):
-                counted += np.multiply.outer(each, times)
+            counts = np.array(getattr(self.kernel, f"EACH_{name}"), dtype=np.int64)
+            if len(counts):
+                counted += np.multiply.outer(counts, times)
         return counted

@@ -153,8 +153,8 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         ivp = replace(ivp, on_singular=mode)
         number = self._number(ivp, request)
         kernel = self.kernel(ivp, number, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
-        made: Callable[..., Run] = partial(RankRun, mode) if mode else Run
-        return made(
+        kind: Callable[..., Run] = partial(RankRun, mode) if mode else Run
+        return kind(
             self._differentiated(ivp, request, grid, kernel),
             ivp,
             request,

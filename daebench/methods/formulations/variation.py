@@ -94,13 +94,13 @@ def varied_poisson(dae: PoissonDae, chosen: Directions) -> VariedPoisson:
 
     Values that Casimir functions keep, those at the start, change with it.
     """
-    starts, kept = [], []
+    starts, conserved = [], []
     nothing = np.zeros(dae.n - dae.ivp.size)
     for par, start in zip(chosen.par.T, chosen.start.T, strict=True):
         moved, y = moved_by(dae.ivp, par), dae.ivp.y0 + 1j * STEP * start
         starts.append(tuple(np.concatenate([change, nothing]) for change in (start, imaginary(moved.value("field", y)))))
-        kept.append(imaginary(moved.value("casimirs", y)) if dae.formulation == "casimirs" else nothing)
-    return VariedPoisson(**_enlarged(dae, chosen, np.array(kept).T, starts, _module(dae, "poisson_residuals", len(starts))))
+        conserved.append(imaginary(moved.value("casimirs", y)) if dae.formulation == "casimirs" else nothing)
+    return VariedPoisson(**_enlarged(dae, chosen, np.array(conserved).T, starts, _module(dae, "poisson_residuals", len(starts))))
 
 
 def _enlarged(

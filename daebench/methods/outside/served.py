@@ -57,7 +57,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     asked: queue.SimpleQueue[frames.Frame] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(questions, asked), daemon=True).start()
-    served, own = None, os.getpid()
+    served, process = None, os.getpid()
     while True:
         question, numbers = asked.get()
         try:
@@ -70,7 +70,7 @@ def main() -> None:
             answer = _told(error), None
         except BaseException as error:  # noqa: BLE001 - code from outside can raise any
             answer = _told(Stopped(f"the code raises {in_words(error)}")), None
-        if os.getpid() != own:  # a process that the code has started by a fork
+        if os.getpid() != process:  # a process that the code has started by a fork
             os._exit(0)
         frames.write(answers, *answer)
 

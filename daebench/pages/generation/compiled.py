@@ -37,16 +37,16 @@ def compiled(folder: Path) -> Compiled:
 def _about(folder: Path) -> dict[str, Any]:
     """Return the description of a folder in its own file."""
     try:
-        found = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
+        description = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
         known = {"name": str, "precision": str, "on": str, "h": float, "claims": dict, "callable": bool}
-        if not isinstance(found, dict) or any(not isinstance(found.get(key), kind) for key, kind in known.items()):
+        if not isinstance(description, dict) or any(not isinstance(description.get(key), kind) for key, kind in known.items()):
             raise ValueError
-        if not found["name"].isidentifier():  # it becomes the name of a file
+        if not description["name"].isidentifier():  # it becomes the name of a file
             raise ValueError
     except (OSError, ValueError) as error:
         raise BadInput(f"{folder} has no {ABOUT} of daebench generate; generate it again, or name a code.") from error
-    if found["precision"] == "float32":
+    if description["precision"] == "float32":
         raise BadInput(f"{folder} computes in single precision, in which claims cannot be measured; generate it with --precision float64.")
-    if not found["callable"]:
+    if not description["callable"]:
         raise BadInput(f"{folder} has a scheme that remembers steps, or a Poisson system, so that it cannot be called step by step.")
-    return found
+    return description

@@ -27,19 +27,19 @@ class Language:
     readable: bool = False
 
 
-def _one_by_one(language: Any, made: Linked, *kind: str) -> str:
+def _one_by_one(language: Any, code: Linked, *kind: str) -> str:
     """Return the functions, each behind those that it calls; ``kind`` is that of their numbers, where the language has several."""
     texts = []
-    for part in (*made.problem, made.scheme):
+    for part in (*code.problem, code.scheme):
         texts += [laid_out(language.instance(function, *kind)) for function in part.called]
         texts += [laid_out(language.function(function, parameters, *kind)) for function, parameters in part.functions.values()]
     return "\n".join(texts)
 
 
-def _of_python(made: Linked) -> str:
+def _of_python(code: Linked) -> str:
     """Return the functions, behind the constants that they share and what these are made by."""
     helpers = map(text_of, (in_python.whole, in_python.of_numpy, in_python.platform))
-    functions = [[*part.called, *(function for function, _ in part.functions.values())] for part in (*made.problem, made.scheme)]
+    functions = [[*part.called, *(function for function, _ in part.functions.values())] for part in (*code.problem, code.scheme)]
     return "\n\n\n".join([*helpers, python.text(list(chain.from_iterable(functions)))])
 
 

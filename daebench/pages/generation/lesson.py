@@ -265,7 +265,7 @@ def _span(text: str, node: Any) -> tuple[int, int]:
 @cache
 def _lines(text: str) -> list[int]:
     """Return where lines begin."""
-    return [0, *(found.end() for found in re.finditer("\n", text))]
+    return [0, *(end.end() for end in re.finditer("\n", text))]
 
 
 def _signature(text: str, node: Any, name: str = "") -> tuple[int, int, str]:

@@ -54,7 +54,7 @@ class Recorded:
     @property
     def longest(self) -> int:
         """Operations of the longest function."""
-        return max(operations(made.block) for made in (*self.called, *(function for function, _ in self.functions.values())))
+        return max(operations(recorded.block) for recorded in (*self.called, *(function for function, _ in self.functions.values())))
 
 
 def taken(array: Array, like: Any, index: Iterator[int]) -> Any:
@@ -151,7 +151,7 @@ class _Recorder:
     @property
     def called(self) -> list[Function]:
         """Functions that others call."""
-        return [made for made, _ in self.program.instances.values()]
+        return [recorded for recorded, _ in self.program.instances.values()]
 
 
 def of_scheme(source: str, state: Any, data: Data, weights: tuple[float, ...], alone: int = 0) -> Recorded:

@@ -167,17 +167,17 @@ def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
 
 def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
     """Return the values that templates name."""
-    made = linked(ivp, method, h, language.longest, precision)
+    code = linked(ivp, method, h, language.longest, precision)
     file = find_problem(ivp.problem)
     parameters = sentences.parameters_of(ivp, sentences.docstring(file.path.read_text(encoding="utf-8")))
     scales = [
         ("scale_length", "length of the motion: the largest |q| of the start"),
         ("scale_rate", "1/s, rate of the motion at the start"),
     ]
-    parameters += [{"name": own, "value": value, "about": about} for (own, about), value in zip(scales, made.scales, strict=True)]
-    parameters = [each | {"text": language.number(each["value"], made.real)} for each in parameters]
+    parameters += [{"name": scale, "value": value, "about": about} for (scale, about), value in zip(scales, code.scales, strict=True)]
+    parameters = [parameter | {"text": language.number(parameter["value"], code.real)} for parameter in parameters]
     facts: dict[str, Any] = {"problem": ivp.problem, "case": ivp.case, "method": method.name, "h": repr(h)}
-    single = made.real == FLOAT32
+    single = code.real == FLOAT32
     facts |= {
         "precision": precision,
         "real": "float" if single else "double",
@@ -185,8 +185,8 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
         "precision_words": PRECISIONS[precision],
     }
     facts |= {"real_of_numpy": "float32" if single else "float64", "asked": "" if precision == "float64" else f" --precision {precision}"}
-    facts |= {"f": "f" if single else "", "step_size": language.number(h, made.real), "callable": _callable(ivp, made)}
-    facts["infinity"] = language.number(math.inf, made.real)
+    facts |= {"f": "f" if single else "", "step_size": language.number(h, code.real), "callable": _callable(ivp, code)}
+    facts["infinity"] = language.number(math.inf, code.real)
     facts |= {
         "summary": sentences.commented(file.summary),
         "version": version("daebench"),
@@ -197,24 +197,24 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
     facts |= {"definition": sentences.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
     facts |= {"statuses": sentences.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
     facts["redundant"] = ivp.singular == "least-squares"
-    facts |= _sizes(ivp, made) | {"functions": language.functions(made), "entering": made.entering, "charted": bool(made.entering)}
-    facts["lesson"] = language.readable and lesson(ivp, method, [each["name"] for each in parameters])
+    facts |= _sizes(ivp, code) | {"functions": language.functions(code), "entering": code.entering, "charted": bool(code.entering)}
+    facts["lesson"] = language.readable and lesson(ivp, method, [parameter["name"] for parameter in parameters])
     facts |= {f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)}
-    facts["start"] = ", ".join(language.number(x, made.real) for x in flat(made.state))
-    facts["defaults"] = ", ".join(each["text"] for each in parameters)
+    facts["start"] = ", ".join(language.number(x, code.real) for x in flat(code.state))
+    facts["defaults"] = ", ".join(parameter["text"] for parameter in parameters)
     return facts | {"reference": checked(ivp, method, h, precision, language), "steps_per_row": STEPS}
 
 
-def _callable(ivp: Ivp, made: Linked) -> bool:
+def _callable(ivp: Ivp, code: Linked) -> bool:
     """Return whether the library can be called step by step, in numbers of double precision."""
-    return ivp.on_manifold and not made.scheme.memory and made.real != FLOAT32
+    return ivp.on_manifold and not code.scheme.memory and code.real != FLOAT32
 
 
-def _sizes(ivp: Ivp, made: Linked) -> dict[str, Any]:
-    own = sum(len(vector) for vector in ivp.start)
-    sizes = {"state": made.scheme.state, "memory": made.scheme.memory, "multipliers": made.scheme.multipliers, "own": own}
+def _sizes(ivp: Ivp, code: Linked) -> dict[str, Any]:
+    numbers = sum(len(vector) for vector in ivp.start)
+    sizes = {"state": code.scheme.state, "memory": code.scheme.memory, "multipliers": code.scheme.multipliers, "own": numbers}
     if not ivp.on_manifold:
-        return sizes | {"n": own, "shown": min(own, 6), "constraints": [], "has_momenta": False}
+        return sizes | {"n": numbers, "shown": min(numbers, 6), "constraints": [], "has_momenta": False}
     constraints = sentences.multipliers(ivp.source.define())
-    has = any("momenta" in part.functions for part in made.problem)
+    has = any("momenta" in part.functions for part in code.problem)
     return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}

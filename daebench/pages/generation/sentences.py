@@ -41,8 +41,8 @@ def commented(text: str) -> str:
 
 def docstring(text: str) -> dict[str, str]:
     """Return the description of each parameter in the docstring of ``problem`` in the text of a problem's file."""
-    found = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
-    doc = inspect.cleandoc(ast.get_docstring(found[0]) or "") if found else ""
+    functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
+    doc = inspect.cleandoc(ast.get_docstring(functions[0]) or "") if functions else ""
     sections = re.split(r"^(\w[\w ]*)\n-+\n", doc + "\n", flags=re.M)
     rows = sections[sections.index("Parameters") + 1] if "Parameters" in sections else ""
     return {
@@ -56,16 +56,16 @@ def multipliers(problem: Any) -> list[str]:
         joints = [f"of each joint: g = {g}; the force is -lam grad g" for g in problem.joints]
         return [*joints, *(f"of each node: g = {g}; the force is -lam grad g" for g in problem.own)]
     words = problem.parts.constraints if getattr(problem, "parts", None) else [""] * problem.m
-    found = []
+    meanings = []
     for k, (about, constraint) in enumerate(zip(words, problem.g, strict=True)):
         factor = _factor(sp.sympify(constraint), problem.q)
         expression = f"lam[{k}], of {about + ', ' if about else ''}g = {constraint}"
         if factor is None:
-            found.append(f"{expression}; the force is -lam grad g")
+            meanings.append(f"{expression}; the force is -lam grad g")
             continue
         force = f"2 {'' if factor == 1 else f'{factor} '}lam l"
-        found.append(f"{expression}; the force along the distance l is {force}, tension where it is positive, thrust where negative")
-    return found
+        meanings.append(f"{expression}; the force along the distance l is {force}, tension where it is positive, thrust where negative")
+    return meanings
 
 
 def _factor(g: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
@@ -84,8 +84,8 @@ def _factor(g: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Expr | None:
 
 def definition(ivp: InitialValueProblem) -> dict[str, str]:
     """Return the parts of a definition as text."""
-    found = ivp.source.define()
-    parts, _ = definitions.constrained(found) if ivp.facts.KIND == "constrained" else definitions.poisson(found, ivp.facts)
+    problem = ivp.source.define()
+    parts, _ = definitions.constrained(problem) if ivp.facts.KIND == "constrained" else definitions.poisson(problem, ivp.facts)
     return {name: part for name, part in parts.items() if name not in UNSAID}
 
 
@@ -103,21 +103,21 @@ def statuses(reasons: Mapping[int, tuple[str, str]]) -> list[tuple[int, str, str
 def claimed(ivp: InitialValueProblem, method: Any) -> tuple[int, str, str]:
     """Return the order that a method claims on a problem, its other claims in a sentence, and where its scheme is defined."""
     if ivp.facts.KIND == "poisson":
-        claims, kept = method.member, method.keeps(ivp)
-        made = ["symmetric"] * claims.symmetric + ["a Poisson integrator"] * method.is_poisson(ivp)
-        made += [f"keeping {', '.join(kept)} to round-off"] * bool(kept)
+        claims, conserved = method.member, method.keeps(ivp)
+        statements = ["symmetric"] * claims.symmetric + ["a Poisson integrator"] * method.is_poisson(ivp)
+        statements += [f"keeping {', '.join(conserved)} to round-off"] * bool(conserved)
         order = method.order
     else:
         claims = method.claims_on(ivp)
-        made = [words for name, words in CLAIMS.items() if getattr(claims, name, False)]
+        statements = [words for name, words in CLAIMS.items() if getattr(claims, name, False)]
         order = claims.order
-    return order, f"Claimed to be {', '.join(made)}." if made else "Nothing is claimed besides.", claims.source
+    return order, f"Claimed to be {', '.join(statements)}." if statements else "Nothing is claimed besides.", claims.source
 
 
 def claims(ivp: InitialValueProblem, method: Any) -> dict[str, Any]:
     """Return the claims of a scheme on a constrained problem as a code from outside states them."""
-    own = method.claims_on(ivp)
-    return {name: getattr(own, name) for name in ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")}
+    stated = method.claims_on(ivp)
+    return {name: getattr(stated, name) for name in ("order", "symmetric", "symplectic", "keeps_g", "keeps_Gv")}
 
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")

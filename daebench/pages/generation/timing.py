@@ -66,8 +66,8 @@ def _measured(ivp: Any, name: str, h: float, steps: int, repeat: int, command: s
     method, steps = method_of(ivp, name), max(10, steps // ivp.d**2)
     request = Request(value=h, steps=steps, every=0, watch=(), count=False)
     method.check(ivp, request)
-    made = linked(ivp, method, h, LANGUAGES["c"].longest)
-    text = HEAD + LANGUAGES["c"].functions(made) + LOOP.format(start="start(X, h, P, R);" if "start" in made.scheme.functions else "")
+    code = linked(ivp, method, h, LANGUAGES["c"].longest)
+    text = HEAD + LANGUAGES["c"].functions(code) + LOOP.format(start="start(X, h, P, R);" if "start" in code.scheme.functions else "")
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder) / "step.c", Path(folder) / "step.so"
         source.write_text(text, encoding="utf-8")
@@ -82,16 +82,16 @@ def _measured(ivp: Any, name: str, h: float, steps: int, repeat: int, command: s
         if run.failure:
             raise BadInput(run.failure)
         best["machine"] = min(best["machine"], run.seconds)
-        best["generated"] = min(best["generated"], _seconds(call, made, ivp, h, steps))
+        best["generated"] = min(best["generated"], _seconds(call, code, ivp, h, steps))
     times = {f"{key}_ns": value / steps * 1e9 for key, value in best.items()}
     return {"kB": len(text) / 1000, "compile_s": seconds, **times, "ratio": best["generated"] / best["machine"]}
 
 
-def _seconds(call: Any, made: Any, ivp: Any, h: float, steps: int) -> float:
+def _seconds(call: Any, code: Any, ivp: Any, h: float, steps: int) -> float:
     """Return the CPU time of a run of the generated code."""
-    X, P = np.zeros(made.scheme.state + made.scheme.memory), np.array([*ivp.par, *made.scales], dtype=float)
-    X[: made.scheme.state] = flat(made.state)
-    L, R = np.zeros(max(1, made.scheme.multipliers)), np.zeros(3)
+    X, P = np.zeros(code.scheme.state + code.scheme.memory), np.array([*ivp.par, *code.scales], dtype=float)
+    X[: code.scheme.state] = flat(code.state)
+    L, R = np.zeros(max(1, code.scheme.multipliers)), np.zeros(3)
     x, p, stage, report = (ctypes.c_void_p(array.ctypes.data) for array in (X, P, L, R))
     began = time.thread_time()
     status = call(x, ctypes.c_double(h), p, stage, report, ctypes.c_long(steps))

@@ -112,10 +112,10 @@ def reference_of(question: Question, method: str) -> tuple[str, float]:
         words = f"certified {question.problem}-{question.case}"
     else:
         try:
-            own = own_of(run, np.linspace(0.0, question.t_end, question.outputs + 1))
+            solution = own_of(run, np.linspace(0.0, question.t_end, question.outputs + 1))
         except DaebenchError as error:
             raise BadInput(f"there is no reference to measure errors against: {error}") from error
-        words, bound = own.words, float(np.max(own.bound[question.part]))
+        words, bound = solution.words, float(np.max(solution.bound[question.part]))
     if not bound <= GOOD * question.accuracy:
         raise BadInput(
             f"the reference, {words}, may be wrong by {bound:.1e}, and an accuracy of {question.accuracy:g} needs at most "
@@ -158,7 +158,7 @@ def _at_load(seconds: float) -> str:
 
 def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list[Found]:
     """Return the result of each method that there is time for."""
-    found: list[Found] = []
+    results: list[Found] = []
     sentence, expected = plan(work, names)
     work.tell(0.0, sentence)
     for k, name in enumerate(names):
@@ -166,41 +166,41 @@ def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list
             left_out[name] = f"{name} was not tried, to save time; ask again to include it"
             continue
         work.tell(work.searching * sum(expected[:k]) / sum(expected), name)
-        found.append(search(work.question, name, work.make, _longest(work.question, found)))
-    return found
+        results.append(search(work.question, name, work.make, _longest(work.question, results)))
+    return results
 
 
-def _longest(question: Question, found: Sequence[Found]) -> float:
+def _longest(question: Question, results: Sequence[Found]) -> float:
     """Return the CPU time up to which a further method is followed, s: the budget counts once it is known what reaches the accuracy."""
-    prices = sorted(float(some.row["seconds"]) for some in found if some.row)
+    prices = sorted(float(some.row["seconds"]) for some in results if some.row)
     named = prices[RUNNERS_UP] if len(prices) > RUNNERS_UP else math.inf
     return min(named, max(NEAR * question.budget, prices[0])) if prices else named
 
 
-def chosen_of(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list[tuple[Choice, Mapping[str, Kept]]]:
+def chosen_of(work: Work, results: Sequence[Found], left_out: dict[str, str]) -> list[tuple[Choice, Mapping[str, Kept]]]:
     """Return the choice and the next methods, with what they keep; those that lose what is asked are left out."""
-    again = _again(work, found, left_out)
+    again = _again(work, results, left_out)
     chosen: list[tuple[Choice, Mapping[str, Kept]]] = []
     for choice in sorted(again, key=lambda choice: choice.seconds):
-        kept: Mapping[str, Kept] = {}
+        conserved: Mapping[str, Kept] = {}
         if not chosen or work.question.keep:
             work.tell_after(0.4, f"what {choice.method} keeps")
-            kept = keeps(work.question, choice.method, choice.value, work.make)
-        if lost := [name for name in work.question.keep if name not in kept or not kept[name].kept]:
+            conserved = keeps(work.question, choice.method, choice.value, work.make)
+        if lost := [name for name in work.question.keep if name not in conserved or not conserved[name].kept]:
             left_out[choice.method] = f"{choice.method} {NOT_KEPT} {', '.join(lost).replace('_', '-')}"
         elif choice.seconds > work.question.budget:
             left_out[choice.method] = f"{choice.method} takes {choice.seconds:.2g} s, {EXCLUDED}"
         else:
-            chosen.append((choice, kept))
+            chosen.append((choice, conserved))
         if len(chosen) > RUNNERS_UP:
             break
     return chosen
 
 
-def _again(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list[Choice]:
+def _again(work: Work, results: Sequence[Found], left_out: dict[str, str]) -> list[Choice]:
     """Return the cheapest methods, timed again and run from other starts: twice as many as are named where some may not keep something."""
     again: list[Choice] = []
-    for price, some in sorted(((float(some.row["seconds"]), some) for some in found if some.row), key=itemgetter(0)):
+    for price, some in sorted(((float(some.row["seconds"]), some) for some in results if some.row), key=itemgetter(0)):
         dearest = sorted(choice.seconds for choice in again)[RUNNERS_UP:]
         enough = work.question.share and not work.question.keep and dearest and price > dearest[0]
         if enough or len(again) >= 2 * (1 + RUNNERS_UP):
@@ -212,37 +212,37 @@ def _again(work: Work, found: Sequence[Found], left_out: dict[str, str]) -> list
     return again
 
 
-def _settled(work: Work, found: Found, left_out: dict[str, str]) -> Choice | None:
+def _settled(work: Work, result: Found, left_out: dict[str, str]) -> Choice | None:
     """Return the choice that a method is, timed again and looked at at more times, and from other starts: finer where errors are larger."""
-    assert found.row is not None
-    work.tell_after(0.0, f"{found.method} from other starts" if work.question.share else f"{found.method} again")
-    question, value = work.question, float(found.row["value"])
-    resolutions, part = resolutions_of(question, found.method), question.part
-    repeat, starts = min(max(math.ceil(SPENT / float(found.row["seconds"])), AGAIN[0]), AGAIN[1]), OverStarts()
+    assert result.row is not None
+    work.tell_after(0.0, f"{result.method} from other starts" if work.question.share else f"{result.method} again")
+    question, value = work.question, float(result.row["value"])
+    resolutions, part = resolutions_of(question, result.method), question.part
+    repeat, starts = min(max(math.ceil(SPENT / float(result.row["seconds"])), AGAIN[0]), AGAIN[1]), OverStarts()
     for _ in range(FINER):
-        row = work.make(question.closely(found.method, value, repeat=repeat))
+        row = work.make(question.closely(result.method, value, repeat=repeat))
         if (error := error_of(row, part)) <= question.accuracy and question.share:
-            starts = work.from_starts(found.method, value)
+            starts = work.from_starts(result.method, value)
             error = starts.reached(question.share)
-            within = f"with {found.knob} = {value:.3g} {sum(off <= question.accuracy for off in starts.errors)} of {starts.number}"
-            left_out[found.method] = f"{found.method}: {within} {OTHERS} are within the accuracy"
+            within = f"with {result.knob} = {value:.3g} {sum(off <= question.accuracy for off in starts.errors)} of {starts.number}"
+            left_out[result.method] = f"{result.method}: {within} {OTHERS} are within the accuracy"
         if error <= question.accuracy:
-            left_out.pop(found.method, None)
-            return Choice.of(found.knob, row, part, starts)
+            left_out.pop(result.method, None)
+            return Choice.of(result.knob, row, part, starts)
         if starts.failure and not starts.errors:
-            left_out[found.method] = f"{found.method}: errors from {OTHERS} are not known: {starts.failure}"
+            left_out[result.method] = f"{result.method}: errors from {OTHERS} are not known: {starts.failure}"
             break
         value = resolutions.value(resolutions.finer(resolutions.number(value), error, question.accuracy))
     return None
 
 
-def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[str, str]) -> str:
+def why_nothing(question: Question, results: Sequence[Found], left_out: Mapping[str, str]) -> str:
     """Return why nothing does what is asked, and what the best is."""
-    reaching, budget = {some.method: some for some in found if some.row}, question.budget
+    reaching, budget = {some.method: some for some in results if some.row}, question.budget
     asked = f"an error of {question.accuracy:g}" + (f" in {budget:g} s" if budget < math.inf else "")
     asked += f" for {100 * question.share:g} % of starts" if question.share and reaching else ""
     if not reaching:
-        return f"no method tried reaches {asked}; {_nearest(question, found)}"
+        return f"no method tried reaches {asked}; {_nearest(question, results)}"
     price, cheapest = min(((float(some.row["seconds"]), some) for some in reaching.values() if some.row), key=itemgetter(0))
     if price > budget and cheapest.row:
         run = f"{cheapest.method} with {cheapest.knob} = {float(cheapest.row['value']):.4g}"
@@ -250,15 +250,15 @@ def why_nothing(question: Question, found: Sequence[Found], left_out: Mapping[st
     reasons = [why for name, why in left_out.items() if name in reaching]
     if few := "; ".join(why for why in reasons if OTHERS in why):
         return f"no method tried reaches {asked}: {few}; with a share of 0 the start of the case alone counts"
-    return f"no method tried does all that is requested: {'; '.join(reasons) or _nearest(question, found)}"
+    return f"no method tried does all that is requested: {'; '.join(reasons) or _nearest(question, results)}"
 
 
-def _nearest(question: Question, found: Sequence[Found]) -> str:
+def _nearest(question: Question, results: Sequence[Found]) -> str:
     """Return the most accurate run, whatever it takes, and whether the budget excludes it as well, as a clause."""
-    rows = [(error_of(row, question.part), row) for some in found for row in some.rows]
+    rows = [(error_of(row, question.part), row) for some in results for row in some.rows]
     error, best = min(rows, key=itemgetter(0), default=(math.inf, {}))
     if error == math.inf:
-        stopped = next((f": {str(row['failure']).rstrip('.')}" for some in found for row in reversed(some.rows) if row["failure"]), "")
+        stopped = next((f": {str(row['failure']).rstrip('.')}" for some in results for row in reversed(some.rows) if row["failure"]), "")
         return f"none reaches its end{stopped}"
     price = float(best["seconds"])
     excluded = f", {EXCLUDED}" if price > question.budget else ""

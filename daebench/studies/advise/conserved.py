@@ -62,16 +62,16 @@ def keeps(question: Question, method: str, value: float, make: Make) -> dict[str
     claims, row = claimed(ivp, solver), long_run(question, method, value, make)
     over = f"over {LONGER * question.t_end:g} s"
     ended = not row["failure"]
-    found = {"energy": _energy(row, over, ended=ended, claim="energy" in claims)}
+    conserved = {"energy": _energy(row, over, ended=ended, claim="energy" in claims)}
     if question.ivp.on_manifold:
         off = float(np.max([row["g"], row["Gv"]]))
-        found["constraints"] = Kept("constraints", "constraints" in claims, ended and off <= ROUND_OFF, off, f"|g|, |G v| {over}")
+        conserved["constraints"] = Kept("constraints", "constraints" in claims, ended and off <= ROUND_OFF, off, f"|g|, |G v| {over}")
     elif np.isfinite(row["casimirs"]):
         off, most = float(row["casimirs"]), max(ROUND_OFF, EPS * float(row["steps"]))
-        found["casimirs"] = Kept("casimirs", "casimirs" in claims, ended and off <= most, off, f"error {over}")
+        conserved["casimirs"] = Kept("casimirs", "casimirs" in claims, ended and off <= most, off, f"error {over}")
     if solver.knob == "h" and "two_form" in claims:
-        found["two_form"] = _two_form(ivp, solver, value)
-    return found
+        conserved["two_form"] = _two_form(ivp, solver, value)
+    return conserved
 
 
 def _two_form(ivp: Ivp, solver: Any, value: float) -> Kept:

@@ -113,17 +113,22 @@ def advise(
     path = Path(store) if store is not None else cache_directory() / "advise.db"
     with opened(path) as kept_runs:
         work = Work(question, kept_runs, progress)
-        found = searched(work, names, left_out)
-        chosen = chosen_of(work, found, left_out)
-        common: dict[str, Any] = {"question": question, "found": tuple(found), "left_out": left_out, "reference": words, "bound": bound}
+        results = searched(work, names, left_out)
+        chosen = chosen_of(work, results, left_out)
+        common: dict[str, Any] = {"question": question, "found": tuple(results), "left_out": left_out, "reference": words, "bound": bound}
         if not chosen:
             nothing: dict[str, Any] = {"choice": None, "runners_up": (), "kept": {}, "starts": OverStarts(), "changes": ()}
-            return Advice(**common, **nothing, why=why_nothing(question, found, left_out))
-        (choice, kept), *others = chosen
+            return Advice(**common, **nothing, why=why_nothing(question, results, left_out))
+        (choice, conserved), *others = chosen
         work.tell_after(0.55, f"{choice.method} from other starts")
         from_starts = work.from_starts(choice.method, choice.value)
         work.tell_after(0.6, "what breaks first")
         broken = changes(question, choice.method, choice.knob, choice.value, work.make)
         return Advice(
-            **common, choice=choice, runners_up=tuple(other for other, _ in others), kept=kept, starts=from_starts, changes=tuple(broken)
+            **common,
+            choice=choice,
+            runners_up=tuple(other for other, _ in others),
+            kept=conserved,
+            starts=from_starts,
+            changes=tuple(broken),
         )

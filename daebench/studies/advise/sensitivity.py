@@ -107,8 +107,8 @@ def _error(row: Row, part: str, i: int) -> float:
 
 def changes(question: Question, method: str, knob: str, value: float, make: Make) -> list[Change]:
     """Return the choice as it is, and then the effect of each change, the worst first; changes with unknown effect come last."""
-    as_is, *found = (Change(what, over_starts(asked, question.part, make)) for what, asked in _changed(question, method, knob, value))
-    return [as_is, *sorted(found, key=lambda change: -_known(change.factor(question.accuracy)))]
+    as_is, *others = (Change(what, over_starts(asked, question.part, make)) for what, asked in _changed(question, method, knob, value))
+    return [as_is, *sorted(others, key=lambda change: -_known(change.factor(question.accuracy)))]
 
 
 def _known(factor: float) -> float:

@@ -94,31 +94,31 @@ def over_step(
     ivp: ConstrainedIvp, form: str, scheme: str, h: float, t_end: float, values: Sequence[float], tell: Callable[[], None]
 ) -> list[Cell]:
     """Return the runs of a scheme on a form over all alpha h (slowest) and beta h."""
-    made = []
+    cells = []
     for a, b in product(values, values):
-        made.append(cell(ivp, f"{form}:{scheme}", h, t_end, fixed_options(form, h, a, b)))
+        cells.append(cell(ivp, f"{form}:{scheme}", h, t_end, fixed_options(form, h, a, b)))
         tell()
-    return made
+    return cells
 
 
 def over_tolerance(ivp: ConstrainedIvp, tol: float, t_end: float, rates: Sequence[float], tell: Callable[[], None]) -> list[Cell]:
     """Return the runs of ``ida:baumgarte`` over all alpha (slowest) and beta, 1/s."""
-    made = []
+    cells = []
     for alpha, beta in product(rates, rates):
-        made.append(cell(ivp, "ida:baumgarte", tol, t_end, {"alpha": alpha, "beta": beta}))
+        cells.append(cell(ivp, "ida:baumgarte", tol, t_end, {"alpha": alpha, "beta": beta}))
         tell()
-    return made
+    return cells
 
 
 def penalised(ivp: ConstrainedIvp, scheme: str, h: float, t_end: float, values: Sequence[float], tell: Callable[[], None]) -> list[Cell]:
     """Return the runs of a scheme on the penalised system over h times its fastest frequency at the start."""
     G, H_pp = ivp.value("G", ivp.q0), ivp.value("H_pp", ivp.p0, ivp.q0)
     fastest = float(np.sqrt(np.max(np.linalg.eigvalsh(G @ H_pp @ G.T))))
-    made = []
+    cells = []
     for x in values:
-        made.append(cell(ivp, f"stiff:{scheme}", h, t_end, {"eps": h * fastest / x}))
+        cells.append(cell(ivp, f"stiff:{scheme}", h, t_end, {"eps": h * fastest / x}))
         tell()
-    return made
+    return cells
 
 
 def measured_limit(ivp: ConstrainedIvp, scheme: str, h: float, ratio: float, digits: float = 0.01) -> float:
@@ -136,7 +136,7 @@ def measured_limit(ivp: ConstrainedIvp, scheme: str, h: float, ratio: float, dig
     def fine(x: float) -> bool:
         options = fixed_options("baumgarte", h, x, ratio * x)
         with np.errstate(all="ignore"):
-            runs = [run_of(each, f"baumgarte:{scheme}", h, STEPS * h, options, every=1) for each in (ivp, off)]
+            runs = [run_of(start, f"baumgarte:{scheme}", h, STEPS * h, options, every=1) for start in (ivp, off)]
         if any(run.failure for run in runs):
             return False
         apart = np.abs(ivp.along("g", runs[1].q) - ivp.along("g", runs[0].q)).max(axis=1)
@@ -154,5 +154,5 @@ def frame(cells: Sequence[Cell], h: float) -> "pd.DataFrame":
 def grid(cells: Sequence[Cell], name: str) -> NDArray[np.float64]:
     """Return a number of all cells of a square map, shape(alpha, beta)."""
     side = round(len(cells) ** 0.5)
-    found: Array = np.array([getattr(one, name) for one in cells], dtype=float)
-    return found.reshape(side, side)
+    numbers: Array = np.array([getattr(one, name) for one in cells], dtype=float)
+    return numbers.reshape(side, side)

@@ -27,41 +27,41 @@ LARGEST = 1e2
 """Numbers above this are drawn as this: the motion is lost."""
 
 
-def figure(found: BaumgarteMap) -> "Figure":
+def figure(result: BaumgarteMap) -> "Figure":
     """Return the picture of the maps."""
-    tolerances = list(found.tolerant)
-    rows = len(found.maps) + 1
+    tolerances = list(result.tolerant)
+    rows = len(result.maps) + 1
     with drawing():
         drawn, axes = grid_of_axes(rows, len(SHOWN), 0.9 + 2.15 * rows)
-        for row, (name, cells) in zip(axes, found.maps.items(), strict=False):
-            _maps(drawn, list(row), found, name, cells)
+        for row, (name, cells) in zip(axes, result.maps.items(), strict=False):
+            _maps(drawn, list(row), result, name, cells)
         last = list(axes[-1])
         for axis in last[1:]:
             axis.set_visible(bool(tolerances))
         if tolerances:
             tol = tolerances[0]
-            _tolerant(drawn, last[1], found.tolerant[tol], "energy", f"IDA, {tol:g}: energy error")
-            _tolerant(drawn, last[2], found.tolerant[tol], "work", f"IDA, {tol:g}: residuals")
-        _penalty(last[0], found)
+            _tolerant(drawn, last[1], result.tolerant[tol], "energy", f"IDA, {tol:g}: energy error")
+            _tolerant(drawn, last[2], result.tolerant[tol], "work", f"IDA, {tol:g}: residuals")
+        _penalty(last[0], result)
         legend_below(drawn, last[0], 4)
-        drawn.suptitle(title(found), fontsize="medium", x=0.02, ha="left")
+        drawn.suptitle(title(result), fontsize="medium", x=0.02, ha="left")
     return drawn
 
 
-def title(found: BaumgarteMap) -> str:
+def title(result: BaumgarteMap) -> str:
     """Return the answer in two lines."""
-    first = found.effects[0]
+    first = result.effects[0]
     usual = f"{first.usual.energy:.1e} with alpha = beta = {first.usual.options['alpha']:g}/s"
     return (
-        f"{found.ivp.problem}: energy error of {first.scheme} {first.without.energy:.1e} without damping, {usual}\n"
-        f"h = {found.h:g} s, to t = {found.t_end:g} s. Lines: limits as predicted (dashed: of the iteration). Grey: no end."
+        f"{result.ivp.problem}: energy error of {first.scheme} {first.without.energy:.1e} without damping, {usual}\n"
+        f"h = {result.h:g} s, to t = {result.t_end:g} s. Lines: limits as predicted (dashed: of the iteration). Grey: no end."
     )
 
 
-def _maps(figure: Any, axes: list[Any], found: BaumgarteMap, name: str, cells: Sequence[Cell]) -> None:
+def _maps(figure: Any, axes: list[Any], result: BaumgarteMap, name: str, cells: Sequence[Cell]) -> None:
     """Draw errors of one method over alpha h and beta h."""
     form, _, scheme = name.partition(":")
-    values = np.array(sorted({_place(one, form, found.h) for one in cells}))
+    values = np.array(sorted({_place(one, form, result.h) for one in cells}))
     a, b = np.meshgrid(np.geomspace(values[0], values[-1], FINE), np.geomspace(values[0], values[-1], FINE), indexing="ij")
     for axis, (key, words) in zip(axes, SHOWN.items(), strict=True):
         numbers = grid(cells, key)
@@ -106,14 +106,14 @@ def _tolerant(figure: Any, axis: Any, cells: Sequence[Cell], key: str, words: st
     axis.set(xlabel="alpha [1/s]", ylabel="beta [1/s]", title=words)
 
 
-def _penalty(axis: Any, found: BaumgarteMap) -> None:
+def _penalty(axis: Any, result: BaumgarteMap) -> None:
     """Draw the errors of a penalty, over h times its fastest frequency."""
-    scheme = found.penalty[0].method.partition(":")[2]
-    stiffest = max(one.options["eps"] for one in found.penalty)
-    least = min(_place(one, "baumgarte", found.h) for one in next(iter(found.maps.values())))
-    x = [stiffest * least / one.options["eps"] for one in found.penalty]
+    scheme = result.penalty[0].method.partition(":")[2]
+    stiffest = max(one.options["eps"] for one in result.penalty)
+    least = min(_place(one, "baumgarte", result.h) for one in next(iter(result.maps.values())))
+    x = [stiffest * least / one.options["eps"] for one in result.penalty]
     for k, (key, words) in enumerate(SHOWN.items()):
-        y = np.clip([getattr(one, key) for one in found.penalty], None, LARGEST)
+        y = np.clip([getattr(one, key) for one in result.penalty], None, LARGEST)
         axis.plot(x, y, label=words, **curve(k))
-    axis.axhline(found.effects[0].without.energy, color=QUIET, linewidth=0.8, linestyle="--", label=f"energy error of {scheme} on (1.18)")
+    axis.axhline(result.effects[0].without.energy, color=QUIET, linewidth=0.8, linestyle="--", label=f"energy error of {scheme} on (1.18)")
     axis.set(xscale="log", yscale="log", xlabel="h times the fastest frequency", title=f"a penalty, stiff:{scheme}")

@@ -126,8 +126,8 @@ def _entry(asked: Asked, task: Mapping[str, Any], answer: Mapping[str, Any]) -> 
 
 def _about(seconds: Sequence[float | None]) -> dict[str, Any]:
     """Return how a certificate was made, which is not verified."""
-    versions, made = provenance.versions(), provenance.now()
-    return {"made": made, "machine": machine(), "versions": versions, "daebench": code_digest(), "seconds_per_step": list(seconds)}
+    versions, day = provenance.versions(), provenance.now()
+    return {"made": day, "machine": machine(), "versions": versions, "daebench": code_digest(), "seconds_per_step": list(seconds)}
 
 
 def _claims(claims: Mapping[str, Any]) -> dict[str, Any]:

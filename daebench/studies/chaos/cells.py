@@ -63,8 +63,8 @@ class Cells:
             here = some.some(part)
             return here.along("g", q), here.along("G", q)
 
-        found, _, met = nearest(conditions, x, W, self.length[rows])
-        return found, met
+        positions, _, met = nearest(conditions, x, W, self.length[rows])
+        return positions, met
 
     def _on_momenta(self, p: Array, q: Array, rows: NDArray[np.intp]) -> Array:
         """Return momenta on the manifold in some cells, of the energy if one is asked for; NaN where there are none."""
@@ -114,13 +114,13 @@ class Cells:
 
     def _from_start(self, x: Array, held: NDArray[np.bool_], solve: Solve, rows: NDArray[np.intp]) -> tuple[Array, NDArray[np.bool_]]:
         """Return the solutions from the start, or from a little aside of it, in each of some cells, and where there are any."""
-        found, met = x.copy(), np.zeros(len(x), dtype=bool)
+        solutions, met = x.copy(), np.zeros(len(x), dtype=bool)
         aside = ASIDE * np.max(np.abs(x), axis=1, keepdims=True) * np.cos(1.0 + np.arange(x.shape[1]))
         for guess in (x, x + np.where(held, 0.0, aside), x - np.where(held, 0.0, aside)):
             left = rows[~met[rows]]
             if len(left):
-                found[left], met[left] = solve(guess[left], left)
-        return found, met
+                solutions[left], met[left] = solve(guess[left], left)
+        return solutions, met
 
     def _spread(self, x: Array, done: NDArray[np.bool_], open_cells: NDArray[np.bool_], held: NDArray[np.bool_], solve: Solve) -> None:
         """Go on from cells that are done to those beside them, until no more are found; each is tried once from each side."""
@@ -139,8 +139,8 @@ class Cells:
                 tried[side, cells] = going = True
                 guess = x[beside[cells]]
                 guess[:, held] = fixed[cells]
-                found, met = solve(guess, cells)
-                x[cells[met]], done[cells[met]] = found[met], True
+                solutions, met = solve(guess, cells)
+                x[cells[met]], done[cells[met]] = solutions[met], True
 
 
 def _freed(W: Array, held: NDArray[np.bool_]) -> Array:

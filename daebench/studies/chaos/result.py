@@ -89,14 +89,14 @@ class Chaos(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """One row per cell: coordinates of the plane, start, exponent with its interval, <Y>, verdict, and the reason for an empty cell."""
-        plane, found = self.plane, self.exponents
+        plane, exponents = self.plane, self.exponents
         first, second = plane.names
         table: dict[str, Any] = {"across": np.tile(plane.across, len(plane.up)), "up": np.repeat(plane.up, len(plane.across))}
         start = np.concatenate(plane.members.start, axis=1)
         for name, column in zip(coordinates(self.ivp), start.T, strict=True):
             table[name] = plane.spread(column).ravel()
         for name in ("exponent", "low", "high", "megno"):
-            table[name] = plane.spread(getattr(found, name)).ravel()
+            table[name] = plane.spread(getattr(exponents, name)).ravel()
         reasons = plane.reasons.astype("U60")
         reasons[plane.cells] = [self.growth.reason(i) for i in range(len(plane.cells))]
         frame = pd.DataFrame(table | {"verdict": self.verdict.ravel(), "why": reasons})
@@ -104,9 +104,9 @@ class Chaos(Result):
 
     def summary(self) -> dict[str, Any]:
         """Return a summary of the plane, for text and JSON."""
-        plane, found = self.plane, self.exponents
+        plane, exponents = self.plane, self.exponents
         counts = Counter(self.verdict.ravel().tolist())
-        chaotic = found.verdict == CHAOTIC
+        chaotic = exponents.verdict == CHAOTIC
         stopped = [self.growth.reason(int(i)) for i in np.flatnonzero(self.growth.status)]
         reasons = Counter([*plane.reasons[plane.reasons != ""].tolist(), *stopped])
         return {
@@ -126,7 +126,7 @@ class Chaos(Result):
             **{word: counts.get(word, 0) for word in (CHAOTIC, REGULAR, UNDETERMINED, STOPPED, EMPTY)},
             "reasons": dict(reasons.most_common()),
             "exponent": self._largest(),
-            "median": float(np.median(found.exponent[chaotic])) if np.any(chaotic) else None,
+            "median": float(np.median(exponents.exponent[chaotic])) if np.any(chaotic) else None,
             "confidence": CONFIDENCE,
         }
 
@@ -159,14 +159,14 @@ class Chaos(Result):
 
     def _largest(self) -> dict[str, Any] | None:
         """Return the largest exponent of the chaotic starts with its interval and its start; of all where none is chaotic."""
-        plane, found = self.plane, self.exponents
-        chosen = np.where(found.verdict == CHAOTIC, found.exponent, -np.inf)
+        plane, exponents = self.plane, self.exponents
+        chosen = np.where(exponents.verdict == CHAOTIC, exponents.exponent, -np.inf)
         if not np.any(np.isfinite(chosen)):
-            chosen = np.where(np.isfinite(found.exponent), found.exponent, -np.inf)
+            chosen = np.where(np.isfinite(exponents.exponent), exponents.exponent, -np.inf)
         i = int(np.argmax(chosen))
         if not np.isfinite(chosen[i]):
             return None
         row, column = divmod(int(plane.cells[i]), len(plane.across))
         place = dict(zip(plane.names, (float(plane.across[column]), float(plane.up[row])), strict=True))
-        numbers = {"value": found.exponent[i], "low": found.low[i], "high": found.high[i], "megno": found.megno[i]}
-        return {name: float(x) for name, x in numbers.items()} | {"verdict": str(found.verdict[i]), "start": place}
+        numbers = {"value": exponents.exponent[i], "low": exponents.low[i], "high": exponents.high[i], "megno": exponents.megno[i]}
+        return {name: float(x) for name, x in numbers.items()} | {"verdict": str(exponents.verdict[i]), "start": place}

@@ -75,8 +75,8 @@ def _of_two_degrees(ivp: Ivp) -> bool:
     """Return whether it is a constrained problem of two degrees of freedom whose energy is constant."""
     if not ivp.on_manifold or ivp.facts.EXTENDED:
         return False
-    found = freedom(ivp)
-    return (found.degrees if found else ivp.d - ivp.m) == 2
+    counted = freedom(ivp)
+    return (counted.degrees if counted else ivp.d - ivp.m) == 2
 
 
 def section_of(method: FixedStepMethod[Any, Any], plane: Plane, cut: tuple[str, float], steps: int, threads: int | None) -> Section:

@@ -136,9 +136,9 @@ def contradiction(ivp: ConstrainedIvp, values: Mapping[str, float | str], meant:
         What steps of the code and of the scheme may differ by, relative.
     """
     scheme = uncompiled(meant)
-    order, own = values.get("order"), short_order(ivp, scheme, h)
-    if isinstance(order, float) and not (isinstance(own, float) and order > own - LESS):
-        return f"against it speaks that its order is {order:.3g} in a short motion, and that of {meant.name} {_number(own)}"
+    order, claimed = values.get("order"), short_order(ivp, scheme, h)
+    if isinstance(order, float) and not (isinstance(claimed, float) and order > claimed - LESS):
+        return f"against it speaks that its order is {order:.3g} in a short motion, and that of {meant.name} {_number(claimed)}"
     if "failure" in values:
         run = scheme.solve(ivp, Request(value=h, steps=WATCHED, every=0))
         return "" if run.failure else f"against it speaks that it stops where {meant.name} does not"

@@ -41,23 +41,23 @@ def _told(*parts: str) -> str:
 # ---- the mass
 
 
-def _of_mass(battery: Battery, found: Sequence[Rate]) -> str:
+def _of_mass(battery: Battery, limits: Sequence[Rate]) -> str:
     """Return which masses explain rates of q: M' q' = p beside the gradients, M' with the entries of M that are not zero."""
     mechanics = battery.mechanics
-    if (factor := _common(found)) is not None:
+    if (factor := _common(limits)) is not None:
         return f"q' is {factor:.4g} times M^-1 p" if mechanics.separable else f"q' is {factor:.4g} times H_p"
-    if mechanics.separable and (entries := _entries(mechanics, found)):
+    if mechanics.separable and (entries := _entries(mechanics, limits)):
         return f"q' is that of another mass matrix, {entries}"
-    return f"q' is off by {_components('q', found)}"
+    return f"q' is off by {_components('q', limits)}"
 
 
-def _entries(mechanics: Mechanics, found: Sequence[Rate]) -> str:
+def _entries(mechanics: Mechanics, limits: Sequence[Rate]) -> str:
     """Return the entries of M that differ, "" where none explain the rates: those of one value first, then all."""
-    M = mechanics.mass(found[0].q)
-    away = [projector(mechanics, rate.q) for rate in found]
-    target = np.concatenate([P @ (rate.p - M @ rate.given) for P, rate in zip(away, found, strict=True)])
+    M = mechanics.mass(limits[0].q)
+    away = [projector(mechanics, rate.q) for rate in limits]
+    target = np.concatenate([P @ (rate.p - M @ rate.given) for P, rate in zip(away, limits, strict=True)])
     pairs = [(i, j) for i, j in zip(*np.nonzero(M), strict=True) if i <= j]
-    columns = np.stack([np.concatenate([P @ _times(i, j, x.given) for P, x in zip(away, found, strict=True)]) for i, j in pairs], axis=1)
+    columns = np.stack([np.concatenate([P @ _times(i, j, x.given) for P, x in zip(away, limits, strict=True)]) for i, j in pairs], axis=1)
     for some in _subsets(mechanics, pairs):
         change, *_ = np.linalg.lstsq(columns[:, some], target, rcond=1e-9)
         if np.max(np.abs(columns[:, some] @ change - target)) <= FITS * np.max(np.abs(target)):
@@ -93,26 +93,26 @@ def _near(number: float, size: float) -> float:
 
 def _at_rest(battery: Battery, step: Map) -> str:
     """Return which force a code has that has another mass: from rest, where no mass counts; "" where it is the problem's."""
-    found = []
+    limits = []
     for p, q in on_manifold(battery):
         if limit := limit_of(step, np.zeros_like(p), q, battery):
-            found.append(beside(battery.mechanics, np.zeros_like(p), q, limit[0][0], limit[1][0]))
-    return _of_force(battery, found) if found and settled(found) and off(battery, found) else ""
+            limits.append(beside(battery.mechanics, np.zeros_like(p), q, limit[0][0], limit[1][0]))
+    return _of_force(battery, limits) if limits and settled(limits) and off(battery, limits) else ""
 
 
-def _of_force(battery: Battery, found: Sequence[Rate]) -> str:
+def _of_force(battery: Battery, limits: Sequence[Rate]) -> str:
     """Return how the force differs: by one factor, by factors in components, by a constant, or in which components."""
-    if (factor := _common(found)) is not None:
+    if (factor := _common(limits)) is not None:
         return "p' is that of " + _times_the("problem's force", factor)
     mechanics = battery.mechanics
-    forces = [-mechanics.slope(rate.p, rate.q) for rate in found]
-    away = [projector(mechanics, rate.q) for rate in found]
-    target = np.concatenate([rate.given - rate.right for rate in found])
+    forces = [-mechanics.slope(rate.p, rate.q) for rate in limits]
+    away = [projector(mechanics, rate.q) for rate in limits]
+    target = np.concatenate([rate.given - rate.right for rate in limits])
     if factors := _explained(target, np.concatenate([P * F for P, F in zip(away, forces, strict=True)])):
         return "p' is that of " + _listed(f"{_times_the('force', 1 + c)} in component {k + 1}" for k, c in factors)
     if constants := _explained(target, np.concatenate(away)):
         return "p' is that of a force with " + _listed(f"{c:.4g} more in component {k + 1}" for k, c in constants)
-    return f"p' is off by {_components('p', found)}"
+    return f"p' is off by {_components('p', limits)}"
 
 
 def _explained(target: Array, columns: Array) -> list[tuple[int, float]]:
@@ -133,9 +133,9 @@ def _explained(target: Array, columns: Array) -> list[tuple[int, float]]:
 # ---- words
 
 
-def _common(found: Sequence[Rate]) -> float | None:
+def _common(limits: Sequence[Rate]) -> float | None:
     """Return the factor of all rates, None where they have none in common."""
-    given, right = (np.concatenate([getattr(rate, name) for rate in found]) for name in ("given", "right"))
+    given, right = (np.concatenate([getattr(rate, name) for rate in limits]) for name in ("given", "right"))
     if not np.any(right):
         return None
     factor = float(right @ given / (right @ right))
@@ -146,9 +146,9 @@ def _times_the(what: str, factor: float) -> str:
     return f"{factor:.4g} times the {what}" if abs(factor) > PLAIN else "no force"
 
 
-def _components(name: str, found: Sequence[Rate]) -> str:
+def _components(name: str, limits: Sequence[Rate]) -> str:
     """Return the components that are off, and by how much."""
-    apart = np.max(np.abs([rate.given - rate.right for rate in found]), axis=0)
+    apart = np.max(np.abs([rate.given - rate.right for rate in limits]), axis=0)
     return _listed(f"{apart[k]:.3g} in {name}{k + 1}'" for k in np.flatnonzero(apart > FITS * np.max(apart)))
 
 

@@ -101,8 +101,8 @@ def pulling_only(mechanics: Mechanics, p: Array, q: Array, h: float) -> State:
     G = mechanics.gradient(q)
     free = drift(mechanics, p - h / 2 * mechanics.slope(p, q), q, h)
     lam = np.linalg.lstsq(mechanics.inverse_mass(q) @ G.T, free - half, rcond=None)[0]
-    kept = [k for k, value in enumerate(lam) if value > 0]
-    return RATTLE(replace(mechanics, rows=np.array(kept, dtype=int)), p, q, h)
+    taut = [k for k, value in enumerate(lam) if value > 0]
+    return RATTLE(replace(mechanics, rows=np.array(taut, dtype=int)), p, q, h)
 
 
 def position_based(mechanics: Mechanics, p: Array, q: Array, h: float, *, kick: str, gradient: str, mass: bool) -> State:

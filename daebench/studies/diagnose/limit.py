@@ -56,10 +56,10 @@ def on_manifold(battery: Battery) -> Iterator[State]:
 
 def limit_of(step: Map, p: Array, q: Array, battery: Battery) -> tuple[State, tuple[float, float]] | None:
     """Return the rates of p and q, and what each is known to: from the two neighbouring sizes whose limits differ least."""
-    found = [limit for size in SIZES if (limit := rates(step, p, q, size * battery.h))]
-    if len(found) < 2:
+    limits = [limit for size in SIZES if (limit := rates(step, p, q, size * battery.h))]
+    if len(limits) < 2:
         return None
-    rate, error = zip(*(_nearest_two([limit[k] for limit in found]) for k in (0, 1)), strict=True)
+    rate, error = zip(*(_nearest_two([limit[k] for limit in limits]) for k in (0, 1)), strict=True)
     return (rate[0], rate[1]), (error[0], error[1])
 
 
@@ -81,16 +81,16 @@ def projector(mechanics: Mechanics, q: Array) -> Array:
     return np.asarray(np.eye(len(q)) - np.linalg.pinv(G) @ G)
 
 
-def _size(found: Sequence[Rate]) -> float:
-    return max(float(np.max(np.abs([rate.given, rate.right]))) for rate in found)
+def _size(limits: Sequence[Rate]) -> float:
+    return max(float(np.max(np.abs([rate.given, rate.right]))) for rate in limits)
 
 
-def settled(found: Sequence[Rate]) -> bool:
+def settled(limits: Sequence[Rate]) -> bool:
     """Return whether there are limits: they are known better than the size of the rates."""
-    return max(rate.error for rate in found) * SURE <= _size(found)
+    return max(rate.error for rate in limits) * SURE <= _size(limits)
 
 
-def off(battery: Battery, found: Sequence[Rate]) -> bool:
+def off(battery: Battery, limits: Sequence[Rate]) -> bool:
     """Return whether rates are others than the problem's, by more than they are known to."""
-    least = (OFF_SINGLE if battery.single else OFF) * _size(found)
-    return any(float(np.max(np.abs(rate.given - rate.right))) > max(least, SURE * rate.error) for rate in found)
+    least = (OFF_SINGLE if battery.single else OFF) * _size(limits)
+    return any(float(np.max(np.abs(rate.given - rate.right))) > max(least, SURE * rate.error) for rate in limits)

@@ -113,12 +113,12 @@ def one_body(G: Array, size: int, *, last: bool) -> Array:
     """Return gradients of which the entries of all bodies but the last, or the first, are left out; NaN where there are no such bodies."""
     if G.shape[1] % size:
         return np.full_like(G, np.nan)
-    kept = np.zeros_like(G)
-    for row, full in zip(kept, G, strict=True):
+    rows_of_body = np.zeros_like(G)
+    for row, full in zip(rows_of_body, G, strict=True):
         bodies = [k for k in range(0, G.shape[1], size) if np.any(full[k : k + size])]
         k = bodies[-1 if last else 0] if bodies else 0
         row[k : k + size] = full[k : k + size]
-    return kept
+    return rows_of_body
 
 
 def unconstrained(mechanics: Mechanics, p: Array, q0: Array, h: float) -> tuple[Array, Array]:

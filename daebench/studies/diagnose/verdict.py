@@ -314,11 +314,11 @@ def _fed_back(trial: Battery, shown: Feedback, apart: str) -> Finding:
     return Finding(FAULT, ("baumgarte",), (apart, law, *(f"its steps are those of {x.variant}, to {x.deviation:.1e}" for x in matches[:1])))
 
 
-def _of_equations(finding: Finding, told: str) -> Finding:
+def _of_equations(finding: Finding, sentence: str) -> Finding:
     """Return the verdict where the steps are those of other equations in the limit: a fault that is named may be why, else that is it."""
-    if not told:
+    if not sentence:
         return finding
-    evidence = (told, *finding.evidence)
+    evidence = (sentence, *finding.evidence)
     if finding.verdict == CORRECT or finding.resembles:
         return replace(finding, verdict=UNSURE, evidence=evidence)
     if finding.faults:

@@ -27,15 +27,15 @@ def draw(out: Path, stem: str, ensemble: Ensemble) -> Path:
 
 def figure(ensemble: Ensemble) -> "Figure":
     """Return the picture of an ensemble."""
-    bands, kept = ensemble.bands, ensemble.kept
+    bands, conserved = ensemble.bands, ensemble.kept
     with drawing():
-        drawn, axes = grid_of_axes(1, 2 + bool(kept), 3.3, sharex=True, x="time $t$ [s]")
+        drawn, axes = grid_of_axes(1, 2 + bool(conserved), 3.3, sharex=True, x="time $t$ [s]")
         _bands(axes[0, 0], bands, "energy", VERMILION)
         axes[0, 0].set(title="energy error", ylabel="$H - H_0$ [unit of $H$]")
-        if kept:
-            _bands(axes[0, 1], bands, kept, BLUE)
-            axes[0, 1].set(title=TITLES[kept][0], ylabel=TITLES[kept][1])
-            if (bands[column(0.05, kept)][1:] > 0).all():
+        if conserved:
+            _bands(axes[0, 1], bands, conserved, BLUE)
+            axes[0, 1].set(title=TITLES[conserved][0], ylabel=TITLES[conserved][1])
+            if (bands[column(0.05, conserved)][1:] > 0).all():
                 axes[0, 1].set_yscale("log")
         _line(axes[0, -1], bands["t"], bands["spread"])
         axes[0, -1].set(title="spread", ylabel="rms distance from the mean")

@@ -141,5 +141,5 @@ def _lost(members: Members, states: Sequence[Array]) -> NDArray[np.bool_]:
         p, q = states
         size = np.maximum(size, np.max(np.abs(np.sum(p * members.along("H_p", p, q), axis=2)), axis=0))
     with np.errstate(all="ignore"):
-        kept: NDArray[np.bool_] = np.max(np.abs(H - H[0]), axis=0) <= CONSERVED * size
-    return ~kept
+        conserved: NDArray[np.bool_] = np.max(np.abs(H - H[0]), axis=0) <= CONSERVED * size
+    return ~conserved

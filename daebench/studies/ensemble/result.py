@@ -118,8 +118,8 @@ class Ensemble(Result):
         words = np.full(len(self.run.members), FAILED, dtype="U12")
         ended = ended_members(self.run)
         if len(ended):
-            told = member_energies(self.run, ended)["energy_verdict"]
-            words[ended] = held_verdicts(told, self.run, ended, self.method, self.request)
+            parts = member_energies(self.run, ended)["energy_verdict"]
+            words[ended] = held_verdicts(parts, self.run, ended, self.method, self.request)
         return words
 
     def quantiles(self, values: Array, levels: Sequence[float] = LEVELS) -> Array:

@@ -138,13 +138,13 @@ def ensemble(
     if members is None:
         members = distribution.size if isinstance(distribution, Grid) else MEMBERS
     require_memory_of_members(replace(grid, every=every).rows, ivp.size, whole("members", members))
-    made = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
+    drawn_starts = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
-    some = made.members if weights is None else made.members.weighted(weights)
+    some = drawn_starts.members if weights is None else drawn_starts.members.weighted(weights)
     if store is None:
-        return Ensemble(run_members(solver, some, asked, lanes=lanes, threads=threads), made.about, seed, solver, asked)
+        return Ensemble(run_members(solver, some, asked, lanes=lanes, threads=threads), drawn_starts.about, seed, solver, asked)
     fields = settings_of(problem, ivp.case, method, given)
-    return Ensemble(kept_run(store, executor, fields, some, asked, solver), made.about, seed, solver, asked)
+    return Ensemble(kept_run(store, executor, fields, some, asked, solver), drawn_starts.about, seed, solver, asked)
 
 
 def _require(points: int, store: "Store | None", executor: "Executor | None", weights: Any) -> None:

@@ -40,7 +40,7 @@ def claimed(ivp: Ivp, method: Any) -> frozenset[str]:
         "constraints": claims.on_manifold,
         "two_form": claims.symplectic,
     }
-    return frozenset(name for name, made in claim.items() if made)
+    return frozenset(name for name, holds in claim.items() if holds)
 
 
 def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
@@ -50,7 +50,7 @@ def _on_poisson(ivp: PoissonIvp, method: Any) -> frozenset[str]:
         "casimirs": bool(ivp.casimirs) and set(ivp.casimirs) <= set(conserved),
         "two_form": method.is_poisson(ivp),
     }
-    return frozenset(name for name, made in claim.items() if made)
+    return frozenset(name for name, holds in claim.items() if holds)
 
 
 def claims_of(table: "pd.DataFrame") -> dict[str, frozenset[str]]:

@@ -69,13 +69,13 @@ class MemberRuns(GridRun):
 
     def rows(self, row: Mapping[str, Any]) -> Iterator[Row]:
         """Give the row of each member, of what was computed for all of them; states are left out."""
-        found = unpacked(row["arrays"])
+        arrays = unpacked(row["arrays"])
         failures = dict(zip(row["failed"], row["failure"], strict=True))
         common = {name: row[name] for name in ("problem", "case", "method", "value", "t_end")}
-        maxima = {name.replace("maxima ", "max_"): values for name, values in found.items() if name.startswith("maxima ")}
+        maxima = {name.replace("maxima ", "max_"): values for name, values in arrays.items() if name.startswith("maxima ")}
         for i in range(self.members):
             of_member = {name: float(values[i]) for name, values in maxima.items()}
-            yield {**common, "member": self.first + i, "steps": int(found["steps"][i]), "failure": failures.get(i, ""), **of_member}
+            yield {**common, "member": self.first + i, "steps": int(arrays["steps"][i]), "failure": failures.get(i, ""), **of_member}
 
 
 def members_of(specification: MemberRuns) -> Members:

@@ -203,8 +203,8 @@ def load_group(path: Path, who: dict[str, Any]) -> GroupCheckpoint:
     _require_shapes(path, arrays, {**shapes, "numbers": (None, n), "waiting": (None, n)})
     done, _, _, length, pieces = about["counts"]
     blocks = Blocks(length, arrays["means"], arrays["total"], pieces)
-    kept = Windows(arrays["windows"]), blocks, arrays["numbers"], arrays["waiting"], arrays["first"]
-    return GroupCheckpoint(tuple(about["members"]), done, float(arrays["seconds"]), *kept)
+    group = Windows(arrays["windows"]), blocks, arrays["numbers"], arrays["waiting"], arrays["first"]
+    return GroupCheckpoint(tuple(about["members"]), done, float(arrays["seconds"]), *group)
 
 
 def progress_of(path: Path) -> tuple[int, int, bool]:

@@ -125,8 +125,8 @@ class Ensemble:
     def _paths(self, numbers: int) -> dict[tuple[int, ...], Path]:
         """Return the checkpoints that there are whose names have so many numbers, 1 or 2, by these numbers."""
         form = re.compile(re.escape(self.stem) + numbers * r"-(\d+)" + r"\.npz")
-        found = {path: form.fullmatch(path.name) for path in sorted(self.folder.glob("*.npz"))}
-        pieces = {tuple(map(int, match.groups())): path for path, match in found.items() if match}
+        matches = {path: form.fullmatch(path.name) for path in sorted(self.folder.glob("*.npz"))}
+        pieces = {tuple(map(int, match.groups())): path for path, match in matches.items() if match}
         return {piece: path for piece, path in pieces.items() if piece[0] < self.members}
 
     def kept(self) -> dict[int, Checkpoint]:

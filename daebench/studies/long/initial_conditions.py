@@ -41,5 +41,5 @@ def starts_of(ivp: Ivp, numbers: Sequence[int], h: float) -> Members:
     xi = np.array([np.random.default_rng(number).uniform(-1, 1, ivp.size) for number in numbers])
     moved = members(ivp, beside(ivp, size, xi), h, {})
     some = require_projected(project_members(moved), f"a neighbourhood of size {size:.2g}") if ivp.on_manifold else moved
-    own = np.equal(numbers, 0)[:, None]
-    return replace(some, start=tuple(np.where(own, x, vectors) for x, vectors in zip(ivp.start, some.start, strict=True)))
+    unmoved = np.equal(numbers, 0)[:, None]
+    return replace(some, start=tuple(np.where(unmoved, x, vectors) for x, vectors in zip(ivp.start, some.start, strict=True)))

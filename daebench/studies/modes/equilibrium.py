@@ -56,7 +56,7 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
     zero = np.zeros(ivp.d)
     on_manifold = {"type": "eq", "fun": lambda q: ivp.value("g", q), "jac": lambda q: ivp.value("G", q)}
     with np.errstate(all="ignore"):
-        found = scipy.optimize.minimize(  # type: ignore[call-overload]  # its stubs want to know the rank of arrays
+        minimum = scipy.optimize.minimize(  # type: ignore[call-overload]  # its stubs want to know the rank of arrays
             lambda q: float(ivp.value("H", zero, q)),
             ivp.q0,
             jac=lambda q: np.array(ivp.value("H_q", zero, q), dtype=float),
@@ -64,7 +64,7 @@ def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
             method="SLSQP",
             options={"maxiter": ITERATIONS, "ftol": 1e-14},
         ).x
-        rest = _polished(ivp, np.asarray(found, dtype=float))
+        rest = _polished(ivp, np.asarray(minimum, dtype=float))
     size = 1.0 + float(np.max(np.abs(ivp.q0)))
     speed = float(np.max(np.abs(ivp.value("H_p", zero, rest.q)))) if np.all(np.isfinite(rest.q)) else np.inf
     scale = max(float(np.max(np.abs(ivp.value("H_q", zero, rest.q)))), 1.0) if np.all(np.isfinite(rest.q)) else 1.0

@@ -235,9 +235,9 @@ def modes(
     alpha, beta = alpha or BAUMGARTE, beta or BAUMGARTE
     pulls = np.linalg.eigvalsh(system.G @ system.H_pp @ system.G.T)
     stiff = stiff or STIFFER * fastest**2 / float(np.min(pulls[pulls > DEPENDENT * pulls[-1]]))
-    found = spectra(system, alpha=alpha, beta=beta, stiff=stiff)
+    eigenvalues = spectra(system, alpha=alpha, beta=beta, stiff=stiff)
     steps, left_out = usable_steps(about, names)
-    return Modes(ivp, rest, squares, shapes, found, alpha, beta, stiff, steps, left_out)
+    return Modes(ivp, rest, squares, shapes, eigenvalues, alpha, beta, stiff, steps, left_out)
 
 
 def _spectrum(axis: Any, modes: Modes, name: str) -> None:

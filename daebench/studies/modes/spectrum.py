@@ -135,8 +135,8 @@ def spectra(system: Linear, *, alpha: float, beta: float, stiff: float) -> Spect
 
 
 def _eigenvalues(matrix: Array, basis: Array) -> NDArray[np.complex128]:
-    found = np.linalg.eigvals(basis.T @ matrix @ basis).astype(complex)
-    return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
+    eigenvalues = np.linalg.eigvals(basis.T @ matrix @ basis).astype(complex)
+    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")])
 
 
 def largest_real(eigenvalues: NDArray[np.complex128]) -> float:

@@ -100,8 +100,8 @@ def specifications(asked: Asked) -> list[ParameterRuns]:
     for method in asked.fixed if asked.methods else asked.fixed[:METHODS]:
         at_once = together(asked, method)
         across, up = (SIDE, SIDE) if at_once else (FEW_STEPS, FEW_VALUES)
-        own = asked.ivp.parameters[name]
-        values = tuple(map(float, asked.parameters.get(name) or _spaced(own / RANGE, own * RANGE, up)))
+        usual = asked.ivp.parameters[name]
+        values = tuple(map(float, asked.parameters.get(name) or _spaced(usual / RANGE, usual * RANGE, up)))
         for h in asked.h or [asked.end / n for n in _spaced(FEWEST_STEPS, MOST_STEPS, across)]:
             for some in [values] if at_once else [(value,) for value in values]:
                 fields = vars(asked.specification(method, h, metrics, outputs=int(asked.end / h + 1)))

@@ -106,17 +106,17 @@ def functions() -> Mapping[str, Any]:
     Unavailable
         If a library or function is missing, or of another version.
     """
-    found, declared = paths(), {}
-    if missing := [name for name in FUNCTIONS if name not in found]:
+    libraries, declared = paths(), {}
+    if missing := [name for name in FUNCTIONS if name not in libraries]:
         raise Unavailable(f"{DISTRIBUTION} has no shared library of SUNDIALS for {', '.join(missing)}")
     for name, table in FUNCTIONS.items():  # core first: on Windows the others find it loaded
         try:
-            library = ctypes.CDLL(found[name])
+            library = ctypes.CDLL(libraries[name])
             for symbol, kinds in table.items():
                 function = declared[symbol] = getattr(library, symbol)
                 function.restype, *function.argtypes = [KINDS[kind] for kind in kinds]
         except (OSError, AttributeError) as error:
-            raise Unavailable(f"{found[name]} cannot be used ({error})") from error
+            raise Unavailable(f"{libraries[name]} cannot be used ({error})") from error
         if name == "core":
             _require_version(declared["SUNDIALSGetVersionNumber"])
     return declared
