@@ -40,6 +40,16 @@ def test_every_folder_with_python_in_it_is_a_listed_package():
     assert listed == {".".join(folder.relative_to(ROOT).parts) for folder in folders}
 
 
+def test_every_file_of_the_package_that_is_no_code_is_in_the_wheel():
+    data = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
+    packed = {
+        file for package, patterns in data.items() for pattern in patterns for file in (ROOT / package.replace(".", "/")).glob(pattern)
+    }
+    files = (Path(folder) / name for folder, _, names in os.walk(ROOT / "daebench", followlinks=True) for name in names)
+    rest = {file for file in files if file.suffix not in (".py", ".pyc")} - packed
+    assert {file for file in rest if file.parent.name != "gallery"} == set()  # stored pages are of the repository alone
+
+
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
