@@ -20,6 +20,8 @@ else:
             self._name = name
 
         def __getattr__(self, attribute: str) -> Any:
+            if attribute.startswith("__"):  # those who ask whether this is a function or a wrapper do not need the library
+                raise AttributeError(attribute)
             module = import_module(self._name)
             try:
                 value = getattr(module, attribute)

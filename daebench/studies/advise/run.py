@@ -124,11 +124,5 @@ def advise(
         from_starts = work.from_starts(choice.method, choice.value)
         work.tell_after(0.6, "what breaks first")
         broken = changes(question, choice.method, choice.knob, choice.value, work.make)
-        return Advice(
-            **common,
-            choice=choice,
-            runners_up=tuple(other for other, _ in others),
-            kept=conserved,
-            starts=from_starts,
-            changes=tuple(broken),
-        )
+        best: dict[str, Any] = {"choice": choice, "runners_up": tuple(other for other, _ in others), "kept": conserved}
+        return Advice(**common, **best, starts=from_starts, changes=tuple(broken))
