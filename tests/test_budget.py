@@ -39,3 +39,16 @@ def test_tokens_are_those_of_code():
 def test_habits_are_counted():
     tree = ast.parse('def f(own):\n    """Return what it is."""\n    import os\n    for each in own:\n        made = each\n')
     assert (house.local_imports(tree), house.vague_names(tree), house.what_docstrings(tree)) == (1, 3, 1)
+
+
+@pytest.mark.parametrize(
+    ("code", "asks"),
+    [
+        ("assert isinstance(ivp, A | PoissonIvp)", True),
+        ("isinstance(ivp, (ConstrainedIvp, A))", True),
+        ("isinstance(method, PoissonStep)", False),
+        ("x: PoissonIvp = 1", False),
+    ],
+)
+def test_a_question_for_the_class_of_a_problem_is_found_where_there_is_one(code, asks):
+    assert house.asks_for_the_class_of_a_problem(ast.parse(code)) == asks

@@ -149,29 +149,3 @@ def test_no_function_is_longer_than_45_lines_of_code():
     counted = {f"{file.relative_to(ROOT)}:{name}": n for file in files for name, n in lengths(file.read_text(encoding="utf-8")).items()}
     assert len(counted) > 1000
     assert {name: n for name, n in counted.items() if n > LONGEST} == {}
-
-
-CLASSES_OF_A_KIND = {
-    *("ConstrainedIvp", "PoissonIvp", "Trajectory", "PoissonTrajectory"),
-    *("ConstrainedHamiltonian", "ConstrainedChain", "PoissonSystem", "PoissonLattice"),
-}
-MOST_FORKS = 11
-"""Files that ask for the class of a problem. More questions belong to ``runs/state.py`` and the initial value problem."""
-
-
-def forks(text):
-    """Return the numbers of lines that ask for the class of a problem, an initial value problem or a trajectory."""
-    calls = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance")
-    return [call.lineno for call in calls if CLASSES_OF_A_KIND & {node.id for node in ast.walk(call.args[1]) if isinstance(node, ast.Name)}]
-
-
-def test_a_fork_on_the_class_of_a_problem_is_found_where_there_is_one():
-    assert forks(
-        "x = 1\nassert isinstance(ivp, A | PoissonIvp)\nisinstance(method, PoissonStep)\nisinstance(ivp, (ConstrainedIvp, A))\n"
-    ) == [2, 4]
-
-
-def test_hardly_any_file_asks_for_the_class_of_a_problem_in_place_of_its_state():
-    files = [file for folder in ("daebench", *FOLDERS) for file in (ROOT / folder).rglob("*.py")]
-    assert len(files) > 500
-    assert len([file for file in files if forks(file.read_text(encoding="utf-8"))]) <= MOST_FORKS

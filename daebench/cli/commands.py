@@ -2,6 +2,7 @@
 
 import importlib
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -91,13 +92,19 @@ class Commands(TyperGroup):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the help, with the line of each command."""
-        self.commands = {name: TyperCommand(name, help=line) for name, line in lines().items()}
-        try:
+        with self._unloaded():
             super().format_help(ctx, formatter)
-        finally:
-            self.commands = Loaded()
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
-        """Return names of commands that begin with a text, without loading them."""
+        """Return names of commands that begin with a text."""
+        with self._unloaded():
+            return super().shell_complete(ctx, incomplete)
+
+    @contextmanager
+    def _unloaded(self) -> Iterator[None]:
+        """Have a line in place of each command."""
         self.commands = {name: TyperCommand(name, help=line) for name, line in lines().items()}
-        return super().shell_complete(ctx, incomplete)
+        try:
+            yield
+        finally:
+            self.commands = Loaded()

@@ -47,7 +47,7 @@ DRAWN = "drawn"
 SETTINGS: Mapping[str, Any] = {"size": Size, "box": Box, "energy": Energy}
 
 METHODS = {"method": "", "methods": ", comma-separated"}
-"""Arguments that name methods, which have a help of their own in each study, and what is said there of their form."""
+"""Arguments that name methods, whose help is that of each study, and what is said there of their form."""
 
 FEW = 6
 """Numbers of a default that a help names."""
@@ -64,22 +64,20 @@ class Argument(NamedTuple):
     several: bool = False
 
 
-def command_of(study: Callable[..., Any], title: str = "") -> Callable[..., None]:
+def command_of(study: Callable[..., Any]) -> Callable[..., None]:
     """Return the command of a study: a function with options in the form of typer.
 
     Parameters
     ----------
     study : callable
         A public function of keyword arguments, with a docstring, that returns a :class:`daebench.runs.result.Result`.
-    title : str
-        Title of its progress bar, with arguments in braces; by default the name of the study and the problem.
     """
     parameters = inspect.signature(study).parameters
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
     taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in (DRAWN, PROGRESS)}
     settings = SETTINGS if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
-    title = title or f"{study.__name__.replace('_', '-')} on {{problem}}"
+    title = study.__name__.replace("_", "-")
 
     def command(*, as_json: bool = False, **given: Any) -> None:
         folder = Folder(given["out"], pictures=(kind.stem,)) if kind.stem else Folder(None)
@@ -87,7 +85,7 @@ def command_of(study: Callable[..., Any], title: str = "") -> Callable[..., None
         asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
         if settings:
             asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
-        with bar(title.format(**given)) as progress:
+        with bar(f"{title} on {given['problem']}") as progress:
             shown = {PROGRESS: progress} if PROGRESS in parameters else {}
             result = _result(partial(study, **shown), asked, [name for name, argument in taken.items() if argument.several])
         written = _written(folder, result)
@@ -124,7 +122,7 @@ def _argument(given: inspect.Parameter, about: str) -> Argument:
         form, info = get_args(SHARED[shared])
         read, info = READERS.get(shared, _same), copy(info)
         if shared in METHODS:
-            info.help = f"{about.rstrip('.')}{METHODS[shared]}; {arguments.OUTSIDE}."
+            info.help = f"{about.rstrip('.')}{METHODS[shared]}."
     else:
         if isinstance(default, tuple):  # the study has it to the last digit
             about, default = f"{about.rstrip('.')}{_between(default)}.", None

@@ -1,7 +1,7 @@
 """Results of studies: a result is its JSON, what a command prints, its picture with a table beside it, and what a notebook displays."""
 
 import base64
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from io import BytesIO
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from markupsafe import escape
 
 from daebench.errors import DaebenchError
-from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 MOST_ITEMS = 6
@@ -27,16 +27,11 @@ STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
 
 @dataclass(frozen=True)
 class Table:
-    """A table that a command prints: names of columns, rows of texts, and a title; without columns, names and values."""
+    """A table that a command prints: names of columns, rows of texts, and a title."""
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     title: str = ""
-
-
-def frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
-    """Return a table with a row for each mapping."""
-    return pd.DataFrame(list(rows))
 
 
 class Result:

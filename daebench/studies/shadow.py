@@ -15,10 +15,10 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.option import Option
 from daebench.runs.request import Request
-from daebench.runs.result import Result, Table, frame
+from daebench.runs.result import Result, Table
+from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
     from daebench.runs.ivp import InitialValueProblem
@@ -100,7 +100,8 @@ class Shadows(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """The ranges, a row a scheme and order."""
-        return frame({"method": run.method, "h": run.h, "order": k, "range": x} for run in self.runs for k, x in run.ranges.items())
+        ranges = ((run, order, value) for run in self.runs for order, value in run.ranges.items())
+        return pd.DataFrame([{"method": run.method, "h": run.h, "order": order, "range": value} for run, order, value in ranges])
 
     def summary(self) -> dict[str, Any]:
         """Return the results, for JSON."""
@@ -114,7 +115,7 @@ class Shadows(Result):
         yield Table(["order", *(run.method for run in self.runs)], rows)
         for run in self.runs:
             if not run.derived:
-                yield f"{run.method} does not claim to be symplectic on the manifold, and has no shadow Hamiltonian; it is for comparison."
+                yield f"{run.method} does not claim to be symplectic on the manifold: it has no shadow Hamiltonian, and is for comparison."
 
     def plot(self) -> "Figure":
         """Return a figure of the range of each shadow Hamiltonian by its order, a curve a scheme."""

@@ -3,6 +3,7 @@
 lazy_loader would do the same, but leaves an unfinished module in ``sys.modules``, where other libraries look for what is there.
 """
 
+from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +24,9 @@ else:
             if attribute.startswith("__"):  # those who ask whether this is a function or a wrapper do not need the library
                 raise AttributeError(attribute)
             module = import_module(self._name)
-            try:
-                value = getattr(module, attribute)
-            except AttributeError:
-                value = import_module(f"{self._name}.{attribute}")
+            with suppress(ModuleNotFoundError):  # a package within this one
+                import_module(f"{self._name}.{attribute}")
+            value = getattr(module, attribute)
             setattr(self, attribute, value)
             return value
 

@@ -13,6 +13,7 @@ import daebench
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.pages.generation import algebra
 from daebench.reference.solution import reference_solution
+from daebench.schemes.kernels import newton as kernel
 
 PAIRS = [
     ("spherical_pendulum", "rattle", 0.01),
@@ -140,3 +141,21 @@ def test_newton_ends_at_round_off_and_says_so_if_it_does_not():
     assert report[0] == algebra.OK
     assert abs(x - np.sqrt(2.0)) <= algebra.EPS
     assert algebra.newton(lambda x, _: (-x, 1.0, 1.0, 1.0, 1.0), 1.0, 0.0)[1][0] == algebra.NOT_CONVERGED
+
+
+@pytest.mark.parametrize("first", [1.5, 1.0, 0.99, 1.01])
+@pytest.mark.parametrize("roundings", [1e6, 1.01e4, 9.9e3, 4.04, 3.96])
+def test_its_newton_ends_where_that_of_the_schemes_does(first, roundings, monkeypatch):
+    for name, value in {"EPS": algebra.EPS, "INF": np.inf, "tally": lambda *_: (0,)}.items():  # filled in for each problem
+        monkeypatch.setattr(kernel, name, value, raising=False)
+
+    def ending(newton, sizes):
+        def update(x, _):
+            return x + 1, (sizes[x] if x < len(sizes) else sizes[-1]), 1.0, 1.0, 1.0
+
+        x, report = newton(update, 0, None)
+        return x, report[0]
+
+    size = roundings * algebra.EPS
+    for sizes in ((first * size, size), (first * size, size, size), (10 * first * size, first * size, size)):
+        assert ending(algebra.newton, sizes) == ending(kernel.newton, sizes)

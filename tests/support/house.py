@@ -84,9 +84,34 @@ def what_docstrings(tree):
     return sum(bool(WHAT.match(ast.get_docstring(node) or "")) for node in documented)
 
 
+CLASSES_OF_A_PROBLEM = {
+    *("ConstrainedIvp", "PoissonIvp", "Trajectory", "PoissonTrajectory"),
+    *("ConstrainedHamiltonian", "ConstrainedChain", "PoissonSystem", "PoissonLattice"),
+}
+
+
+def asks_for_the_class_of_a_problem(tree):
+    """Tell whether code asks for the class of a problem, an initial value problem or a trajectory: 1 or 0."""
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance")
+    return int(any(CLASSES_OF_A_PROBLEM & {node.id for node in ast.walk(call.args[1]) if isinstance(node, ast.Name)} for call in calls))
+
+
+def asks_for_the_kind_of_a_problem(tree):
+    """Tell whether code asks if states lie on a constraint manifold: 1 or 0."""
+    return int(any(isinstance(node, ast.Attribute) and node.attr == "on_manifold" for node in ast.walk(tree)))
+
+
+HABITS = {
+    "local_imports": local_imports,
+    "vague_names": vague_names,
+    "what_docstrings": what_docstrings,
+    "files_that_ask_for_the_class_of_a_problem": asks_for_the_class_of_a_problem,
+    "files_that_ask_for_the_kind_of_a_problem": asks_for_the_kind_of_a_problem,
+}
+
+
 @cache
 def habits():
     """Return how often each habit is met in the code."""
     trees = [ast.parse(file.read_text(encoding="utf-8")) for file in files()]
-    counted = {"local_imports": local_imports, "vague_names": vague_names, "what_docstrings": what_docstrings}
-    return {name: sum(map(count, trees)) for name, count in counted.items()}
+    return {name: sum(map(count, trees)) for name, count in HABITS.items()}

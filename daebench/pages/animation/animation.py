@@ -141,7 +141,7 @@ def animation(
     problem : str, ConstrainedHamiltonian or PoissonSystem
         Name in the catalogue, the path of a problem file, which is executed, or a definition; it declares a picture.
     methods : sequence of str
-        Names of methods, each of which has a picture.
+        Names of methods, each of which has a picture; FILE.py:NAME, LIBRARY.so:NAME and exec:PROGRAM are executed.
     t_end : float
         End time of the runs.
     out : path

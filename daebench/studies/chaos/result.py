@@ -138,7 +138,7 @@ class Chaos(Result):
     @property
     def status(self) -> int:
         """1 if a run stopped early."""
-        return int(bool(self.growth.status.any()))
+        return int(STOPPED in self.verdict)
 
     def printed(self) -> Iterator[str | Mapping[str, Any]]:
         """Yield the summary, the largest exponent with its interval, and what a regular start does not show."""

@@ -13,13 +13,13 @@ from daebench.draw.springs import draw_springs
 from daebench.errors import BadInput, positive
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.ivp import Array, ConstrainedIvp
-from daebench.runs.result import Result, Table, frame
+from daebench.runs.result import Result, Table
 from daebench.studies.modes.equilibrium import Equilibrium, equilibrium
 from daebench.studies.modes.spectrum import DEPENDENT, ZERO, Linear, Spectra, largest_real, natural, spectra, zeros
 from daebench.studies.modes.step_limit import Oscillations, require_usable, usable_methods, usable_steps
+from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
     from daebench.runs.ivp import InitialValueProblem
@@ -117,7 +117,8 @@ class Modes(Result):
     @property
     def table(self) -> "pd.DataFrame":
         """All eigenvalues, a row each: formulation, real, imaginary."""
-        return frame({"formulation": name, "real": x.real, "imaginary": x.imag} for name, some in self.spectra.items() for x in some)
+        rows = [{"formulation": name, "real": x.real, "imaginary": x.imag} for name, some in self.spectra.items() for x in some]
+        return pd.DataFrame(rows)
 
     def printed(self) -> Iterator[str | Table]:
         """Yield the equilibrium, frequencies, formulations, and step limits."""
