@@ -122,13 +122,7 @@ def require_known(required: tuple[str, str, Collection[str]], *optional: tuple[s
 
 
 def real(name: str, value: Any) -> float:
-    """Return a value as a finite float.
-
-    Raises
-    ------
-    BadInput
-        If it is none.
-    """
+    """Return a value as a finite float."""
     try:
         number = float(value) if not isinstance(value, bool | str | bytes) else math.nan
     except (TypeError, ValueError, OverflowError):
@@ -139,13 +133,7 @@ def real(name: str, value: Any) -> float:
 
 
 def positive(name: str, value: Any) -> float:
-    """Return a value as a finite float greater than 0.
-
-    Raises
-    ------
-    BadInput
-        If it is none, or is so small that its quotients overflow and it has few digits.
-    """
+    """Return a value as a finite float greater than 0."""
     number = real(name, value)
     if number <= 0:
         raise BadInput(f"{name} = {number:g} must be greater than 0.")
@@ -155,13 +143,7 @@ def positive(name: str, value: Any) -> float:
 
 
 def whole(name: str, value: Any) -> int:
-    """Return a value as a whole number.
-
-    Raises
-    ------
-    BadInput
-        If it is none.
-    """
+    """Return a value as a whole number."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise BadInput(f"{name} = {_shown(value)} must be a whole number.")
     if abs(int(value)) >= LARGEST:

@@ -23,41 +23,20 @@ CONSERVED = 1e-6
 
 @dataclass(frozen=True)
 class OwnRun:
-    """A run that is finer than the runs compared with it, and is not certified.
-
-    Parameters
-    ----------
-    words : str
-        Description of the run.
-    t : ndarray, shape(n,)
-        Times, s.
-    states : mapping of str to ndarray, shape(n, components)
-        "q", "p" and "lam", or "y".
-    bound : mapping of str to ndarray
-        Largest error of each number, of the same shapes.
-    """
+    """A run that is finer than the runs compared with it, and is not certified."""
 
     words: str
+    """Description of the run."""
     t: Array
+    """Times, s; shape (n,)."""
     states: Mapping[str, Array]
+    """"q", "p" and "lam", or "y"; shape (n, components)."""
     bound: Mapping[str, Array]
+    """Largest error of each number, of the same shapes."""
 
 
 def certified_for(ivp: Ivp, end: float) -> Reference | None:
-    """Return the certified reference with this definition, case, start and parameters, up to this time; None if there is none.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with the numbers of a case.
-    end : float
-        Time, s, that it must reach.
-
-    Raises
-    ------
-    Damaged
-        If the reference cannot be read.
-    """
+    """Return the certified reference with this definition, case, start and parameters, up to this time; None if there is none."""
     try:
         reference = store.find(ivp.problem, ivp.case)
         catalogue_ivp = initial_value_problem(ivp.problem, ivp.case)
@@ -75,19 +54,7 @@ def _same(ivp: Ivp, other: Ivp) -> bool:
 def own_run(ivp: Ivp, times: ArrayLike, calls: float = CALLS) -> OwnRun:
     """Return the motion at these times, with its error bound, see :func:`daebench.reference.solution.reference_solution`.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with the numbers of a case.
-    times : array_like, shape(n,)
-        Ascending, at least 0.
-    calls : float
-        Largest number of calls of the right side in each run.
-
-    Raises
-    ------
-    RunFailed
-        If a run stops early, takes more calls, or does not conserve the energy: then it has missed a collision or a rank loss.
+    Shapes: times (n,).
     """
     t = np.asarray(times, dtype=float)
     exact = reference_solution(ivp, t, calls)

@@ -31,24 +31,16 @@ EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """States of the exact motion, with error bounds.
-
-    Parameters
-    ----------
-    kind : str
-        "closed form" or "DOP853".
-    t : ndarray, shape(n,)
-        Times, s, ascending.
-    states : mapping of str to ndarray, shape(n, components)
-        "q", "p" and the multipliers "lam"(p, q) of HLW (1.12), or "y" of a Poisson system.
-    bound : mapping of str to float
-        Bound of the Euclidean norm of the error of each of them at any of the times.
-    """
+    """States of the exact motion, with error bounds."""
 
     kind: str
+    """"closed form" or "DOP853"."""
     t: Array
+    """Times, s, ascending; shape (n,)."""
     states: Mapping[str, Array]
+    """"q", "p" and the multipliers "lam"(p, q) of HLW (1.12), or "y" of a Poisson system; shape (n, components)."""
     bound: Mapping[str, float]
+    """Bound of the Euclidean norm of the error of each of them at any of the times."""
 
 
 def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
@@ -59,19 +51,7 @@ def reference_solution(ivp: InitialValueProblem, times: ArrayLike, calls: float 
     2.5e-14 from time to time, without interpolation; multipliers of redundant constraints are those of least norm where the case says so.
     The bound is then 10 times the difference from a run at 1e-13, or that rounding if it is larger.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        A problem of either kind with consistent initial values.
-    times : array_like, shape(n,)
-        Ascending, at least 0.
-    calls : float
-        Largest number of calls of the right side in each of the two runs.
-
-    Raises
-    ------
-    RunFailed
-        If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
+    Shapes: times (n,).
     """
     known = _by_closed_form(ivp, times) if ivp.facts.CLOSED_FORM else None
     return integrated(ivp, times, calls) if known is None else known
@@ -105,19 +85,7 @@ def _evaluated_once(ivp: Any, times: ArrayLike) -> ReferenceSolution:
 def evaluated(
     closed_form: Callable[..., Any], times: ArrayLike, q0: Array | Sequence[Any], p0: Array | Sequence[Any], parameters: Mapping[str, Any]
 ) -> tuple[Array, Array]:
-    """Return q and p of a closed form at these times, shape(n, d), evaluated with 20 digits and rounded once at the end.
-
-    Parameters
-    ----------
-    closed_form : callable
-        In the form that a problem declares, see :class:`daebench.systems.constrained.ConstrainedHamiltonian`.
-    times : array_like, shape(n,)
-        Times, s.
-    q0, p0 : sequence of number, shape(d,)
-        Initial values, floats or mpmath numbers, taken as exact.
-    parameters : mapping of str to number
-        Values of the parameters, floats or mpmath numbers, taken as exact.
-    """
+    """Return q and p of a closed form at these times, shape(n, d), evaluated with 20 digits and rounded once at the end."""
     states = exactly(closed_form, times, (q0, p0), parameters)
     q, p = (np.array([[float(x) for x in state[k]] for state in states]) for k in (0, 1))
     return q, p
@@ -136,19 +104,7 @@ def exactly(
 def integrated(ivp: InitialValueProblem, times: ArrayLike, calls: float = np.inf) -> ReferenceSolution:
     """Return the motion by two runs of DOP853, see :func:`reference_solution`.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        A problem of either kind with consistent initial values, which belong to time 0.
-    times : array_like, shape(n,)
-        In the order in which they are reached: ascending, or descending from 0.
-    calls : float
-        Largest number of calls of the right side in each of the two runs.
-
-    Raises
-    ------
-    RunFailed
-        If the integration stops early, takes more calls or leaves the domain, or a multiplier is not finite.
+    Shapes: times (n,).
     """
     posed, t = _ode(ivp), np.asarray(times, dtype=float)
     tight, loose = (_states(posed, advanced(posed, times, tol, calls)) for tol in (TIGHT, LOOSE))
@@ -177,15 +133,6 @@ def multipliers_between(ivp: ConstrainedIvp, known: ReferenceSolution, times: Ar
     """Return lam(p, q) at the start, at known times and between them, shape(n, m), with a bound of its error.
 
     Times in between are reached by DOP853 from the last known state before them.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem of ``known``.
-    known : ReferenceSolution
-        The states from which the integration continues.
-    times : array_like, shape(n,)
-        Times, s, at least 0, in any order.
     """
     wanted, starts = np.asarray(times, dtype=float), np.concatenate([[0.0], known.t])
     p, q = (np.concatenate([[x0], known.states[name]]) for x0, name in ((ivp.p0, "p"), (ivp.q0, "q")))
@@ -221,13 +168,7 @@ def _states(posed: Posed, rows: Array) -> dict[str, Array]:
 
 
 def advanced(posed: Posed, times: ArrayLike, tol: float, calls: float = np.inf) -> Array:
-    """Return the unknowns of an ODE by DOP853, shape(len(times), n), at times in the order they are reached, each the end of a step.
-
-    Raises
-    ------
-    RunFailed
-        If the integration stops early, or takes more than the allowed calls of the right side.
-    """
+    """Return the unknowns of an ODE by DOP853, shape(len(times), n), at times in the order they are reached, each the end of a step."""
     Y, t = [posed.y0], 0.0
     for t_next in np.asarray(times, dtype=float):
         y, steps = _advanced(posed, t, float(t_next), Y[-1], tol, calls)

@@ -46,17 +46,7 @@ def toolchain() -> str:
 
 
 def generated(stem: str, key: str, build: Callable[[], str]) -> types.ModuleType:
-    """Return the module made by ``build``, from this process, from the cache directory, or newly written there.
-
-    Parameters
-    ----------
-    stem : str
-        Readable first part of the module's name. Of a path, or of a text that is too long, the end is used.
-    key : str
-        Text that determines the content, together with :func:`toolchain`. It is hashed before anything is derived.
-    build : callable
-        Returns the source.
-    """
+    """Return the module made by ``build``, from this process, from the cache directory, or newly written there."""
     name = _name(stem, f"{key}\n{toolchain()}")
     if name in sys.modules:
         return sys.modules[name]

@@ -110,17 +110,7 @@ def _straight_line(
 
 
 def assignments(targets: Sequence[str], values: Sequence[sp.Expr], names: Mapping[sp.Symbol, str]) -> list[str]:
-    """Return lines that set each target to a value, with common subexpressions shared.
-
-    Parameters
-    ----------
-    targets : sequence of str
-        Sources of the targets.
-    values : sequence of Expr
-        Values of the targets.
-    names : mapping of Symbol to str
-        Source of each symbol.
-    """
+    """Return lines that set each target to a value, with common subexpressions shared."""
     private = {symbol: _private("s", i, symbol) for i, symbol in enumerate(names)}
     lines, results = _straight_line("an expression", values, private, names)
     return lines + [f"{target} = {result}" for target, result in zip(targets, results, strict=True)]
@@ -140,24 +130,7 @@ def require_smooth(name: str, values: Sequence[sp.Expr]) -> None:
 def computed(
     name: str, arguments: Mapping[str, Sequence[sp.Symbol]], values: Sequence[sp.Expr], parameters: Sequence[sp.Symbol]
 ) -> tuple[list[str], list[str]]:
-    """Return lines for the common subexpressions of values, and the source of each value.
-
-    Parameters
-    ----------
-    name : str
-        Name of the function that contains them.
-    arguments : mapping of str to sequence of Symbol
-        Names of the indexed arguments, and the symbols that their entries stand for.
-    values : sequence of Expr
-        Values to compute.
-    parameters : sequence of Symbol
-        The problem's parameters, in the order in which ``par`` holds them.
-
-    Raises
-    ------
-    InvalidProblem
-        If an expression contains a function without a numerical counterpart, or one that is not smooth.
-    """
+    """Return lines for the common subexpressions of values, and the source of each value."""
     whole = [sp.sympify(value) for value in values]
     require_smooth(name, whole)
     entries = [(argument, i, s) for argument, symbols in {**arguments, "par": parameters}.items() for i, s in enumerate(symbols)]
@@ -172,25 +145,6 @@ def expressions(
     shape: tuple[int, ...],
     parameters: Sequence[sp.Symbol],
 ) -> str:
-    """Return the source of ``name(*arguments, par)``, a function of tuples.
-
-    Parameters
-    ----------
-    name : str
-        Name of the function.
-    arguments : mapping of str to sequence of Symbol
-        Arguments in order, each a tuple of scalars.
-    values : sequence of Expr
-        Values that it returns, row by row.
-    shape : tuple of int
-        Shape of the result.
-    parameters : sequence of Symbol
-        The problem's parameters, in the order in which ``par`` holds them.
-
-    Raises
-    ------
-    InvalidProblem
-        As :func:`computed`.
-    """
+    """Return the source of ``name(*arguments, par)``, a function of tuples."""
     lines, results = computed(name, arguments, values, parameters)
     return function(f"{name}({', '.join([*arguments, 'par'])})", *lines, f"return {shaped(results, shape)}")

@@ -28,35 +28,20 @@ ALGEBRAS = ("values", "arrays")
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Where a definition comes from. The definition is made, and SymPy imported, only when something is derived.
-
-    Parameters
-    ----------
-    problem : str
-        Name of the problem.
-    key : str
-        Text that determines the definition. It is hashed before anything is imported.
-    define : callable
-        Returns the definition.
-    defaults : mapping of str to float, optional
-        Values of parameters that replace the defaults of the definition.
-    algebra : str
-        How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests.
-    outside : bool
-        Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion.
-
-    Raises
-    ------
-    BadInput
-        If the algebra is unknown.
-    """
+    """Where a definition comes from. The definition is made, and SymPy imported, only when something is derived."""
 
     problem: str
+    """Name of the problem."""
     key: str = field(repr=False)
+    """Text that determines the definition. It is hashed before anything is imported."""
     define: Callable[[], "Definition"] = field(repr=False)
+    """Returns the definition."""
     defaults: Mapping[str, float] | None = None
+    """Values of parameters that replace the defaults of the definition."""
     algebra: str = ""
+    """How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests."""
     outside: bool = False
+    """Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion."""
 
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:
@@ -127,23 +112,7 @@ class Source:
         wrapper: Wrapper | None = None,
         **options: Any,
     ) -> types.ModuleType:
-        """Return a generated module of functions of the problem.
-
-        Parameters
-        ----------
-        stem : str
-            Part of the module's name after the problem's name.
-        title : str
-            The module's docstring.
-        roots : sequence of str or of (str, str)
-            Functions: names of the scheme language, or file and name.
-        form : str
-            Form of the system.
-        wrapper : Wrapper, optional
-            Further functions, which call these.
-        **options
-            As for :class:`daebench.compiler.link.Options`.
-        """
+        """Return a generated module of functions of the problem."""
 
         def build() -> str:
             from daebench.compiler.link import Linker, Options  # which imports SymPy; a module from the cache needs neither

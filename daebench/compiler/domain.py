@@ -14,17 +14,7 @@ The logarithm is not: log(q) ends at 0, but its derivative 1/q is defined on bot
 
 
 def may_be_left_unseen(expressions: Iterable[Any], state: Collection[sp.Symbol], positive: Collection[Any] = ()) -> bool:
-    """Return whether one of the expressions may be undefined at a state where its derivatives are defined.
-
-    Parameters
-    ----------
-    expressions : iterable of Expr
-        H, or its parts.
-    state : collection of Symbol
-        Variables of the state, without the parameters.
-    positive : collection of Expr
-        Expressions that a run keeps positive anyway: the domain that a Poisson system declares.
-    """
+    """Return whether one of the expressions may be undefined at a state where its derivatives are defined."""
     functions = {function for expression in expressions if expression is not None for function in sp.sympify(expression).atoms(sp.Function)}
     return any(
         function.free_symbols & set(state) and not isinstance(function, TELLING) and not _safe(function, positive) for function in functions

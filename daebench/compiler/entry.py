@@ -75,19 +75,6 @@ class Entry:
     """A function for arguments of one form.
 
     What takes arguments apart and puts results together is written out for the form: a run may call its kernel for a few steps at a time.
-
-    Parameters
-    ----------
-    form : nested tuple
-        The form, see :func:`form_of`.
-    head : dict
-        What is known of the function: what its results are, their ``kinds``, and whether it ``allocates``.
-    place : callable
-        Makes, for the form of an array, what gives the words of an array.
-    pack : callable
-        Makes of words what the function is given.
-    array : callable
-        Makes an array of a pointer, its type, its lengths and its strides.
     """
 
     def __init__(

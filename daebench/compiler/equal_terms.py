@@ -23,33 +23,21 @@ FEWEST = 3
 
 
 class Text(NamedTuple):
-    """Source that reads tables.
-
-    Parameters
-    ----------
-    lines : list of str
-        Lines of a function's body.
-    tables : dict of str to str
-        Sources of the tables, by their names.
-    """
+    """Source that reads tables."""
 
     lines: list[str]
+    """Lines of a function's body."""
     tables: dict[str, str]
+    """Sources of the tables, by their names."""
 
 
 class Cluster(NamedTuple):
-    """Terms with the same symbols.
-
-    Parameters
-    ----------
-    symbols : tuple of Symbol
-        Their symbols.
-    terms : dict of int to list of Expr
-        Terms, by the number of the value to which they contribute.
-    """
+    """Terms with the same symbols."""
 
     symbols: tuple[sp.Symbol, ...]
+    """Their symbols."""
     terms: dict[int, list[sp.Expr]]
+    """Terms, by the number of the value to which they contribute."""
 
 
 def added(
@@ -59,26 +47,7 @@ def added(
     parameters: Sequence[sp.Symbol],
     target: str = "out",
 ) -> Text:
-    """Return lines that add each value to its entry of an array.
-
-    Parameters
-    ----------
-    name : str
-        Name of the function that contains them.
-    arguments : mapping of str to sequence of Symbol
-        Names of the indexed arrays, and the symbols that their entries stand for.
-    values : mapping of tuple of int to Expr
-        Values to add, by their indices in the array.
-    parameters : sequence of Symbol
-        The problem's parameters, in the order in which ``par`` holds them.
-    target : str
-        Name of the array.
-
-    Raises
-    ------
-    InvalidProblem
-        As :func:`daebench.compiler.codegen.computed`.
-    """
+    """Return lines that add each value to its entry of an array."""
     whole = [sp.sympify(value) for value in values.values()]
     codegen.require_smooth(name, whole)
     entries = {symbol: (array, i) for array, symbols in arguments.items() for i, symbol in enumerate(symbols)}

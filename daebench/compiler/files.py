@@ -46,20 +46,7 @@ class Machine(Protocol):
 
 
 class Files:
-    """The files of a scheme and of what surrounds it.
-
-    Parameters
-    ----------
-    plan : mapping
-        What the linker has found: ``constants`` of the language; ``homes`` of its names in files, as pairs of file and name; the file of
-        ``states``; names of functions that are ``bare``, without parameters of the problem; the place of run-time data ``after`` them;
-        ``written`` functions of files, which text has; ``roots`` and ``operations`` that text calls; ``work`` of one update of an
-        iteration, by its function; how many call ``sites`` there are; whether numbers are of ``single`` precision.
-    machine : Machine
-        What runs them.
-    algebra : str
-        Source of the algebra, which has the sources of its operations.
-    """
+    """The files of a scheme and of what surrounds it."""
 
     deferred = False
     """Whether both sides of a conditional expression are functions, for its test may be a symbol."""
@@ -249,19 +236,7 @@ class Name:
 
 
 class Function:
-    """A function of a file.
-
-    Parameters
-    ----------
-    files : Files
-        The files.
-    module : str
-        Its file.
-    plain : function
-        The function as Python executes it.
-    node : ast.FunctionDef
-        Its syntax.
-    """
+    """A function of a file."""
 
     def __init__(self, files: Files, module: str, plain: types.FunctionType, node: ast.FunctionDef) -> None:
         self.files, self.module, self.plain, self.node = files, module, plain, node

@@ -26,30 +26,20 @@ LONGEST = 10**9
 
 @dataclass(frozen=True)
 class Layout:
-    """Contents of the arrays of a kernel.
-
-    Parameters
-    ----------
-    state : nested tuple of float
-        A state that the scheme computes in.
-    par : nested tuple of float
-        The run-time data.
-    directions : int
-        Number of directions in which states have derivatives.
-    rows : int
-        Number of entries in a row of stored states.
-    monitored : int
-        Number of monitored errors.
-    rank : bool
-        Whether the rank of G is monitored: the record of pivots has two more numbers then.
-    """
+    """Contents of the arrays of a kernel."""
 
     state: Any
+    """A state that the scheme computes in."""
     par: Any
+    """The run-time data."""
     rows: int
+    """Number of entries in a row of stored states."""
     directions: int = 0
+    """Number of directions in which states have derivatives."""
     monitored: int = 0
+    """Number of monitored errors."""
     rank: bool = False
+    """Whether the rank of G is monitored: the record of pivots has two more numbers then."""
 
     @property
     def pivots(self) -> Any:
@@ -109,18 +99,6 @@ def kernel(source: str, layout: Layout) -> str:
     ``start`` computes the memory of the scheme and the conserved quantities from the state at the start of S; its status is R[4].
     ``integrate`` is :func:`daebench.schemes.kernels.loop.integrate`. It stores a state in T after ``left`` steps, then every ``every``.
     S has ``size`` numbers; the largest errors start at ``errors``.
-
-    Parameters
-    ----------
-    source : str
-        The linked module of a scheme and a problem.
-    layout : Layout
-        Contents of its arrays.
-
-    Raises
-    ------
-    BadInput
-        If the module contains an operation that a page cannot compute.
     """
     page, forms = _Page(source), dict[str, Any]()
     zero = (0.0,) * layout.monitored
@@ -154,19 +132,7 @@ def kernel(source: str, layout: Layout) -> str:
 
 
 def functions(source: str, names: Iterable[str], arguments: Sequence[int], par: Any) -> str:
-    """Return functions of a problem as an object whose methods ``name(S, P, O)`` write their values at a state into O.
-
-    Parameters
-    ----------
-    source : str
-        A linked module that contains them.
-    names : iterable of str
-        Names in the scheme language.
-    arguments : sequence of int
-        Lengths of the vectors that they take, which S holds one after another.
-    par : nested tuple of float
-        The parameters of the problem.
-    """
+    """Return functions of a problem as an object whose methods ``name(S, P, O)`` write their values at a state into O."""
     page = _Page(source)
 
     def text(name: str) -> str:

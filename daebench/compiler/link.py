@@ -44,52 +44,39 @@ _PLAIN = ("worst", "total", "no_work", "plus_work", *_OF_NUMBERS)
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options of a linked module.
-
-    Parameters
-    ----------
-    precision : str
-        Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "mixed", "complex128", "dual4" or
-        "lanes8".
-    watch : tuple of str
-        Quantities whose maximum error the loop takes: any of "energy", "manifold", "integrals"; or "samples" to store H and no states.
-    count : bool
-        Whether evaluations, solves and iterations are counted.
-    compiled : bool
-        Whether functions are machine code; otherwise Python executes what is recorded.
-    form : str
-        Form of the system whose right side the scheme is given: "" for (1.18), "local", "canonical", "stiff", "soft", "baumgarte" or
-        "darboux".
-    stages : int
-        Number of stages of the scheme.
-    composed, compensated : bool
-        Whether a step consists of several substeps, and whether sums over steps are compensated for rounding.
-    projection : str
-        Projection at the end of a step: "" for none, "proj" or "symproj".
-    stage_multipliers : int
-        Number of stage multipliers of a step that the loop stores.
-    singular : str
-        Treatment of a loss of rank of G: "" if it is not monitored, "watch", or "least-squares" if systems of constraints are also
-        solved that way.
-    asked : bool
-        Whether run-time data say when Newton's method is stopped: after how many iterations, or at which increments.
-    loops : bool
-        Whether vectors are arrays in place of tuples, and sums are loops, for a problem with many unknowns.
-    """
+    """Options of a linked module."""
 
     precision: str = "float64"
+    """Number type, see :func:`daebench.compiler.number_types.number_type`: "float64", "float32", "mixed", "complex128", "dual4" or
+    "lanes8".
+    """
     watch: tuple[str, ...] = ()
+    """Quantities whose maximum error the loop takes: any of "energy", "manifold", "integrals"; or "samples" to store H and no states."""
     count: bool = False
+    """Whether evaluations, solves and iterations are counted."""
     compiled: bool = True
+    """Whether functions are machine code; otherwise Python executes what is recorded."""
     form: str = ""
+    """Form of the system whose right side the scheme is given: "" for (1.18), "local", "canonical", "stiff", "soft", "baumgarte" or
+    "darboux".
+    """
     stages: int = 1
+    """Number of stages of the scheme."""
     composed: bool = False
     compensated: bool = False
+    """Whether a step consists of several substeps, and whether sums over steps are compensated for rounding."""
     projection: str = ""
+    """Projection at the end of a step: "" for none, "proj" or "symproj"."""
     stage_multipliers: int = 0
+    """Number of stage multipliers of a step that the loop stores."""
     singular: str = ""
+    """Treatment of a loss of rank of G: "" if it is not monitored, "watch", or "least-squares" if systems of constraints are also solved
+    that way.
+    """
     asked: bool = False
+    """Whether run-time data say when Newton's method is stopped: after how many iterations, or at which increments."""
     loops: bool = False
+    """Whether vectors are arrays in place of tuples, and sums are loops, for a problem with many unknowns."""
 
 
 def _constants(derivation: Derivation, options: Options, number: NumberType) -> dict[str, bool | int | float]:
@@ -132,17 +119,7 @@ def _emitted(module: str, name: str) -> str:
 
 
 class Linker:
-    """Collects the source of the requested functions and of everything that they need.
-
-    Parameters
-    ----------
-    derivation : Derivation
-        The problem.
-    options : Options
-        Number type, quantities to monitor, whether to count and to compile.
-    scheme : str, optional
-        Module name of the scheme that has the functions ``step`` and ``start``.
-    """
+    """Collects the source of the requested functions and of everything that they need."""
 
     def __init__(self, derivation: Derivation, options: Options, scheme: str | None = None) -> None:
         self.derivation, self.options, self.scheme = derivation, options, scheme

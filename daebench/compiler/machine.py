@@ -37,15 +37,7 @@ def _target() -> Any:
 
 
 def object_file(text: str, *, loops: bool) -> bytes:
-    """Return the object file of a module of LLVM.
-
-    Parameters
-    ----------
-    text : str
-        The module.
-    loops : bool
-        Whether loops are unrolled and vectorised, which is only of use to arrays.
-    """
+    """Return the object file of a module of LLVM."""
     with _LOCK:
         module, target = llvm.parse_assembly(text), _target()
         module.triple, module.data_layout = llvm.get_process_triple(), str(target.target_data)
@@ -68,17 +60,7 @@ _loaded: list[Any] = []
 
 
 def loaded(name: str, content: bytes, symbol: str) -> int:
-    """Return the address of a function of an object file.
-
-    Parameters
-    ----------
-    name : str
-        A name that no other loaded file has.
-    content : bytes
-        The object file.
-    symbol : str
-        Name of the function.
-    """
+    """Return the address of a function of an object file."""
     with _LOCK:
         library = llvm.JITLibraryBuilder().add_object_img(content).export_symbol(symbol)
         for function, address in _platform().items():

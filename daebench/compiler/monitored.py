@@ -8,24 +8,16 @@ from daebench.compiler.python_text import function, pack
 
 
 class Quantity(NamedTuple):
-    """A quantity that a run may monitor.
-
-    Parameters
-    ----------
-    function : str
-        Name of the function of the problem that returns its values.
-    arguments : str
-        Arguments of the function, parts of a state x.
-    length : int, optional
-        Number of values in a tuple; None for a function that returns a number.
-    conserved : bool
-        Whether the error of each value is its difference from the start. Otherwise the error is the largest modulus of all values.
-    """
+    """A quantity that a run may monitor."""
 
     function: str
+    """Name of the function of the problem that returns its values."""
     arguments: str
+    """Arguments of the function, parts of a state x."""
     length: int | None = None
+    """Number of values in a tuple; None for a function that returns a number."""
     conserved: bool = True
+    """Whether the error of each value is its difference from the start. Otherwise the error is the largest modulus of all values."""
 
     @property
     def call(self) -> str:
@@ -61,21 +53,14 @@ def of_poisson(casimirs: int, integrals: int) -> Quantities:
 
 
 class State(NamedTuple):
-    """Layout of a state, and of the stage multipliers of a step.
-
-    Parameters
-    ----------
-    vectors : sequence of (str, int)
-        Source and length of each vector of a state x.
-    multipliers : int
-        Length of a multiplier.
-    arrays : bool
-        Whether vectors are arrays; otherwise they are tuples.
-    """
+    """Layout of a state, and of the stage multipliers of a step."""
 
     vectors: Sequence[tuple[str, int]]
+    """Source and length of each vector of a state x."""
     multipliers: int = 0
+    """Length of a multiplier."""
     arrays: bool = False
+    """Whether vectors are arrays; otherwise they are tuples."""
 
     def stored(self, output: str, vectors: Sequence[tuple[str, int]]) -> list[str]:
         """Return lines that write vectors, given by source and length, side by side into a row of an output."""
@@ -102,28 +87,7 @@ LARGEST = ["modulus = abs(x[0])", "for value in x:", "    if not abs(value) <= m
 
 
 class Monitored:
-    """Source of the functions that ``kernels/language.py`` declares for Newton's iteration and the loop only.
-
-    Parameters
-    ----------
-    quantities : mapping of str to sequence of Quantity
-        Quantities that can be monitored.
-    state : State
-        How a state is held.
-    names : sequence of str
-        Names of the monitored quantities; or "samples" to make the loop store H in place of states.
-    kinds : int
-        Number of kinds of work that are counted; 0 to count nothing.
-    stage_multipliers : int
-        Number of stage multipliers of a step that are stored, each shape(m,); 0 to store none.
-    guarded : bool
-        Whether H may be undefined at a state where the forces are defined, see :mod:`daebench.compiler.domain`.
-
-    Attributes
-    ----------
-    tangents : bool
-        Whether states and parameters are dual numbers. Values are monitored, and ``states`` has two outputs, the second for derivatives.
-    """
+    """Source of the functions that ``kernels/language.py`` declares for Newton's iteration and the loop only."""
 
     def __init__(
         self, quantities: Quantities, state: State, names: Sequence[str], kinds: int, stage_multipliers: int = 0, *, guarded: bool = False

@@ -46,19 +46,7 @@ def no_machine_code() -> str:
 
 
 class _Function:
-    """A function of a generated module, of which object files are made.
-
-    Parameters
-    ----------
-    module : ModuleType
-        The module, with the digest of its source, ``__digest__``.
-    source : str
-        Its source.
-    name : str
-        Name of the function.
-    cached : bool
-        Whether object files are stored beside the module's file.
-    """
+    """A function of a generated module, of which object files are made."""
 
     def __init__(self, module: ModuleType, source: str, name: str, *, cached: bool) -> None:
         self._module, self._source, self._name, self._cached = module, source, name, cached
@@ -241,13 +229,6 @@ class Callback:
     """A function of a generated module that C calls, compiled when its address is first asked for.
 
     One of its arguments is called ``user``: the address of the memory of callbacks, see :mod:`daebench.compiler.callbacks`.
-
-    Parameters
-    ----------
-    module, source, name, cached
-        See :class:`_Function`.
-    letters : str
-        Types of C, that of the result first, see :data:`daebench.compiler.trace.foreign.KINDS`.
     """
 
     def __init__(self, module: ModuleType, source: str, name: str, letters: str, *, cached: bool) -> None:

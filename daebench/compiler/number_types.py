@@ -18,36 +18,24 @@ DOUBLE = "2.220446049250313e-16"
 
 @dataclass(frozen=True, kw_only=True)
 class NumberType:
-    """Properties of a type of numbers that the linker needs.
-
-    Parameters
-    ----------
-    kind : str
-        Its name, without the number for its width.
-    dtype : str
-        NumPy's name of the type, or of its components.
-    eps : str
-        Source of the distance from 1 to the next larger number.
-    again : int
-        Number of times that Newton's iterations are repeated: 2 if derivatives are carried in the imaginary part.
-    points : str
-        The file with the entry points of modules of the type; "" for a type of NumPy.
-    single_forces : bool
-        Whether forces are computed in float32, in functions of ``dtype``.
-    width : int
-        Number of derivatives, or of runs, in a number of such a type; 0 for other types.
-    forces : str
-        NumPy's name of the type in which forces H_q are evaluated, if it is another one.
-    """
+    """Properties of a type of numbers that the linker needs."""
 
     kind: str
+    """Its name, without the number for its width."""
     dtype: str
+    """NumPy's name of the type, or of its components."""
     eps: str = DOUBLE
+    """Source of the distance from 1 to the next larger number."""
     again: int = 1
+    """Number of times that Newton's iterations are repeated: 2 if derivatives are carried in the imaginary part."""
     points: str = ""
+    """The file with the entry points of modules of the type; "" for a type of NumPy."""
     single_forces: bool = False
+    """Whether forces are computed in float32, in functions of ``dtype``."""
     width: int = 0
+    """Number of derivatives, or of runs, in a number of such a type; 0 for other types."""
     forces: str = ""
+    """NumPy's name of the type in which forces H_q are evaluated, if it is another one."""
 
     @property
     def spacing(self) -> float:

@@ -15,24 +15,16 @@ from daebench.errors import BadInput
 
 @dataclass(frozen=True)
 class Function:
-    """One function of a problem.
-
-    Parameters
-    ----------
-    name : str
-        The textbook's name.
-    about : str
-        Description with its shape.
-    arguments : mapping of str to sequence of Symbol
-        Vectors that it takes.
-    entries : ndarray of Expr
-        Its value.
-    """
+    """One function of a problem."""
 
     name: str
+    """The textbook's name."""
     about: str
+    """Description with its shape."""
     arguments: Mapping[str, Sequence[sp.Symbol]]
+    """Vectors that it takes."""
     entries: sp.NDimArray
+    """Its value."""
 
     @property
     def flat(self) -> list[sp.Expr]:
@@ -83,11 +75,6 @@ def functions(derivation: Any) -> list[Function]:
 
     For a constrained problem these are H, H_p, H_q, H_pp, H_qp, H_qq, g, G and g_qq. If the mass matrix is not diagonal, M, M_q, U, U_q and
     U_qq replace those of H. For a Poisson system they are H, H_y, H_yy, B, and the Casimir functions C with C_y.
-
-    Raises
-    ------
-    BadInput
-        If the problem is a lattice, or a chain with so many nodes that its functions are loops.
     """
     definition = derivation.definition
     if hasattr(definition, "sites"):
@@ -117,22 +104,7 @@ def _function(derivation: Any, name: str, about: str) -> Function:
 
 
 def printed(language: str, problem: str, derivation: Any) -> str:
-    """Return a problem's functions as code.
-
-    Parameters
-    ----------
-    language : str
-        One of :data:`daebench.compiler.print.languages.FUNCTIONS`.
-    problem : str
-        Name of the problem.
-    derivation : Derivation or PoissonDerivation
-        Its expressions.
-
-    Raises
-    ------
-    BadInput
-        If there is no such language, or the functions cannot be printed.
-    """
+    """Return a problem's functions as code."""
     if language not in FUNCTIONS:
         raise unknown_language(language)
     writer: Any = LANGUAGES[language]

@@ -36,17 +36,7 @@ class Linking(Protocol):
 
 
 class Reach(ast.NodeVisitor):
-    """Reads one function: asks for what it calls, and adds up the work of its calls.
-
-    Parameters
-    ----------
-    linker : Linking
-        Provides functions.
-    function : Function
-        The function.
-    bound : mapping of str to str
-        Keys of the functions that its callable parameters stand for.
-    """
+    """Reads one function: asks for what it calls, and adds up the work of its calls."""
 
     def __init__(self, linker: Linking, function: Function, bound: Mapping[str, str]) -> None:
         self.linker, self.module, self.bound = linker, function.module, bound

@@ -21,24 +21,7 @@ DUMMY = re.compile(r"dummy_index=\d+")
 def require_same(
     problem: Problem, structure: Mapping[str, int], definition: "Definition", again: "Callable[[], Iterable[Definition]]"
 ) -> None:
-    """Check that a definition is the same whenever its file is read: several times at first, then once in each process.
-
-    Parameters
-    ----------
-    problem : Problem
-        The file.
-    structure : mapping of str to int
-        Values of its structural parameters.
-    definition : Definition
-        The definition that the file has given.
-    again : callable
-        Returns the definition again, by each of the ways in which it may be read.
-
-    Raises
-    ------
-    InvalidProblem
-        If the definition differs from the previous one.
-    """
+    """Check that a definition is the same whenever its file is read: several times at first, then once in each process."""
     digest = digest_of(definition)
 
     def build() -> str:

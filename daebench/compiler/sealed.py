@@ -39,22 +39,7 @@ def digest(purpose: str, content: bytes) -> bytes:
 
 
 def write(path: Path, purpose: str, content: bytes) -> None:
-    """Write a sealed file, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    purpose : str
-        Everything that the content depends on. The file is only read for the same purpose.
-    content : bytes
-        Its content.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write a sealed file, whole or not at all."""
     put(path, MARK + digest(purpose, content) + b"\n" + content)
 
 
@@ -70,13 +55,7 @@ def read(path: Path, purpose: str) -> bytes | None:
 
 
 def put(path: Path, whole: bytes) -> None:
-    """Write a file under a temporary name and rename it, so that no other process ever sees a part of it.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write a file under a temporary name and rename it, so that no other process ever sees a part of it."""
     if path.is_dir():
         remove(path)
     # In the same folder, because a file is replaced at once only within one file system.
@@ -116,18 +95,6 @@ def refusal(folder: Path, prefix: str) -> str:
     A folder made here gives no permissions to others. An existing folder must belong to this user. If it contains only our files, the
     permissions of others are removed. If it contains other files, it keeps its permissions, and is trusted if others cannot write to it.
     Windows has no such permissions, and protects a user's folders by itself.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder; it is made if it does not exist.
-    prefix : str
-        First letters of all our file names.
-
-    Raises
-    ------
-    OSError
-        If it cannot be made or inspected.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir(mode=0o700, exist_ok=True)

@@ -114,11 +114,6 @@ def prepared(path: str, text: str, deferred: bool, single: bool) -> ast.Module:
     """Return a file of a scheme as it is executed.
 
     ``deferred`` choices call ``selected`` with functions; numbers of ``single`` precision are made by ``float32``.
-
-    Raises
-    ------
-    InvalidProblem
-        If it changes a global name, or has a loop without a bound.
     """
     tree = ast.parse(text)
     _Prepared(path, deferred, single).visit(tree)

@@ -20,11 +20,6 @@ def shortened(expression: sp.Expr) -> sp.Expr:
 
     A chart by angles gives polynomials in sines and cosines. After the replacement, little is left for SymPy's own, much slower
     simplification. Its result is used unless it is longer than its input.
-
-    Parameters
-    ----------
-    expression : Expr
-        Any expression; one so long that simplification would take minutes is returned unchanged.
     """
     if extent(expression)[0] > VERY_LONG or expression.count_ops() > LONG:
         return expression

@@ -20,23 +20,7 @@ class Misfit(TypeError):
 
 
 class Element:
-    """An element of a space.
-
-    Parameters
-    ----------
-    algebra : callable
-        See :data:`Algebra`.
-    kind : str
-        Name of its space, one of :mod:`daebench.compiler.shapes`.
-    held : object
-        What the algebra holds it as: a tuple of numbers, an array, or a symbol of a chain.
-    weight : number, optional
-        Factor that is not multiplied in yet.
-    turned : bool
-        Whether it is transposed.
-    outer : object, optional
-        x of an outer product y x^T, of which ``held`` is y.
-    """
+    """An element of a space."""
 
     __array_ufunc__ = None  # NumPy's numbers leave operators to elements
     __slots__ = ("algebra", "held", "kind", "outer", "turned", "weight")
@@ -252,13 +236,7 @@ def kinds_of(function: Any) -> tuple[list[Kind], Kind]:
 
 
 def as_kind(algebra: Algebra, kind: Kind, x: Any, *, vouched: bool = False) -> Any:
-    """Return a value as one of a kind; ``vouched``, a dense matrix is one with the zeros of its kind, as what a function returns.
-
-    Raises
-    ------
-    Misfit
-        If it is not one.
-    """
+    """Return a value as one of a kind; ``vouched``, a dense matrix is one with the zeros of its kind, as what a function returns."""
     if isinstance(kind, Pack | Stages):
         if hasattr(x, "of_any_form"):
             return x

@@ -7,21 +7,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Wrapper:
-    """Functions that are written beside those of a generated module, and call them.
-
-    Parameters
-    ----------
-    text : str
-        Their source.
-    roots : tuple of str
-        Names of the functions that are called from Python.
-    derived : callable, optional
-        Returns the source of further functions, given the derivation of the problem, which alone determines it.
-    """
+    """Functions that are written beside those of a generated module, and call them."""
 
     text: str
+    """Their source."""
     roots: tuple[str, ...]
+    """Names of the functions that are called from Python."""
     derived: Callable[[Any], str] | None = field(default=None, repr=False)
+    """Returns the source of further functions, given the derivation of the problem, which alone determines it."""
 
     def source(self, derivation: Any) -> str:
         """Return their source."""

@@ -14,22 +14,7 @@ from daebench.compiler.linear import health
 
 
 def written(title: str, roots: Sequence[str], recorded: Sequence[str], executed: Sequence[str] = (), others: Sequence[str] = ()) -> str:
-    """Return the text of a module.
-
-    Parameters
-    ----------
-    title : str
-        Its docstring.
-    roots : sequence of str
-        Functions that Python calls; those that are not there are left out.
-    recorded : sequence of str
-        Texts of the functions of which machine code is made, and of constants that they read. What functions that C calls need besides is
-        added.
-    executed : sequence of str
-        Texts that Python executes: constants, and functions that it calls as they are. Recorded functions may use them too.
-    others : sequence of str
-        Roots that are not in the texts, but in files of schemes.
-    """
+    """Return the text of a module."""
     body = "\n\n".join(recorded)
     names = re.findall(r"^def (\w+)\(", body, re.M)
     native = tuple(name for name in roots if name in names or name in others)

@@ -12,19 +12,7 @@ LINE = 1.25
 
 
 def label_ends(axis: Any, names: Sequence[str], x: Sequence[float], y: Sequence[float], colors: Sequence[str], size: float = 8.0) -> None:
-    """Write names beside the right edge of axes with fixed limits, each in its colour and, if there is room, at the height of its point.
-
-    Parameters
-    ----------
-    axis : Axes
-        The axes; there is room to its right.
-    names, colors : sequence of str
-        Names, and their colours.
-    x, y : sequence of float
-        Ends of the curves, in data coordinates.
-    size : float
-        Font size, points.
-    """
+    """Write names beside the right edge of axes with fixed limits, each in its colour and, if there is room, at the height of its point."""
     axis.set(xlim=axis.get_xlim(), ylim=axis.get_ylim())  # Matplotlib computes limits only on request
     box = axis.get_position()
     height = axis.figure.get_size_inches()[1] * box.height * 72

@@ -152,16 +152,6 @@ PARSED = re.compile(
 def name_of(method: str) -> str:
     """Return the name of a method in pictures and sentences.
 
-    Parameters
-    ----------
-    method : str
-        Name as it is typed, for example ``rattle/suzuki4``.
-
-    Returns
-    -------
-    str
-        A name in words; the typed name if none is known, as for an external code.
-
     Examples
     --------
     >>> name_of("rattle/suzuki4"), name_of("local:gauss3"), name_of("ida:index2")
@@ -194,11 +184,6 @@ def _parts(method: str) -> dict[str, str] | None:
 
 def stroke_of(method: str) -> Stroke:
     """Return the stroke of a method in every picture: its scheme's colour, with its own dashes and marker.
-
-    Parameters
-    ----------
-    method : str
-        Name as it is typed.
 
     Examples
     --------

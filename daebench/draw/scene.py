@@ -25,46 +25,30 @@ AMPLITUDE = 0.035
 
 @dataclass(frozen=True)
 class Layout:
-    """Drawing of an initial value problem: its parts, given by numbers of points, and the positions of the points.
-
-    Parameters
-    ----------
-    dimension : int
-        2 or 3.
-    rods : list of list of int
-        For each rod, the points through which it passes.
-    masses, fixed : list of int
-        Points that are masses, and points that do not move.
-    springs, dampers : list of list of int
-        For each spring and each damper, the two points that it connects.
-    surface : ndarray, shape(lines, ALONG, 3)
-        Lines on the surface; none if there is no surface.
-    axes : tuple of str
-        Names of the coordinates; empty if they are lengths.
-    at : callable
-        ``at(states)`` maps rows of positions q, or of states y, shape(n, ...), to the points, shape(n, k, dimension): those of the rods,
-        then the masses, the fixed points, and the ends of springs and of dampers.
-    """
+    """Drawing of an initial value problem: its parts, given by numbers of points, and the positions of the points."""
 
     dimension: int
+    """2 or 3."""
     rods: list[list[int]]
+    """For each rod, the points through which it passes."""
     masses: list[int]
     fixed: list[int]
+    """Points that are masses, and points that do not move."""
     springs: list[list[int]]
     dampers: list[list[int]]
+    """For each spring and each damper, the two points that it connects."""
     surface: Array
+    """Lines on the surface; none if there is no surface; shape (lines, ALONG, 3)."""
     axes: tuple[str, ...]
+    """Names of the coordinates; empty if they are lengths."""
     at: Callable[[Array], Array]
+    """``at(states)`` maps rows of positions q, or of states y, shape(n, ...), to the points, shape(n, k, dimension): those of the rods,
+    then the masses, the fixed points, and the ends of springs and of dampers.
+    """
 
 
 def layout_of(ivp: InitialValueProblem) -> Layout | None:
-    """Return the drawing of a problem of any kind with the numbers of a case; None if it declares no picture.
-
-    Raises
-    ------
-    InvalidProblem
-        If the picture has no points, they are not all in the plane or all in space, or an expression has an undeclared symbol.
-    """
+    """Return the drawing of a problem of any kind with the numbers of a case; None if it declares no picture."""
     declared = ivp.source.define()
     picture = declared.picture
     if picture is None:
@@ -90,13 +74,7 @@ def _coordinates(declared: Any) -> list[Any]:
 
 
 def named_points(ivp: InitialValueProblem, state: Array) -> dict[str, Array]:
-    """Return the named points of a problem's picture at positions q, which include the time if it is one; empty if no points are named.
-
-    Raises
-    ------
-    InvalidProblem
-        If a point has an undeclared symbol.
-    """
+    """Return the named points of a problem's picture at positions q, which include the time if it is one; empty if no points are named."""
     names = getattr(ivp.facts, "POINTS", ())
     if not names:
         return {}
@@ -121,15 +99,7 @@ def numbered(picture: "Picture") -> tuple[tuple[list[list[int]], list[int], list
 
 
 def zigzag(ends: Array, amplitude: float) -> Array:
-    """Return the corners of a spring between two points of the plane, shape(ZIGZAG + 4, 2). Its width does not depend on its length.
-
-    Parameters
-    ----------
-    ends : ndarray, shape(2, 2)
-        Its ends.
-    amplitude : float
-        Half its width, at most an eighth of its length.
-    """
+    """Return the corners of a spring between two points of the plane, shape(ZIGZAG + 4, 2). Its width does not depend on its length."""
     leg = ends[1] - ends[0]
     length = float(np.hypot(*leg)) or 1.0
     side = min(amplitude, length / 8) * np.array([-leg[1], leg[0]]) / length

@@ -22,18 +22,7 @@ class Springs(Protocol):
 def draw_springs(axis: Any, springs: Springs, points: Array, extent: float, **style: Any) -> None:
     """Draw springs and dampers at one time.
 
-    Parameters
-    ----------
-    axis : Axes
-        Where they are drawn.
-    springs : Springs
-        The springs and dampers, by the numbers of their points.
-    points : ndarray, shape(k, 2)
-        The points.
-    extent : float
-        Extent of the whole drawing; the width of a spring is a fraction of it.
-    **style
-        Colour, width and opacity of the lines.
+    Shapes: points (k, 2).
     """
     for spring in springs.springs:
         axis.plot(*zigzag(points[list(spring)], AMPLITUDE * extent).T, **style)

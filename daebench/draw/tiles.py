@@ -23,16 +23,7 @@ def fill(axis: Any, across: Array, up: Array, classes: NDArray[np.int64], colour
 
     Each colour fills an area that includes the tiles of all later classes, so that no gaps are visible between neighbours.
 
-    Parameters
-    ----------
-    axis : Axes
-        Axes for the drawing.
-    across, up : ndarray, shape(columns + 1,) and shape(rows + 1,)
-        Edges of the tiles.
-    classes : ndarray of int, shape(rows, columns)
-        Class of each tile.
-    colours : sequence of str
-        Colours of the classes.
+    Shapes: across, up (columns + 1,); classes (rows, columns).
     """
     for k in np.unique(classes).tolist():
         _add(axis, across, up, classes >= k, facecolor=colours[k], edgecolor="none")

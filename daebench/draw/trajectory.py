@@ -17,13 +17,7 @@ if TYPE_CHECKING:
 
 
 def figure(run: Outcome) -> "Figure":
-    """Return the picture of a run: at the left the motion, or the states over time, and at the right the errors.
-
-    Raises
-    ------
-    BadInput
-        If the trajectory does not contain the functions of its problem.
-    """
+    """Return the picture of a run: at the left the motion, or the states over time, and at the right the errors."""
     ivp = run.solved
     t, errors = thinned(run.t, {name: values for name, values in errors_along(ivp, run).items() if np.any(values > 0)})
     layout = layout_of(ivp)

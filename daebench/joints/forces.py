@@ -83,13 +83,7 @@ def _rest(spring: Spring, columns: Mapping[str, Column]) -> sp.Expr:
 
 
 def length_along(force: Force, columns: Mapping[str, Column], values: Values) -> sp.Expr | None:
-    """Return the length of a spring or damper whose ends stay on one line, with a sign, linear in q; None of any other.
-
-    Raises
-    ------
-    InvalidProblem
-        If a spring that has a length without force is of length 0 at the reference position.
-    """
+    """Return the length of a spring or damper whose ends stay on one line, with a sign, linear in q; None of any other."""
     a, b = columns[force.first], columns[force.second]
     gap = (b.now - a.now).applyfunc(sp.expand)
     k = next((k for k, x in enumerate(gap) if x != 0), None)

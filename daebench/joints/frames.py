@@ -23,24 +23,16 @@ QUARTER_TURN = sp.Matrix([[0, -1], [1, 0]])
 
 @dataclass(frozen=True)
 class Column:
-    """A point (weight 1) or direction (weight 0) that is fixed in a body.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    reference : Matrix, shape(2, 1) or shape(3, 1)
-        Where it is, or points to, at the reference position.
-    now : Matrix, of the same shape
-        The same at any position: linear in the unknowns.
-    weight : int
-        1 of a point, 0 of a direction.
-    """
+    """A point (weight 1) or direction (weight 0) that is fixed in a body."""
 
     name: str
+    """Its name."""
     reference: sp.Matrix
+    """Where it is, or points to, at the reference position; shape (2, 1)."""
     now: sp.Matrix
+    """The same at any position: linear in the unknowns."""
     weight: int
+    """1 of a point, 0 of a direction."""
 
     @property
     def homogeneous(self) -> sp.Matrix:
@@ -50,24 +42,16 @@ class Column:
 
 @dataclass(frozen=True)
 class Frame:
-    """Points and directions of one body of which everything fixed in it is made.
-
-    Parameters
-    ----------
-    body : str
-        Name of the body.
-    columns : tuple of Column
-        The points and directions, the one that a plane body has besides included.
-    declared : int
-        Number of those that are declared.
-    values : mapping of Symbol to float
-        Parameters at which ranks are decided.
-    """
+    """Points and directions of one body of which everything fixed in it is made."""
 
     body: str
+    """Name of the body."""
     columns: tuple[Column, ...]
+    """The points and directions, the one that a plane body has besides included."""
     declared: int
+    """Number of those that are declared."""
     values: Values
+    """Parameters at which ranks are decided."""
 
     @property
     def basis(self) -> sp.Matrix:
@@ -87,13 +71,7 @@ class Frame:
         return bool(np.linalg.norm(basis @ c - target) <= CLOSE)
 
     def coefficients(self, place: sp.Matrix, weight: int) -> list[sp.Expr]:
-        """Return the c of a point or direction, exact.
-
-        Raises
-        ------
-        InvalidProblem
-            If it is not a combination of the columns.
-        """
+        """Return the c of a point or direction, exact."""
         target = sp.Matrix([*place, weight])
         for k, column in enumerate(self.columns):
             if column.homogeneous == target:

@@ -96,13 +96,7 @@ def _written(along: Array) -> str:
 
 
 def mass_terms(name: str, J: sp.Matrix, frame: Frame, index: Mapping[sp.Symbol, int]) -> Terms:
-    """Return the entries that a body adds to M, by row and column.
-
-    Raises
-    ------
-    InvalidProblem
-        If there is mass that the columns of its frame do not move.
-    """
+    """Return the entries that a body adds to M, by row and column."""
     columns = frame.columns
     rows = independent_rows(frame.basis, frame.values)
     C = sp.zeros(len(columns), frame.basis.rows)

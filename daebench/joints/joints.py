@@ -19,19 +19,13 @@ Place = str | Sequence[Exact]
 
 @dataclass(frozen=True)
 class _Joint:
-    """Base of all joints.
-
-    Parameters
-    ----------
-    first, second : str
-        Names of the bodies; one may be "ground".
-    at : str or point
-        Where it is at the reference position: a named point, or coordinates.
-    """
+    """Base of all joints."""
 
     first: str
     second: str
+    """Names of the bodies; one may be "ground"."""
     at: Place
+    """Where it is at the reference position: a named point, or coordinates."""
 
 
 @dataclass(frozen=True)

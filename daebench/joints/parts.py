@@ -75,17 +75,7 @@ def _driver(driver: Driver) -> str:
 
 
 def dropped_of(tied: Labelled, groups: Sequence[range], keepers: Sequence[int | None]) -> list[str]:
-    """Return sentences on joints of which no equation is left.
-
-    Parameters
-    ----------
-    tied : list of (str, Expr)
-        All equations with words.
-    groups : sequence of range
-        Which of them are those of each joint.
-    keepers : sequence of int or None
-        The equation that keeps each, see :func:`daebench.joints.constraints.keepers`.
-    """
+    """Return sentences on joints of which no equation is left."""
     sentences = []
     for group in groups:
         if all(keepers[k] != k for k in group):

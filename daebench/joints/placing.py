@@ -47,23 +47,16 @@ class Guided:
 
 @dataclass
 class Places:
-    """Points and directions by name, and the frames of bodies, as far as they are known.
-
-    Parameters
-    ----------
-    declared : mapping of str to Column or Guided
-        All points and directions that move, in their reference place.
-    columns : dict of str to Column
-        Those of which it is known where they are at any position.
-    values : mapping of Symbol to float
-        Parameters at which ranks are decided.
-    """
+    """Points and directions by name, and the frames of bodies, as far as they are known."""
 
     dimension: int
     declared: dict[str, Column]
+    """All points and directions that move, in their reference place."""
     guides: dict[str, list[sp.Matrix]]
     columns: dict[str, Column]
+    """Those of which it is known where they are at any position."""
     values: Values
+    """Parameters at which ranks are decided."""
     frames: dict[str, Frame] = field(default_factory=dict)
     q: list[sp.Symbol] = field(default_factory=list)
     reference: list[sp.Expr] = field(default_factory=list)
@@ -170,13 +163,7 @@ def places_of(
     fixed_directions: Mapping[str, Sequence[Exact]],
     values: Values,
 ) -> Places:
-    """Return the points and directions known before any body: the ground.
-
-    Raises
-    ------
-    InvalidProblem
-        If a name is used twice, or some places are of the plane and others of space.
-    """
+    """Return the points and directions known before any body: the ground."""
     columns = {name: _column(name, x, 1) for name, x in ground.items()} | {
         name: _column(name, x, 0) for name, x in fixed_directions.items()
     }

@@ -30,19 +30,13 @@ k = sp.Symbol("k", integer=True, nonnegative=True)
 
 @dataclass(frozen=True)
 class Row:
-    """Nodes of equal numbers of unknowns, and symbols for two neighbours.
-
-    Parameters
-    ----------
-    blocks : list of list of Symbol
-        Unknowns of each node.
-    before, here : tuple of Symbol
-        Symbols of the node before and of the one here.
-    """
+    """Nodes of equal numbers of unknowns, and symbols for two neighbours."""
 
     blocks: list[list[sp.Symbol]]
+    """Unknowns of each node."""
     before: tuple[sp.Symbol, ...]
     here: tuple[sp.Symbol, ...]
+    """Symbols of the node before and of the one here."""
     node: Mapping[sp.Symbol, int]
 
     def sorted(self, expressions: Sequence[sp.Expr]) -> tuple[list[list[sp.Expr]], list[list[sp.Expr]]] | None:
@@ -82,23 +76,7 @@ def in_k(values: Sequence[sp.Expr], first: int = 0) -> sp.Expr | None:
 def chain_of(
     places: Places, terms: Terms, energies: Sequence[sp.Expr], g: Labelled, starts: Mapping[str, Start], **more: Any
 ) -> ConstrainedChain | None:
-    """Return the chain of a mechanism, or None if it is not a chain.
-
-    Parameters
-    ----------
-    places : Places
-        Where everything is.
-    terms : mapping
-        Entries of M.
-    energies : sequence of Expr
-        Parts of U.
-    g : list of (str, Expr)
-        Equations.
-    starts : mapping of str to Start
-        Cases: a chain starts at rest.
-    **more
-        Parameters and picture of the chain.
-    """
+    """Return the chain of a mechanism, or None if it is not a chain."""
     if any(start.velocity or start.spin for start in starts.values()):
         return None
     for points in range(1, WIDEST + 1):

@@ -6,18 +6,7 @@ from daebench.systems.picture import Exact
 
 
 def points(text: str) -> dict[str, tuple[str, ...]]:
-    """Return points by their names, of a text such as "A 0.1 0.2, B 1/3 0": decimals are exact.
-
-    Parameters
-    ----------
-    text : str
-        Names with two coordinates each, in space three; commas between points.
-
-    Raises
-    ------
-    InvalidProblem
-        If an entry has no name first, or other than two or three coordinates, or a name stands for two points.
-    """
+    """Return points by their names, of a text such as "A 0.1 0.2, B 1/3 0": decimals are exact."""
     by_name: dict[str, tuple[str, ...]] = {}
     for name, coordinates in _entries(text):
         if len(coordinates) not in (2, 3):
@@ -31,20 +20,7 @@ def points(text: str) -> dict[str, tuple[str, ...]]:
 
 
 def rods(text: str, *, mass: Exact) -> dict[str, Rod]:
-    """Return rods of equal mass by names such as "A-B", of a text such as "A B, B C".
-
-    Parameters
-    ----------
-    text : str
-        Names of the two ends of each, and of further points on it; commas between rods.
-    mass : number or Expr
-        Mass of each, kg.
-
-    Raises
-    ------
-    InvalidProblem
-        If a rod has less than two points, or is given twice.
-    """
+    """Return rods of equal mass by names such as "A-B", of a text such as "A B, B C"."""
     by_name: dict[str, Rod] = {}
     for first, others in _entries(text):
         rod = Rod(first, *others, mass=mass)

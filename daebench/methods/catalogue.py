@@ -108,11 +108,6 @@ def find_problem(name: str) -> Problem:
     """Return the problem of this name: a problem of daebench, of another package, or of a file.
 
     A name that ends in .py or has a path separator in it is the path of a file, which is executed when the problem is used.
-
-    Raises
-    ------
-    BadInput
-        If there is no such problem; the message has the nearest names, or says what is wrong with the file or the package.
     """
     if is_path(name):
         return _checked(find_file(name))
@@ -128,13 +123,7 @@ def find_problem(name: str) -> Problem:
 
 
 def whole_structure(problem: Problem, parameters: Mapping[str, float]) -> tuple[dict[str, int], dict[str, float]]:
-    """Return the given structural parameters, as whole numbers, and the other parameters.
-
-    Raises
-    ------
-    BadInput
-        If a structural parameter is not a whole number of at least 1, or is too large.
-    """
+    """Return the given structural parameters, as whole numbers, and the other parameters."""
     structure = {name: _whole(name, value) for name, value in parameters.items() if name in problem.structure}
     return structure, {name: value for name, value in parameters.items() if name not in structure}
 

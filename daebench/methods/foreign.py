@@ -28,18 +28,12 @@ LONGEST = 60
 
 @dataclass(frozen=True)
 class Trust:
-    """Which code that files name may be executed.
-
-    Parameters
-    ----------
-    everything : bool
-        Whether all of it may.
-    digests : frozenset of str
-        SHA-256 of the contents of files that may.
-    """
+    """Which code that files name may be executed."""
 
     everything: bool = False
+    """Whether all of it may."""
     digests: frozenset[str] = frozenset()
+    """SHA-256 of the contents of files that may."""
 
     @classmethod
     def of(cls, trust: bool, code: Iterable[str | Path] = ()) -> "Trust":
@@ -50,24 +44,16 @@ class Trust:
 
 @dataclass(frozen=True)
 class ForeignName:
-    """A name of a problem or of a method in a file.
-
-    Parameters
-    ----------
-    name : str
-        The name.
-    is_method : bool
-        Whether it is that of a method.
-    files : mapping of str to str
-        Files with what is executed under this name, which are with the file that names it, and the SHA-256 of each.
-    whole : bool
-        Whether nothing but these files is executed, as a shell with a command in its arguments would be.
-    """
+    """A name of a problem or of a method in a file."""
 
     name: str
+    """The name."""
     is_method: bool
+    """Whether it is that of a method."""
     files: Mapping[str, str] = field(default_factory=dict)
+    """Files with what is executed under this name, which are with the file that names it, and the SHA-256 of each."""
     whole: bool = True
+    """Whether nothing but these files is executed, as a shell with a command in its arguments would be."""
 
     @property
     def is_own(self) -> bool:
@@ -90,22 +76,7 @@ def is_own_method(name: str) -> bool:
 
 
 def admit(place: str | Path, names: Iterable[ForeignName], trust: Trust) -> None:
-    """Let the names in a file pass, or refuse the file before anything is executed.
-
-    Parameters
-    ----------
-    place : str or Path
-        The file.
-    names : iterable of ForeignName
-        All names of problems and methods in it.
-    trust : Trust
-        What may be executed.
-
-    Raises
-    ------
-    BadInput
-        If code is named that is not with the file, or that is not trusted.
-    """
+    """Let the names in a file pass, or refuse the file before anything is executed."""
     foreign = list({(name.name, name.is_method): name for name in names if not name.is_own}.values())
     if lacking := [name for name in foreign if name.is_place and not name.files]:
         raise BadInput(f"{place} has runs of {_told(lacking)}, which is not in it; nothing is run.")

@@ -122,13 +122,7 @@ def initial_value_problem(
 
 
 def declared_ivps(problem: str, case: str | None = None, parameters: Mapping[str, float] | None = None) -> list[Ivp]:
-    """Return the initial value problems of all cases of a problem, or of one, with these values of parameters, without checks.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, or the problem has no cases.
-    """
+    """Return the initial value problems of all cases of a problem, or of one, with these values of parameters, without checks."""
     file = find_problem(problem)
     first = _from_file(file, case, parameters, {}, "")
     return [first] if case is not None else [_from_file(file, name, parameters, {}, "") for name in first.facts.CASES]

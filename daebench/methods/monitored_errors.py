@@ -23,19 +23,7 @@ def monitored_names(watch: Sequence[str], ivp: InitialValueProblem) -> list[str]
 def monitored_errors(ivp: InitialValueProblem, watch: Sequence[str], *states: Array) -> Array:
     """Return the modulus of each monitored error along states.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    watch : sequence of str
-        Monitored quantities, see :class:`daebench.runs.request.Request`.
-    *states : ndarray, shape(n, ...)
-        p and q, or y, the start first: conserved quantities are compared with their values there.
-
-    Returns
-    -------
-    ndarray, shape(n, k)
-        The errors as columns, in the order of :func:`monitored_names`.
+    Shapes: states (n, ...).
     """
     columns = [np.empty((len(states[0]), 0))]
     for quantity in watch:

@@ -20,24 +20,16 @@ Solver = Callable[[str, "Options | None"], "Method[Any, Any]"]
 
 @dataclass(frozen=True)
 class Listed:
-    """A method as the catalogue lists it, before anything heavy is imported.
-
-    Parameters
-    ----------
-    name : str
-        Name in the grammar.
-    knob : str
-        "h" or "tol".
-    system : str
-        Equations that it is applied to.
-    options : mapping of str to float
-        Free numbers and their defaults.
-    """
+    """A method as the catalogue lists it, before anything heavy is imported."""
 
     name: str
+    """Name in the grammar."""
     knob: str
+    """"h" or "tol"."""
     system: str
+    """Equations that it is applied to."""
     options: Options = field(default_factory=dict)
+    """Free numbers and their defaults."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,25 +12,7 @@ from daebench.runs.request import Method
 
 
 def require_differentiable(method: Method[Any, Any], ivp: Ivp, names: Sequence[str], problem: Any) -> None:
-    """Accept the quantities to differentiate a run by.
-
-    Parameters
-    ----------
-    method : Method
-        The method.
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    names : sequence of str
-        Names of parameters and of initial values.
-    problem : str, PathLike or object
-        The problem as given.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, belongs to a structural parameter, or is given twice; or if the method is neither a fixed-step scheme of
-        daebench nor IDA.
-    """
+    """Accept the quantities to differentiate a run by."""
     if not names:
         return
     structure = find_problem(os.fspath(problem)).structure if isinstance(problem, str | os.PathLike) else {}

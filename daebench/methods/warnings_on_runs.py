@@ -23,13 +23,6 @@ def doubts(ivp: Ivp, run: Outcome) -> list[str]:
     """Return sentences on why a completed run is unreliable; none for a run that failed, which has its own message.
 
     These are the :func:`losses`; and a negative damping is reported, which is allowed but adds energy.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    run : Outcome
-        A run on it.
     """
     said = losses(ivp, run)
     if run.failure is None and ivp.on_manifold and negative_damping(ivp):
@@ -43,13 +36,6 @@ def losses(ivp: Ivp, run: Outcome) -> list[str]:
     The energy is lost if its error is larger than the mean kinetic energy T of the motion, or, on a Poisson system, than the modulus of H
     at the start, and larger than rounding, or the tolerance, explains. The T of the run contains the energy error e, so the mean modulus of
     T - e is used in its place. The largest error is that over all steps; the states are those that the run looked at, whatever it stored.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    run : Outcome
-        A run on it.
     """
     if run.failure is not None:
         return []

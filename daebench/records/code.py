@@ -60,21 +60,14 @@ def code_version() -> str:
 
 @dataclass(frozen=True)
 class Code:
-    """A code that is run, by an address that is valid in the folder of its files.
-
-    Parameters
-    ----------
-    method : str
-        ``./mine.py:step``, ``./libmine.so:step``, ``exec:./program``, or the name of a method of daebench.
-    files : mapping of str to bytes
-        Its files by their paths in the folder; none of a method of daebench.
-    executable : frozenset of str
-        Those that are started as programs.
-    """
+    """A code that is run, by an address that is valid in the folder of its files."""
 
     method: str
+    """``./mine.py:step``, ``./libmine.so:step``, ``exec:./program``, or the name of a method of daebench."""
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    """Its files by their paths in the folder; none of a method of daebench."""
     executable: frozenset[str] = frozenset()
+    """Those that are started as programs."""
 
     @property
     def digest(self) -> str:
@@ -150,22 +143,7 @@ def put(files: Mapping[str, bytes], folder: Path, executable: Collection[str] = 
 
 
 def code_of(method: str | Callable[..., Any], files: Iterable[str | Path] = ()) -> Code:
-    """Return the code at an address with its files, which are read and not executed.
-
-    Parameters
-    ----------
-    method : str or callable
-        ``FILE.py:NAME``, ``LIBRARY.so:NAME``, ``exec:PROGRAM [ARGUMENTS]``, the name of a method of daebench, or a function that is
-        defined at the top of a Python file. Of a Python file the files beside it that it imports are part of the code; of a program
-        those of its arguments that are files.
-    files : iterable of path
-        Other files that the code reads or loads; they are put where they are now, seen from the code.
-
-    Raises
-    ------
-    BadInput
-        If there is no such file or program, or a file cannot be put beside the others.
-    """
+    """Return the code at an address with its files, which are read and not executed."""
     address = method if isinstance(method, str) else _address(method)
     others = [existing(str(file), "data", "ls") for file in files]
     if not is_outside(address):

@@ -262,13 +262,7 @@ def as_json(stored: StoredRow) -> str:
 
 
 def of_json(line: str) -> StoredRow:
-    """Return the row of a line that :func:`as_json` gives.
-
-    Raises
-    ------
-    ValueError
-        If it is no such line.
-    """
+    """Return the row of a line that :func:`as_json` gives."""
     return _stored(LINE.read(strict(line)))
 
 

@@ -21,24 +21,16 @@ SAME = 1e-12
 
 @dataclass(frozen=True)
 class Directions:
-    """Derivatives of parameters and of the start in k directions.
-
-    Parameters
-    ----------
-    columns : mapping of str to int or slice
-        Directions that belong to each name.
-    par : ndarray, shape(parameters, k)
-        Derivatives of the parameters.
-    start : ndarray, shape(size, k)
-        Derivatives of the start, in the order in which a state is stored.
-    units : ndarray, shape(k,)
-        Powers of two by which the directions are multiplied, so that each changes a problem by about its own size.
-    """
+    """Derivatives of parameters and of the start in k directions."""
 
     columns: Mapping[str, int | slice]
+    """Directions that belong to each name."""
     par: Array
+    """Derivatives of the parameters; shape (parameters, k)."""
     start: Array
+    """Derivatives of the start, in the order in which a state is stored; shape (size, k)."""
     units: Array
+    """Powers of two by which the directions are multiplied, so that each changes a problem by about its own size; shape (k,)."""
 
     def widened(self, k: int) -> "Directions":
         """Return these directions, followed by directions of zeros, k in all."""
@@ -49,12 +41,7 @@ class Directions:
     def results(self, rows: Array, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
         """Return derivatives of states, by the name of a parameter or initial value and by the part of the state.
 
-        Parameters
-        ----------
-        rows : ndarray, shape(k, n, size)
-            Derivatives of states in the scaled directions. The array is overwritten, and the results are views of it.
-        parts : mapping of str to slice
-            Place of each part in a state.
+        Shapes: rows (k, n, size).
         """
         for row, unit in zip(rows, self.units, strict=True):
             row /= unit

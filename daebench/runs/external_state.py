@@ -10,13 +10,7 @@ from daebench.errors import BadInput, foreign, in_words
 
 
 def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> list[NDArray[np.float64]]:
-    """Return the parts of a state as new arrays of these shapes; a state of one part is that part itself.
-
-    Raises
-    ------
-    BadInput
-        If the state is not of these shapes; the message begins with the duty.
-    """
+    """Return the parts of a state as new arrays of these shapes; a state of one part is that part itself."""
     expected_shape = f"{shapes[0]} each" if len(shapes) > 1 else f"{shapes[0]}"
     try:
         arrays = [np.array(part) for part in (state if len(shapes) > 1 else [state])]

@@ -34,13 +34,6 @@ def atomic(path: Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder. It is renamed to ``path`` when all is written, and removed otherwise.
 
     Its name cannot be predicted, so nobody can place a link of that name to another file; the folder may be writable for others.
-
-    Raises
-    ------
-    BadInput
-        If the path is a folder, a device, or a link that belongs to another user.
-    DaebenchError
-        If it cannot be written, for example on a full disk; the message names the path.
     """
     _refuse_foreign_link(path)
     given, path = path, path.resolve()
@@ -62,11 +55,6 @@ def atomic_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary folder beside ``path``. It takes the place of that folder when all is written, and is removed otherwise.
 
     What else an older folder of that name has in it is kept.
-
-    Raises
-    ------
-    DaebenchError
-        If it cannot be written, for example on a full disk; the message names the path.
     """
     path = path.resolve()
     scratch, old = _beside(path), _beside(path)

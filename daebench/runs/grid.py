@@ -18,24 +18,16 @@ EPS = 2.0**-52
 
 @dataclass(frozen=True)
 class Grid:
-    """N steps of size h exactly, with a state stored after every ``every`` steps.
-
-    Parameters
-    ----------
-    h : float
-        Step size.
-    steps : int
-        Number of steps.
-    every : int
-        Number of steps between stored states; 0 stores only the end.
-    end : float, optional
-        Time after the last step, where the steps are the parts between outputs of a method that chooses its own steps.
-    """
+    """N steps of size h exactly, with a state stored after every ``every`` steps."""
 
     h: float
+    """Step size."""
     steps: int
+    """Number of steps."""
     every: int
+    """Number of steps between stored states; 0 stores only the end."""
     end: float | None = None
+    """Time after the last step, where the steps are the parts between outputs of a method that chooses its own steps."""
 
     def times(self, steps: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the times after some steps, by their numbers."""
@@ -48,14 +40,7 @@ class Grid:
 
     @classmethod
     def fixed_step(cls, name: str, request: Request, size: int) -> Self:
-        """Return the grid that a request prescribes for a fixed-step method.
-
-        Raises
-        ------
-        BadInput
-            If h is not a finite positive number, neither or both of steps and t_end are given, there is less than one step,
-            points or a record of a solver's steps are requested, or the stored states do not fit into memory.
-        """
+        """Return the grid that a request prescribes for a fixed-step method."""
         h = positive("h", request.value)
         if request.points is not None:
             raise BadInput(

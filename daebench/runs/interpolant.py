@@ -23,17 +23,7 @@ class Interpolant:
     estimates it. States between outputs lie off the constraint manifold by as much. The error of the run itself is not included: states
     between outputs are no more accurate than those at outputs.
 
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        Output times, s.
-    states : mapping of str to ndarray, shape(n, d)
-        States by name.
-
-    Raises
-    ------
-    BadInput
-        If there is only one output.
+    Shapes: t (n,); states (n, d).
     """
 
     def __init__(self, t: Array, states: Mapping[str, Array]) -> None:
@@ -42,13 +32,7 @@ class Interpolant:
         self._t, self._states = t, states
 
     def __call__(self, t: Any) -> dict[str, Array]:
-        """Return the states by name at one time, shape(d,), or at several times, shape(k, d).
-
-        Raises
-        ------
-        BadInput
-            If a time is outside the run.
-        """
+        """Return the states by name at one time, shape(d,), or at several times, shape(k, d)."""
         times = np.asarray(t, dtype=float)
         outside = ~((times >= self._t[0]) & (times <= self._t[-1]))
         if outside.any():

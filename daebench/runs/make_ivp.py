@@ -33,11 +33,6 @@ def make_ivp(
     """Return the initial value problem of a case, by default the first, with parameters and p0, q0 or y0 replaced if they are given.
 
     Consistency with the constraints is not checked.
-
-    Raises
-    ------
-    BadInput
-        If the case or a parameter is unknown, a value is not a finite number, or initial values belong to another kind of problem.
     """
     facts = source.facts
     case = first_case(source, given) if case is None else case

@@ -151,13 +151,7 @@ def flat(x: Any) -> list[float]:
 
 
 def members(ivp: Ivp, start: tuple[Any, ...], h: Any, parameters: Mapping[str, Any]) -> Members:
-    """Return members after checking their numbers.
-
-    Raises
-    ------
-    BadInput
-        If shapes do not match, a step size is not a finite positive number, or a parameter is unknown or has values that are not finite.
-    """
+    """Return members after checking their numbers."""
     arrays = tuple(np.ascontiguousarray(vectors, dtype=float) for vectors in start)
     lengths = [len(vector) for vector in ivp.start]
     n = len(arrays[0]) if arrays and arrays[0].ndim == 2 else 0

@@ -7,21 +7,14 @@ from typing import Any
 
 @dataclass(frozen=True, init=False)
 class Option:
-    """An option of a command, in the annotation of an argument: its names, and the function that reads its text.
-
-    Parameters
-    ----------
-    *names : str
-        Names such as "--tol"; by default that of the argument.
-    read : callable, optional
-        ``read(text)`` returns the value of the argument, or raises BadInput.
-    several : bool
-        Whether the option names several values, separated by commas: the study is then made once for each.
-    """
+    """An option of a command, in the annotation of an argument: its names, and the function that reads its text."""
 
     names: tuple[str, ...]
+    """Names such as "--tol"; by default that of the argument."""
     read: Callable[[str], Any] | None
+    """``read(text)`` returns the value of the argument, or raises BadInput."""
     several: bool
+    """Whether the option names several values, separated by commas: the study is then made once for each."""
 
     def __init__(self, *names: str, read: Callable[[str], Any] | None = None, several: bool = False) -> None:
         for name, value in (("names", names), ("read", read), ("several", several)):

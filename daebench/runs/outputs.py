@@ -22,21 +22,14 @@ COMMAND = "Command: "
 
 @dataclass(frozen=True)
 class Writer:
-    """The command that writes files.
-
-    Parameters
-    ----------
-    command : str
-        Its words, for example "daebench run"; "" outside of a command, where a caller in Python answers for the paths that it names.
-    overwrite : bool
-        Whether it may replace files that it did not write.
-    texts : mapping of Path to mapping of str to str
-        Files that get a text beside them, and its lines.
-    """
+    """The command that writes files."""
 
     command: str = ""
+    """Its words, for example "daebench run"; "" outside of a command, where a caller in Python answers for the paths that it names."""
     overwrite: bool = True
+    """Whether it may replace files that it did not write."""
     texts: Mapping[Path, Mapping[str, str]] = field(default_factory=dict)
+    """Files that get a text beside them, and its lines."""
 
 
 _writer: ContextVar[Writer] = ContextVar("_writer", default=Writer())  # noqa: B039  it is frozen
@@ -57,20 +50,6 @@ def described(paths: Iterable[Path], about: Mapping[str, str], pictures: Sequenc
     """Write the text beside each of some files before the file, when :func:`daebench.runs.files.atomic` writes it in the block.
 
     An interruption then leaves no file without its text, and the same command can be given again.
-
-    Parameters
-    ----------
-    paths : iterable of Path
-        The files.
-    about : mapping of str to str
-        Lines of their texts, in addition to those of blocks around this one.
-    pictures : sequence of Path
-        Pictures of a table, which have no texts of their own.
-
-    Raises
-    ------
-    BadInput
-        If a file or a picture exists that the command of :func:`writing` did not write.
     """
     writer, files = _writer.get(), [*paths]
     for file in (*files, *pictures):

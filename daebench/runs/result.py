@@ -73,13 +73,7 @@ class Result:
         yield self.summary()
 
     def plot(self) -> "Figure":
-        """Return a figure of Matplotlib that shows the result; a notebook displays it, and ``savefig`` writes it.
-
-        Raises
-        ------
-        DaebenchError
-            If there is nothing to draw.
-        """
+        """Return a figure of Matplotlib that shows the result; a notebook displays it, and ``savefig`` writes it."""
         figure: Figure = import_module(self.drawn_by).figure(self)
         return figure
 

@@ -34,15 +34,6 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
     than q. g_qq is computed as a difference of G over the length e, and constraints without curvature are left out. Changes of the units
     of length, mass and time by powers of two cause no rounding, so that the motion in other units has the same digits. L and 1/T are
     positive unless nothing moves. For long chains L is |q0|, and no rate is computed. The time and its rate are left out.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers.
-    h : float
-        Step size, s.
-    rated : bool
-        Whether the rate is computed; otherwise it is 0.
     """
     q0 = np.asarray(ivp.q0)
     if ivp.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme for it needs the rate
@@ -127,21 +118,7 @@ def scales_of(members: Members, *, rated: bool) -> tuple[Array, Array]:
 def in_coordinates(
     scales: tuple[float, float], leave: Leave, start: Sequence[Any], moved: int, *, timed: bool = False
 ) -> tuple[float, float]:
-    """Return length and rate in other coordinates x of the same motion: L / |dq/dx|, and the same rate.
-
-    Parameters
-    ----------
-    scales : (float, float)
-        Length and rate in the problem's own coordinates.
-    leave : callable
-        The map from parts x_1, x_2, ... of the coordinates to the problem's own parts, of which the last is a position.
-    start : sequence
-        The parts of the coordinates at the start.
-    moved : int
-        Index of the part that holds the positions.
-    timed : bool
-        Whether the last position is the time, in either coordinates.
-    """
+    """Return length and rate in other coordinates x of the same motion: L / |dq/dx|, and the same rate."""
     length, rate = scales
     parts = [np.asarray(part, dtype=complex) for part in start]
     largest = 0.0

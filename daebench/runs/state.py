@@ -7,34 +7,24 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class State:
-    """Vectors of a state, by name. A component is a name with a number from 1; an initial value is a name with 0.
-
-    Parameters
-    ----------
-    name : str
-        Kind of the problem: "constrained" or "poisson".
-    words : str
-        Such a problem in a sentence.
-    vectors : tuple of str
-        Vectors in the order in which a state is stored, and external programs take and return it. The last holds positions or
-        coordinates, in which a motion is drawn.
-    monitors : tuple of str
-        Quantities that a run can monitor.
-    columns : tuple of str
-        The vectors in the order in which files have them, positions first.
-    derived : tuple of str
-        Functions of the state that references have after it.
-    gradient : tuple of str
-        Derivatives of H with respect to the vectors.
-    """
+    """Vectors of a state, by name. A component is a name with a number from 1; an initial value is a name with 0."""
 
     name: str
+    """Kind of the problem: "constrained" or "poisson"."""
     words: str
+    """Such a problem in a sentence."""
     vectors: tuple[str, ...]
+    """Vectors in the order in which a state is stored, and external programs take and return it. The last holds positions or coordinates,
+    in which a motion is drawn.
+    """
     monitors: tuple[str, ...]
+    """Quantities that a run can monitor."""
     columns: tuple[str, ...]
+    """The vectors in the order in which files have them, positions first."""
     gradient: tuple[str, ...]
+    """Derivatives of H with respect to the vectors."""
     derived: tuple[str, ...] = ()
+    """Functions of the state that references have after it."""
 
     @property
     def position(self) -> str:

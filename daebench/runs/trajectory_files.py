@@ -43,13 +43,7 @@ def derivatives(trajectory: Any) -> Iterator[tuple[str, str, Array]]:
 
 
 def dataset(trajectory: Any) -> Any:
-    """Return a trajectory as an xarray Dataset: states over time and component, with a description of the run as attributes.
-
-    Raises
-    ------
-    BadInput
-        If xarray is not installed.
-    """
+    """Return a trajectory as an xarray Dataset: states over time and component, with a description of the run as attributes."""
     try:
         import xarray as xr
     except ImportError as error:

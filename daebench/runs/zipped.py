@@ -35,28 +35,7 @@ KINDS = "fiubU"
 
 
 def unpacked(source: Path | IO[bytes], name: str, *, small: int, ratio: float, most: int = 2**31) -> dict[str, bytes]:
-    """Return the files in a ZIP file.
-
-    Parameters
-    ----------
-    source : Path or binary file
-        The file.
-    name : str
-        What messages call it.
-    small : int
-        Bytes that the files may have together in any case.
-    ratio : float
-        Largest ratio of their bytes to those of the ZIP file, if they have more.
-    most : int
-        Bytes that they may have at most.
-
-    Raises
-    ------
-    BadInput
-        If they have more, are too many, or two have one name.
-    OSError, zipfile.BadZipFile, ...
-        Those of :data:`UNREADABLE`, if the file is damaged.
-    """
+    """Return the files in a ZIP file."""
     with zipfile.ZipFile(source) as archive:
         members = [member for member in archive.infolist() if not member.is_dir()]
         if len(members) > MOST_MEMBERS or len({member.filename for member in members}) < len(members):

@@ -27,13 +27,7 @@ def columns(ivp: Ivp) -> dict[str, int]:
 
 
 def bounds_of(name: str, given: Any, *, infinite: bool = False) -> tuple[float, float]:
-    """Return a lower and an upper bound as two numbers.
-
-    Raises
-    ------
-    BadInput
-        If they are not two numbers, the lower first.
-    """
+    """Return a lower and an upper bound as two numbers."""
     try:
         lo, hi = (float(value) for value in given)
     except (TypeError, ValueError):
@@ -48,22 +42,7 @@ def bounds_of(name: str, given: Any, *, infinite: bool = False) -> tuple[float, 
 
 
 def box_of(ivp: Ivp, box: Bounds, allowed: str) -> tuple[tuple[Array, Array], ...]:
-    """Return lower and upper bounds of each vector of a start, infinite where a coordinate is not named.
-
-    Parameters
-    ----------
-    ivp : Ivp
-        The problem.
-    box : mapping of str to (float, float)
-        Bounds by the names of coordinates.
-    allowed : str
-        Letters of coordinates that may be bounded.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, or bounds are no bounds.
-    """
+    """Return lower and upper bounds of each vector of a start, infinite where a coordinate is not named."""
     places = coordinates(ivp)
     vectors = tuple((np.full(len(vector), -np.inf), np.full(len(vector), np.inf)) for vector in ivp.start)
     for name, given in box.items():
@@ -75,13 +54,7 @@ def box_of(ivp: Ivp, box: Bounds, allowed: str) -> tuple[tuple[Array, Array], ..
 
 
 def require_bounded(ivp: Ivp, bounds: tuple[Array, Array], letter: str, why: str) -> None:
-    """Refuse a vector of which a component has no finite bounds.
-
-    Raises
-    ------
-    BadInput
-        With the components' names.
-    """
+    """Refuse a vector of which a component has no finite bounds."""
     free = [f"{letter}{i + 1}" for i in np.flatnonzero(~np.isfinite(bounds[0]) | ~np.isfinite(bounds[1]))]
     if free:
         raise BadInput(f"a box in the states of {ivp.problem} needs finite bounds of {', '.join(free)}: {why}.")
@@ -90,12 +63,7 @@ def require_bounded(ivp: Ivp, bounds: tuple[Array, Array], letter: str, why: str
 def excess(x: Array, bounds: tuple[Array, Array]) -> Array:
     """Return how far states are outside of their bounds: the sum over components, each relative to the width where that is finite.
 
-    Parameters
-    ----------
-    x : ndarray, shape(d, n)
-        States.
-    bounds : (ndarray, ndarray), each shape(d,)
-        Lower and upper bounds, some of them infinite.
+    Shapes: x (d, n); bounds (d,).
     """
     total = np.zeros(x.shape[1])
     for row, lo, hi in zip(x, *bounds, strict=True):

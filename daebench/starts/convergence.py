@@ -40,31 +40,22 @@ SAME = 1e-3
 
 @dataclass(frozen=True)
 class Settled:
-    """Chains at the end of a walk, and what was measured on the way.
-
-    Parameters
-    ----------
-    x : ndarray, shape(l, n)
-        Points.
-    drawn : ndarray, shape(e, n)
-        What was drawn with each.
-    steps : int
-        Steps of the walk, those among them in which the length was adapted.
-    sigma : float
-        Length of the steps in the end.
-    accepted : float
-        Part of the proposals accepted after that.
-    p_value : float
-        Of the two-sample Kolmogorov-Smirnov test of the distributions at half and at all of the steps: the least over all coordinates,
-        times their number.
-    """
+    """Chains at the end of a walk, and what was measured on the way."""
 
     x: Array
+    """Points; shape (l, n)."""
     drawn: Array
+    """What was drawn with each; shape (e, n)."""
     steps: int
+    """Steps of the walk, those among them in which the length was adapted."""
     sigma: float
+    """Length of the steps in the end."""
     accepted: float
+    """Part of the proposals accepted after that."""
     p_value: float
+    """Of the two-sample Kolmogorov-Smirnov test of the distributions at half and at all of the steps: the least over all coordinates, times
+    their number.
+    """
 
     @property
     def measured(self) -> dict[str, float]:
@@ -93,21 +84,7 @@ def settled(make: Callable[[Rows], LevelSet], x: Array, key: Sequence[int], what
     The first members decide, with two chains each, :data:`PILOTS` in all, and others do as they do: what becomes of a chain does not depend
     on how many there are, unless members differ in their parameters and there are fewer. Fewer members are repeated up to that number.
 
-    Parameters
-    ----------
-    make : callable
-        Manifolds and densities of some chains, by their numbers.
-    x : ndarray, shape(l, n)
-        Where chains start.
-    key : sequence of int
-        Seeds the random numbers.
-    what : str
-        What is drawn, for the sentence of an error.
-
-    Raises
-    ------
-    BadInput
-        If the distribution has not settled after :data:`LAST` steps.
+    Shapes: x (l, n).
     """
     n = x.shape[1]
     numbers = _pilot_members(n)

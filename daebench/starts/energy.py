@@ -24,22 +24,14 @@ class Reachable(Positions):
     The density with respect to the Euclidean surface measure is ::
 
         (E - U)^(k/2 - 1) sqrt( det M det(G M^-1 G^T) / det(G G^T) )
-
-    Parameters
-    ----------
-    mechanics : Mechanics
-        The problem.
-    E : float
-        Energy.
-    bounds : (ndarray, ndarray), each shape(d,)
-        Bounds of positions.
-    flat : bool
-        Whether the density is one everywhere instead.
     """
 
     E: float
+    """Energy."""
     bounds: tuple[Array, Array]
+    """Bounds of positions; shape (d,)."""
     flat: bool = False
+    """Whether the density is one everywhere instead."""
     noise: int = 0
 
     def weighed(self, x: Array, C: Array, noise: Array, rows: Rows) -> tuple[Array, Array]:

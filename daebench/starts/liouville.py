@@ -39,17 +39,11 @@ class StatesInBox(Positions):
 
         p = z - S A^T (A S A^T)^-1 A (z - a),     z normal with mean c and covariance S
         weight = det(G M^-1 G^T) / sqrt( det(G G^T) det(A S A^T) ) exp( (p - mu)^T S^-1 (p - mu) / 2 )     in the box
-
-    Parameters
-    ----------
-    mechanics : Mechanics
-        The problem.
-    of_p, of_q : (ndarray, ndarray), each shape(d,)
-        Bounds of momenta and of positions.
     """
 
     of_p: tuple[Array, Array]
     of_q: tuple[Array, Array]
+    """Bounds of momenta and of positions; shape (d,)."""
 
     @property
     def noise(self) -> int:

@@ -18,11 +18,6 @@ class Mechanics:
 
     Positions are arrays of shape(d, n), and the last axis of every result is that of the members. Functions that do not depend on
     positions, such as a mass matrix that is constant, are not told apart.
-
-    Parameters
-    ----------
-    members : Members
-        Members, for their parameters and their number.
     """
 
     def __init__(self, members: Members) -> None:
@@ -84,15 +79,10 @@ class Mechanics:
 
 @dataclass(frozen=True)
 class Positions:
-    """The manifolds {q: g(q) = 0} of all members.
-
-    Parameters
-    ----------
-    mechanics : Mechanics
-        The problem.
-    """
+    """The manifolds {q: g(q) = 0} of all members."""
 
     mechanics: Mechanics
+    """The problem."""
 
     def conditions(self, x: Array, rows: Rows) -> tuple[Array, Array]:
         """Return g and G at positions of some members."""
@@ -100,14 +90,7 @@ class Positions:
 
 
 def mechanics_of(members: Members, measure: str) -> Mechanics:
-    """Return the mechanics of the members of an ensemble at many positions.
-
-    Raises
-    ------
-    BadInput
-        If the problem has no such measure: it is a Poisson system, H is not quadratic in p, vectors are arrays, or constraints are
-        dependent at the start.
-    """
+    """Return the mechanics of the members of an ensemble at many positions."""
     ivp = constrained(members.ivp, measure)
     if ivp.arrays:
         raise BadInput(f"starts of {ivp.problem} with {ivp.facts.NODES} nodes cannot be drawn by {measure}; take fewer nodes.")

@@ -40,34 +40,12 @@ class Distribution(Protocol):
     def draw(self, ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None = None, seed: int = 0) -> Starts:
         """Return n members, each the same however many there are.
 
-        Parameters
-        ----------
-        ivp : Ivp
-            The problem, its parameters, and the start that others are distributed about.
-        n : int, optional
-            Number of members; a grid has its own.
-        h : float or array_like, shape(n,)
-            Step size of all, or of each, s.
-        parameters : mapping of str to array_like, shape(n,), optional
-            Parameters that differ from member to member.
-        seed : int
-            Seeds all random numbers.
-
-        Raises
-        ------
-        BadInput
-            If there is nothing to draw, or it cannot be drawn.
+        Shapes: h (n,); parameters (n,).
         """
 
 
 def copies(ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None, seed: int) -> Members:
-    """Return n members at the start of the problem.
-
-    Raises
-    ------
-    BadInput
-        If n is not a whole number greater than 0, the seed not one of at least 0, or h or a parameter not what it must be.
-    """
+    """Return n members at the start of the problem."""
     if n is None:
         raise BadInput("say how many members the ensemble is to have.")
     if whole("members", n) < 1:
@@ -82,13 +60,7 @@ def copies(ivp: Ivp, n: int | None, h: Any, parameters: Mapping[str, Any] | None
 
 
 def require_inside(some: Members, what: str) -> Members:
-    """Return members of a Poisson system, all of which start within its domain.
-
-    Raises
-    ------
-    BadInput
-        If some do not, with how many.
-    """
+    """Return members of a Poisson system, all of which start within its domain."""
     domain = " and ".join(f"{expression} > 0" for expression in some.ivp.facts.DOMAIN)
     if domain:
         outside = np.flatnonzero(~some.along("inside", some.start[0]).astype(bool))
@@ -163,18 +135,7 @@ def neighbour(ivp: Ivp, size: float, seed: int | list[int]) -> Ivp:
 def beside(ivp: Ivp, size: float, xi: Array) -> tuple[Array, ...]:
     """Return initial values beside that of a problem, off the manifold: each coordinate changed by size xi s, as :func:`neighbour` has it.
 
-    Parameters
-    ----------
-    ivp : Ivp
-        The problem.
-    size : float
-        Relative size of the change.
-    xi : ndarray, shape(n, N)
-        Changes of all N coordinates of a start, in the order in which a state is stored, a row for each start.
-
-    Returns
-    -------
-    tuple of ndarray, each shape(n, d)
+    Shapes: xi (n, N).
     """
     return tuple(x + size * (float(np.max(np.abs(x))) or 1.0) * part for x, part in zip(ivp.start, ivp.vectors(xi), strict=True))
 

@@ -47,27 +47,7 @@ BARE: dict[str, Any] = {"every": 0, "watch": (), "count": False}
 
 
 def measure_ensembles(*, steps: int, repeat: int) -> list[dict[str, Any]]:
-    """Return times of a step and member, a row for each of :data:`CASES`.
-
-    Parameters
-    ----------
-    steps : int
-        Steps of one timed run of a kernel for one run; members in lanes take a quarter of them.
-    repeat : int
-        Runs of each, in turns, of which the best counts.
-
-    Returns
-    -------
-    list of dict
-        "problem", "method"; nanoseconds of CPU time per step "alone", "in_c", and by the number of lanes "lanes4" and so on; "best", the
-        number of lanes that is chosen here; ratios "over_alone" and "over_c" for these lanes; "threads", how many times faster all cores
-        are than one; "begin_ms", wall time until 4096 members with a compiled kernel have begun, ms.
-
-    Raises
-    ------
-    BadInput
-        If there is nothing to repeat.
-    """
+    """Return times of a step and member, a row for each of :data:`CASES`."""
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
     with tempfile.TemporaryDirectory() as folder:

@@ -24,29 +24,7 @@ def mean_height(t: Array, q: Array, p: Array) -> Any:
 
 
 def measure_gradients(*, steps: int, repeat: int) -> list[dict[str, Any]]:
-    """Return times of runs of RATTLE that keep every state, without and with derivatives, and of the gradient of a functional.
-
-    Parameters
-    ----------
-    steps : int
-        Steps of a run.
-    repeat : int
-        Runs of each, in turns, of which the best counts.
-
-    Returns
-    -------
-    list of dict
-        "problem", "parameters"; nanoseconds of CPU time per step "ns_per_step" and "ns_differentiated"; milliseconds of CPU time of all
-        that is done, "run" by :func:`daebench.run` and the functional, and "gradient" by :func:`daebench.gradient`; and the ratios
-        "steps_ratio" and "gradient_ratio".
-
-    Raises
-    ------
-    BadInput
-        If there is nothing to repeat, or no step.
-    RunFailed
-        If a run stops.
-    """
+    """Return times of runs of RATTLE that keep every state, without and with derivatives, and of the gradient of a functional."""
     if steps < 1 or repeat < 1:
         raise BadInput(f"steps = {steps} and repeat = {repeat} must be at least 1.")
     return [_row({**chosen, "method": "rattle", "steps": steps, "every": 1}, parameters, repeat) for chosen, parameters in RUNS]

@@ -36,19 +36,7 @@ UNKNOWN = f"the method claims to keep the two-form, and whether a run of {LONGER
 
 
 def held_verdict(ivp: Ivp, method: Any, request: Request, run: Trajectory | PoissonTrajectory) -> Drift:
-    """Return the verdict on the energy error of a run; "drifts" is "undetermined" where the two-form is claimed and a longer run has none.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    method : method
-        The method.
-    request : Request
-        What it was asked; the longer run is asked the same for ten times as many steps.
-    run : Trajectory or PoissonTrajectory
-        The run, see :func:`daebench.diagnostics.energy_verdict.energy_verdict`.
-    """
+    """Return the verdict on an energy error; "drifts" is "undetermined" where the two-form is claimed and a longer run has none."""
     drift = energy_verdict(ivp, run)
     if drift.verdict != DRIFTS or "two_form" not in claimed(ivp, method):
         return drift
@@ -66,19 +54,7 @@ def held_verdict(ivp: Ivp, method: Any, request: Request, run: Trajectory | Pois
 def held_verdicts(
     verdicts: Sequence[str], run: EnsembleRun, some: NDArray[np.int64], method: Any, request: Request, threads: int | None = None
 ) -> list[str]:
-    """Return the verdicts on some members of an ensemble, by their numbers, as :func:`held_verdict` gives them for runs by themselves.
-
-    Parameters
-    ----------
-    verdicts : sequence of str
-        Verdicts by their runs alone, as :func:`daebench.studies.ensemble.energies.member_energies` gives them.
-    run, some : EnsembleRun, ndarray of int
-        The ensemble, and the members that the verdicts are on.
-    method, request
-        The method, and what each member was asked.
-    threads : int, optional
-        Number of cores; by default all.
-    """
+    """Return the verdicts on some members of an ensemble, by their numbers, as :func:`held_verdict` gives them for runs by themselves."""
     words = np.array(verdicts, dtype="U12")
     drifting = np.flatnonzero(words == DRIFTS)
     if not len(drifting) or "two_form" not in claimed(run.members.ivp, method):

@@ -18,15 +18,7 @@ H = 0.001
 
 
 def measure_rows(*, steps: int, repeat: int) -> list[dict[str, Any]]:
-    """Return a row a rival, with the best time of a step per link in several runs, ns, and its ratio to the first row's.
-
-    Parameters
-    ----------
-    steps : int
-        Steps of one run of one link; a run of many links has as many fewer.
-    repeat : int
-        Runs, of which the best counts.
-    """
+    """Return a row a rival, with the best time of a step per link in several runs, ns, and its ratio to the first row's."""
     runs = []
     for problem, case, parameters, method, links in RIVALS:
         ivp = initial_value_problem(problem, case, parameters)

@@ -48,26 +48,7 @@ IDA_C = (
 
 
 def measure_solvers(*, repeat: int) -> list[dict[str, Any]]:
-    """Return times of IDA at index 2 on the spherical pendulum, case fig1.2, to t = 10 with 201 outputs; a row for each tolerance.
-
-    Parameters
-    ----------
-    repeat : int
-        Runs of each, in turns, of which the best counts.
-
-    Returns
-    -------
-    list of dict
-        "tol", "steps"; milliseconds of CPU time "native", "in_c" and "python", the last with Python callbacks; "run", wall time of a whole
-        warm run; and the ratios "over_c" and "python_over_native". What cannot be had is None, with a "note".
-
-    Raises
-    ------
-    BadInput
-        If there is nothing to repeat.
-    DaebenchError
-        If the program in C does not take the steps that IDA takes here.
-    """
+    """Return times of IDA at index 2 on the spherical pendulum, case fig1.2, to t = 10 with 201 outputs; a row for each tolerance."""
     if repeat < 1:
         raise BadInput(f"repeat = {repeat} must be at least 1.")
     ivp, method = constrained(initial_value_problem("spherical_pendulum", "fig1.2", None)), Ida("index2")

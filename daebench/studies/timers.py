@@ -78,13 +78,7 @@ def compiler() -> str | None:
 
 
 def built(name: str, folder: Path) -> ctypes.CDLL | None:
-    """Return a C program that is kept beside this file as a library, compiled at -O3; None where there is no compiler.
-
-    Raises
-    ------
-    DaebenchError
-        If it does not compile.
-    """
+    """Return a C program that is kept beside this file as a library, compiled at -O3; None where there is no compiler."""
     command, library = compiler(), folder / f"{name}.so"
     if command is None:
         return None

@@ -236,11 +236,6 @@ def _require_fluctuation(ivp: ConstrainedIvp, method: str, tolerance: float, h: 
 
     The error e of the energy fluctuates too; what is looked at is T - e, which on the motion itself is T. Where it fluctuates little, half
     the step tells whether this is the motion or the step: an error is then a quarter.
-
-    Raises
-    ------
-    BadInput
-        If it does not: no drift can be measured in parts of its standard deviation then.
     """
     run = _run(ivp, method, tolerance, h, t_end, precision)
     spread, level, rounding = _own_fluctuation(ivp, run)

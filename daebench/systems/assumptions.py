@@ -16,22 +16,6 @@ def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (),
 
     A run goes where its equations lead it, possibly through zero. If sqrt(q**2) has become q because q was declared positive, the forces
     beyond zero are those of another system.
-
-    Parameters
-    ----------
-    what : str
-        Their role, for example "position".
-    symbols : iterable of Symbol
-        The symbols.
-    domain : sequence of Expr
-        Expressions that a run keeps positive; a coordinate among them may be declared positive, and minus a coordinate negative.
-    advice : str
-        Alternative remedy, as the end of a sentence.
-
-    Raises
-    ------
-    InvalidProblem
-        If an assumption is not preserved; the message names the symbol and the assumption.
     """
     for symbol in symbols:
         assumption = "positive" if symbol in domain else "negative" if -symbol in domain else "real"

@@ -37,19 +37,7 @@ def _declared(known: frozenset[tuple[str, bool]]) -> str:
 
 
 def mathematics(parts: Sequence[Any], names: Any, cases: Mapping[str, Sequence[Any]], parameters: Mapping[sp.Symbol, float]) -> str:
-    """Return the exact text of a definition, which does not depend on how its file is written.
-
-    Parameters
-    ----------
-    parts : sequence
-        Expressions, or sequences of them.
-    names : object
-        What is not an expression, such as the names of integrals.
-    cases : mapping of str to sequence
-        What each case sets: sequences of expressions, a mapping of numbers, or text.
-    parameters : mapping of Symbol to number
-        Parameters with their defaults.
-    """
+    """Return the exact text of a definition, which does not depend on how its file is written."""
     numbers = [(exact(symbol), float(value)) for symbol, value in parameters.items()]
     return repr(([*map(_texts, parts)], names, [(name, [*map(_texts, case)]) for name, case in cases.items()], numbers))
 

@@ -24,14 +24,7 @@ def sphere(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: Exact, lengt
 
     With the given length in w, and not |q|, an error of |q| does not grow but decays by the factor cos(w t).
 
-    Parameters
-    ----------
-    q, p : sequence of Symbol, shape(d,)
-        Positions and momenta, d at least 2.
-    mass : exact expression
-        Mass of the point, kg.
-    length : exact expression
-        Radius of the sphere, m.
+    Shapes: q, p (d,).
     """
     _same_length(q, p)
     w = sp.sqrt(sum(x**2 for x in p) / (mass * length) ** 2 + TINY)
@@ -51,12 +44,7 @@ def rotation(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, c: Exact) -> Kin
         Q(t) = Q R     P(t) = P R     R = I + sin(w t)/w W + (1 - cos(w t))/w^2 W^2
         W = (Q^T P - P^T Q) / (2 c)   w^2 = 1/2 |W|^2
 
-    Parameters
-    ----------
-    q, p : sequence of Symbol, shape(9,)
-        Entries of Q and of P = c Q', row by row.
-    c : exact expression
-        Factor in D = c I, kg m^2: half the moment of inertia about any axis.
+    Shapes: q, p (9,).
     """
     _same_length(q, p)
     if len(q) != 9:
@@ -71,13 +59,7 @@ def rotation(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, c: Exact) -> Kin
 
 
 def product(*factors: KineticFlow) -> KineticFlow:
-    """Return the flow on a product of manifolds whose kinetic energies are not coupled: each factor moves by itself.
-
-    Parameters
-    ----------
-    *factors : KineticFlow
-        Flows of consecutive parts of q and p.
-    """
+    """Return the flow on a product of manifolds whose kinetic energies are not coupled: each factor moves by itself."""
     ends = [[sp.sympify(x).xreplace({factor.t: TIME}) for x in (*factor.p, *factor.q)] for factor in factors]
     return KineticFlow(
         t=TIME,

@@ -26,42 +26,28 @@ _VERIFIED: set[str] = set()
 
 @dataclass(frozen=True, kw_only=True)
 class LatticePart:
-    """One part of a splitting of H, with the exact flow of y' = B(y) grad H^[i](y) at each site.
-
-    Parameters
-    ----------
-    h : Expr
-        Its density, in the fields at a site and at the site to the left.
-    t : Symbol
-        Time over which the flow is taken.
-    here : sequence of Expr, shape(s,)
-        Fields at a site after it, in t and the previous fields at the site and its two neighbours.
-    """
+    """One part of a splitting of H, with the exact flow of y' = B(y) grad H^[i](y) at each site."""
 
     h: sp.Expr
+    """Its density, in the fields at a site and at the site to the left."""
     t: sp.Symbol
+    """Time over which the flow is taken."""
     here: Sequence[sp.Expr]
+    """Fields at a site after it, in t and the previous fields at the site and its two neighbours; shape (s,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LatticeDarboux:
-    """Canonical coordinates of each site, HLW (3.13), and the inverse map; see :class:`daebench.systems.poisson.DarbouxMap`.
-
-    Parameters
-    ----------
-    q, p : Symbol
-        The coordinates, {q, p} = 1.
-    Q, P : Expr
-        The coordinates as functions of the fields at the site.
-    here : sequence of Expr, shape(2,)
-        The fields as functions of q and p.
-    """
+    """Canonical coordinates of each site, HLW (3.13), and the inverse map; see :class:`daebench.systems.poisson.DarbouxMap`."""
 
     q: sp.Symbol
     p: sp.Symbol
+    """The coordinates, {q, p} = 1."""
     Q: sp.Expr
     P: sp.Expr
+    """The coordinates as functions of the fields at the site."""
     here: Sequence[sp.Expr]
+    """The fields as functions of q and p; shape (2,)."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,22 +25,7 @@ Point = list[Any]
 
 
 def first_nonzero(claims: Mapping[str, sp.Expr], symbols: Sequence[sp.Symbol], domain: Sequence[sp.Expr]) -> Found | None:
-    """Return the name of the first expression that does not vanish, and its value; None if all vanish.
-
-    Parameters
-    ----------
-    claims : mapping of str to Expr
-        Named expressions in ``symbols``.
-    symbols : sequence of Symbol
-        All independent variables, including parameters; symbols that are declared positive are sampled so.
-    domain : sequence of Expr
-        Expressions in ``symbols`` that are positive wherever the claims must hold.
-
-    Raises
-    ------
-    InvalidProblem
-        If no points are found in the domain at which the expressions are defined.
-    """
+    """Return the name of the first expression that does not vanish, and its value; None if all vanish."""
     open_ = {name: expression for name, expression in claims.items() if not expands_to_zero(expression)}
     if not open_:
         return None

@@ -13,22 +13,16 @@ from daebench.runs.ivp import Array
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Digits of agreement.
-
-    Parameters
-    ----------
-    reference : Reference
-        The reference.
-    rows : ndarray of int, shape(n,)
-        Rows of the reference.
-    digits : ndarray, shape(n, size)
-        Digits of q1, q2, ..., p1, p2, ..., or y1, ...: -log10 of the error in units of the largest modulus of q, p or y in the reference.
-        Infinite for zero error, and minus infinity for a number that is not finite.
-    """
+    """Digits of agreement."""
 
     reference: Reference
+    """The reference."""
     rows: NDArray[np.intp]
+    """Rows of the reference; shape (n,)."""
     digits: Array
+    """Digits of q1, q2, ..., p1, p2, ..., or y1, ...: -log10 of the error in units of the largest modulus of q, p or y in the reference.
+    Infinite for zero error, and minus infinity for a number that is not finite; shape (n, size).
+    """
 
     def lack(self, asked: float) -> str:
         """Return, as text, where there are fewer digits than requested: the first place and the worst."""
@@ -47,19 +41,7 @@ class Agreement:
 def agreement(reference: Reference, t: ArrayLike, **states: ArrayLike) -> Agreement:
     """Return the digits in which a trajectory agrees with a reference.
 
-    Parameters
-    ----------
-    reference : Reference
-        The reference.
-    t : array_like, shape(n,)
-        Times, s, each of which is stored.
-    states : array_like, shape(n, components)
-        Positions q and momenta p, or y, at these times.
-
-    Raises
-    ------
-    BadInput
-        If a time is not stored, the states belong to another kind of problem, or the shapes do not match.
+    Shapes: t (n,); states (n, components).
     """
     state, rows = reference.state, _rows(reference, _times(t))
     if set(states) != set(state.columns):

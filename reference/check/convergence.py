@@ -32,27 +32,18 @@ FAR = 1000.0
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """The errors of one code over a sequence of step sizes.
-
-    Parameters
-    ----------
-    reference : Reference
-        The reference that errors are measured against.
-    t : ndarray, shape(n,)
-        Stored times at which errors are measured, s.
-    h : ndarray, shape(k,)
-        Step sizes, s, largest first.
-    errors : dict of str to ndarray, shape(k,)
-        For "q" and "p", or "y": the largest Euclidean norm of the error over the times.
-    floor : dict of str to float
-        For each part, the sum of the reference's bound and of amplified rounding.
-    """
+    """The errors of one code over a sequence of step sizes."""
 
     reference: Reference
+    """The reference that errors are measured against."""
     t: Array
+    """Stored times at which errors are measured, s; shape (n,)."""
     h: Array
+    """Step sizes, s, largest first; shape (k,)."""
     errors: dict[str, Array]
+    """For "q" and "p", or "y": the largest Euclidean norm of the error over the times; shape (k,)."""
     floor: dict[str, float]
+    """For each part, the sum of the reference's bound and of amplified rounding."""
 
     @cached_property
     def fits(self) -> dict[str, OrderFit]:
@@ -117,26 +108,7 @@ def _slope(h: Array, error: Array, k: int) -> str:
 
 
 def convergence(solve: Solve, reference: Reference, *, t_end: float, h: float, halvings: int) -> Convergence:
-    """Return the errors of a solver for h, h/2, h/4, ... from the reference's initial values.
-
-    Parameters
-    ----------
-    solve : callable
-        See :data:`Solve`.
-    reference : Reference
-        The reference that errors are measured against.
-    t_end : float
-        Last time, s; one of the times of the reference.
-    h : float
-        Largest step size, s; t_end is a multiple of it.
-    halvings : int
-        Number of halvings.
-
-    Raises
-    ------
-    BadInput
-        If a number is not valid, or ``solve`` returns a value of a wrong form.
-    """
+    """Return the errors of a solver for h, h/2, h/4, ... from the reference's initial values."""
     __tracebackhide__ = True
     rows = _common(reference, positive("t_end", t_end), positive("h", h), whole("halvings", halvings))
     t, sizes = reference.t[rows], [h / 2**k for k in range(halvings + 1)]

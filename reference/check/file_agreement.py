@@ -40,78 +40,53 @@ class Place:
 
 @dataclass(frozen=True)
 class Column:
-    """Agreement of one component.
-
-    Parameters
-    ----------
-    name : str
-        q1, ..., p1, ..., lam1, ..., or y1, ...
-    digits : float
-        -log10(largest error / size); limited by the reference's bound and the digits of the file.
-    error : float
-        Largest difference from the reference.
-    t : float
-        Time of the largest difference, s.
-    size : float
-        Largest modulus of its part, such as q, in the whole reference.
-    allowed : float
-        Largest number of digits that the reference's bound and the digits of the file allow.
-    """
+    """Agreement of one component."""
 
     name: str
+    """q1, ..., p1, ..., lam1, ..., or y1, ..."""
     digits: float
+    """-log10(largest error / size); limited by the reference's bound and the digits of the file."""
     error: float
+    """Largest difference from the reference."""
     t: float
+    """Time of the largest difference, s."""
     size: float
+    """Largest modulus of its part, such as q, in the whole reference."""
     allowed: float
+    """Largest number of digits that the reference's bound and the digits of the file allow."""
 
 
 @dataclass(frozen=True)
 class FileAgreement:
-    """Result of the comparison of a file with a reference.
-
-    Parameters
-    ----------
-    file, reference : str
-        The compared file, and the reference.
-    rows, compared, passed_over, beyond : int
-        Numbers of rows: of the file; compared; omitted between stored times; after the horizon.
-    horizon, double_horizon : float
-        Last time of the reference, s, and the time beyond which no run in double precision can follow.
-    ignored : tuple of str
-        Columns of the file that are not components.
-    missing : tuple of str
-        Components of the reference that the file does not contain.
-    columns : tuple of Column
-        One for each component.
-    within : float
-        Fraction of the motion beyond which the trajectory has left.
-    left : Place or None
-        First place at which it leaves.
-    lost : mapping of int to (Place or None)
-        First places at which the file agrees to fewer than 12, 9, 6 and 3 digits.
-    t_end : float
-        Last compared time, s.
-    possible : float
-        Digits that a run in double precision can have until then, given the growth of the rounding of a state on its way.
-    """
+    """Result of the comparison of a file with a reference."""
 
     file: str
     reference: str
+    """The compared file, and the reference."""
     rows: int
     compared: int
     passed_over: int
     beyond: int
+    """Numbers of rows: of the file; compared; omitted between stored times; after the horizon."""
     horizon: float
     double_horizon: float
+    """Last time of the reference, s, and the time beyond which no run in double precision can follow."""
     ignored: tuple[str, ...]
+    """Columns of the file that are not components."""
     missing: tuple[str, ...]
+    """Components of the reference that the file does not contain."""
     columns: tuple[Column, ...]
+    """One for each component."""
     within: float
+    """Fraction of the motion beyond which the trajectory has left."""
     left: Place | None
+    """First place at which it leaves."""
     lost: Mapping[int, Place | None]
+    """First places at which the file agrees to fewer than 12, 9, 6 and 3 digits."""
     t_end: float
+    """Last compared time, s."""
     possible: float
+    """Digits that a run in double precision can have until then, given the growth of the rounding of a state on its way."""
 
     @property
     def worst(self) -> Column:
@@ -129,26 +104,6 @@ def agreement(path: Path, name: str, folder: Path | None = None, *, within: floa
 
     At stored times the difference is that of decimal numbers, so that a program of any precision can be compared. Between them the
     reference is integrated from the nearest stored state, and the requested number of rows is compared, evenly chosen.
-
-    Parameters
-    ----------
-    path : Path
-        CSV file with a header: t and any of q1, ..., p1, ..., lam1, ..., or y1, ...
-    name : str
-        PROBLEM-CASE.
-    folder : Path, optional
-        Folder of references; by default those of daebench, and the user's own.
-    within : float
-        Fraction of the motion beyond which the trajectory has left.
-    between : int
-        Largest number of compared rows between stored times.
-
-    Raises
-    ------
-    BadInput
-        If the reference does not exist, the file is not valid, or it has components that the problem does not have.
-    Damaged
-        If the reference is damaged.
     """
     within, between = positive("within", within), whole("between", between)
     if between < 0:

@@ -37,23 +37,7 @@ def ida_errors(ivp: Ivp, t: Array, reference: Mapping[str, Array], keep: Keep, u
     The estimate is null if the run at a tenth of the tolerance stopped early; ``lost`` is the time at which the motion is lost,
     or null if it is not lost.
 
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    t : ndarray, shape(n,)
-        Equidistant times, the first 0.
-    reference : mapping of str to ndarray
-        q, p and lam, or y, at these times, rounded to double precision.
-    keep : callable
-        ``keep(stage, make)`` returns the result of a stage, made now or in an earlier run that was interrupted.
-    until : float
-        Time of the first rank loss, s, after which IDA may take another branch and need not agree.
-
-    Raises
-    ------
-    NotCertified
-        If IDA differs from the reference solution by more than its own error estimate.
+    Shapes: t (n,).
     """
     clear = int(np.searchsorted(t, min(until, UNTIL), "right"))
     return [record for name in ida_names(ivp) for record in _records(ivp, name, t, reference, keep, clear)]

@@ -35,18 +35,12 @@ HALF_UNIT = 0.5 * 10.0 ** (1 - STORED_DIGITS)
 
 @dataclass(frozen=True)
 class Stored:
-    """Stored digits as mpmath numbers.
-
-    Parameters
-    ----------
-    reference : Reference
-        The stored reference.
-    definition : Definition
-        The definition that it should belong to.
-    """
+    """Stored digits as mpmath numbers."""
 
     reference: Reference
+    """The stored reference."""
     definition: Definition
+    """The definition that it should belong to."""
 
     @cached_property
     def mathematics(self) -> Mathematics:

@@ -70,19 +70,13 @@ TOLD = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 @dataclass(frozen=True)
 class Recomputed:
-    """A run in double precision with its error estimate.
-
-    Parameters
-    ----------
-    method : str
-        Its name, with its step size or tolerance.
-    states, limit : mapping of str to ndarray, shape(n, components)
-        Every part at the first n stored times, and the largest error that it may have.
-    """
+    """A run in double precision with its error estimate."""
 
     method: str
+    """Its name, with its step size or tolerance."""
     states: Parts
     limit: Parts
+    """Every part at the first n stored times, and the largest error that it may have; shape (n, components)."""
 
     def checks(self, reference: Reference) -> Iterator[Check]:
         """Yield one check for each part: the largest difference in units of the allowed error."""

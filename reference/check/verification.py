@@ -5,45 +5,31 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Check:
-    """One check.
-
-    Parameters
-    ----------
-    what : str
-        The checked quantity.
-    expected, found : str
-        Its required value, and its actual value.
-    ok : bool
-        Whether the check holds.
-    """
+    """One check."""
 
     what: str
+    """The checked quantity."""
     expected: str
     found: str
+    """Its required value, and its actual value."""
     ok: bool
+    """Whether the check holds."""
 
 
 @dataclass(frozen=True)
 class Digits:
-    """Digits in which a recomputation agrees with the stored numbers of a part.
-
-    Parameters
-    ----------
-    method : str
-        The method that recomputed the numbers.
-    part : str
-        "q", "p" or "lam"; or "y".
-    at : tuple of (float, float)
-        A time, s, and the digits up to that time: -log10 of the largest error in units of the part's largest modulus. The last time
-        is that of the whole comparison.
-    visible : float
-        Smallest alteration of a stored number that the comparison is certain to detect up to that last time, in units of the part.
-    """
+    """Digits in which a recomputation agrees with the stored numbers of a part."""
 
     method: str
+    """The method that recomputed the numbers."""
     part: str
+    """"q", "p" or "lam"; or "y"."""
     at: tuple[tuple[float, float], ...]
+    """A time, s, and the digits up to that time: -log10 of the largest error in units of the part's largest modulus. The last time is that
+    of the whole comparison.
+    """
     visible: float
+    """Smallest alteration of a stored number that the comparison is certain to detect up to that last time, in units of the part."""
 
     @property
     def overall(self) -> float:
@@ -53,24 +39,16 @@ class Digits:
 
 @dataclass(frozen=True)
 class Verification:
-    """Result of the verification of one reference.
-
-    Parameters
-    ----------
-    name : str
-        PROBLEM-CASE.
-    checks : tuple of Check
-        The checks, in order.
-    digits : tuple of Digits
-        Digits in which recomputations agree.
-    unseen : str
-        Alterations that no check can detect, as a sentence.
-    """
+    """Result of the verification of one reference."""
 
     name: str
+    """PROBLEM-CASE."""
     checks: tuple[Check, ...]
+    """The checks, in order."""
     digits: tuple[Digits, ...] = ()
+    """Digits in which recomputations agree."""
     unseen: str = ""
+    """Alterations that no check can detect, as a sentence."""
 
     @property
     def ok(self) -> bool:

@@ -37,24 +37,6 @@ def verify(name: str, folder: Path | None = None, progress: Progress | None = No
         motion         a method of order 8 of our own, throughout and from row to row, and IDA, each within its own error estimate
 
     If something cannot be checked because an earlier check does not hold, that is a failed check.
-
-    Parameters
-    ----------
-    name : str
-        PROBLEM-CASE.
-    folder : Path, optional
-        Folder of references; by default those of daebench, and the user's own.
-    progress : callable, optional
-        Called with the completed fraction and the present activity.
-    asked : bool
-        Whether somebody asked for this name. If it is only that of a folder, the problem must come with daebench.
-
-    Raises
-    ------
-    BadInput
-        If the reference does not exist.
-    Damaged
-        If a file is missing, truncated, or does not match its checksum.
     """
     callback = progress or (lambda fraction, doing: None)
     callback(0.0, f"{name}: definition")

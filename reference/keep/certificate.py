@@ -35,22 +35,7 @@ RANK_LOSS = (
 
 
 def certified_text(definition: Definition, times: list[Any], stages: Stages) -> tuple[dict[str, Any], dict[str, list[str]]]:
-    """Return the certificate of a definition and its columns of digits.
-
-    Parameters
-    ----------
-    definition : Definition
-        The definition to certify.
-    times : list of mpmath number
-        Output times, equidistant, the first 0.
-    stages : Stages
-        Storage of the finished stages.
-
-    Raises
-    ------
-    NotCertified
-        If the certification fails.
-    """
+    """Return the certificate of a definition and its columns of digits."""
     computations = Computations(definition, times, stages.rows)
     certified = certify(computations)
     rank = _rank(definition.name, computations, certified)

@@ -22,17 +22,12 @@ class Definition:
     """One case of one problem, with exact numbers.
 
     The value of a parameter is the decimal number of its shortest representation: 9.81 is 981/100, not the double nearest to it.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The same problem in double precision.
-    structure : mapping of str to int
-        Structural parameters of the case.
     """
 
     ivp: Ivp
+    """The same problem in double precision."""
     structure: Mapping[str, int]
+    """Structural parameters of the case."""
 
     @property
     def name(self) -> str:
@@ -125,13 +120,7 @@ def _forces(declared: Any) -> dict[str, Any]:
 
 
 def define(problem: str, case: str | None = None) -> Definition:
-    """Return the definition of a case of a problem of the catalogue.
-
-    Raises
-    ------
-    BadInput
-        If the problem or the case is unknown.
-    """
+    """Return the definition of a case of a problem of the catalogue."""
     ivp, entry = initial_value_problem(problem, case), find_problem(problem)
     parameters = ivp.facts.CASES[ivp.case]["parameters"]
     return Definition(ivp, {name: int(parameters.get(name, value)) for name, value in entry.structure.items()})

@@ -25,24 +25,16 @@ BESIDE = 1e-7
 
 @dataclass(frozen=True)
 class At:
-    """States of a reference at given times.
-
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        Times, s.
-    states : mapping of str to ndarray, shape(n, components)
-        Every part of the reference: positions, momenta and multipliers lam(p, q), or y.
-    bound : mapping of str to ndarray
-        Largest error of each number, in the same shapes; it includes the rounding of stored digits to double precision.
-    row : ndarray of int, shape(n,)
-        Row of the reference if the time is stored, otherwise -1.
-    """
+    """States of a reference at given times."""
 
     t: Array
+    """Times, s; shape (n,)."""
     states: dict[str, Array]
+    """Every part of the reference: positions, momenta and multipliers lam(p, q), or y; shape (n, components)."""
     bound: dict[str, Array]
+    """Largest error of each number, in the same shapes; it includes the rounding of stored digits to double precision."""
     row: NDArray[np.intp]
+    """Row of the reference if the time is stored, otherwise -1; shape (n,)."""
 
     @property
     def stored(self) -> NDArray[np.bool_]:
@@ -58,19 +50,7 @@ def states_at(reference: Reference, times: ArrayLike) -> At:
     rounding of that state on the way, measured with a neighbour. That equation cannot pass a rank loss; a motion that does is computed
     from its closed form with 50 digits, and the bound is that of rounding it to double precision.
 
-    Parameters
-    ----------
-    reference : Reference
-        The reference.
-    times : array_like, shape(n,)
-        Times, s, from 0 to the horizon.
-
-    Raises
-    ------
-    BadInput
-        If a time is not a number, or outside the reference.
-    RunFailed
-        If the integration stops.
+    Shapes: times (n,).
     """
     t = np.asarray(times, dtype=float).reshape(-1)
     _require_inside(reference, t)

@@ -30,24 +30,7 @@ def _columns(parts: Mapping[str, Array], prefix: str = "") -> dict[str, Array]:
 
 
 def write(path: Path, kind: str, reference: Reference, times: Sequence[float] | None = None) -> None:
-    """Write a reference to a file at these times, by default at all stored times.
-
-    Parameters
-    ----------
-    path : Path
-        The file; an existing one is replaced.
-    kind : str
-        One of ``WRITERS``.
-    reference : Reference
-        The reference.
-    times : sequence of float, optional
-        Times, s.
-
-    Raises
-    ------
-    BadInput
-        If the format is unknown, or needs a package that is not installed, or a time is outside the reference.
-    """
+    """Write a reference to a file at these times, by default at all stored times."""
     if kind not in WRITERS:
         raise unknown("format", kind, WRITERS)
     at = states_at(reference, reference.t if times is None else times)

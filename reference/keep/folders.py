@@ -24,18 +24,7 @@ def own_folder() -> Path:
 
 
 def folders(folder: Path | None = None) -> tuple[Path, ...]:
-    """Return the folders in which references are searched, in this order.
-
-    Parameters
-    ----------
-    folder : Path, optional
-        The only folder to search; by default the references of daebench and then the user's own, if there are any.
-
-    Raises
-    ------
-    BadInput
-        If the folder does not exist.
-    """
+    """Return the folders in which references are searched, in this order."""
     if folder is None:
         return (DATA, user_folder) if (user_folder := own_folder()).is_dir() else (DATA,)
     if not folder.is_dir():
@@ -44,13 +33,7 @@ def folders(folder: Path | None = None) -> tuple[Path, ...]:
 
 
 def require_name(name: str) -> None:
-    """Check that a reference may have a name.
-
-    Raises
-    ------
-    BadInput
-        If the name is not allowed.
-    """
+    """Check that a reference may have a name."""
     if not NAME.fullmatch(name) or name.endswith("."):
         shown = ascii(name if len(name) <= 80 else f"{name[:77]}...")
         raise BadInput(f"{shown} is not a name of a reference, which is PROBLEM-CASE, of letters, digits and . , + - _ only, no path.")

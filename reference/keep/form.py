@@ -40,13 +40,7 @@ TIME = maybe(NOT_NEGATIVE, "a time of at least 0")
 
 
 def require_form(certificate: Mapping[str, Any], text: Mapping[str, Sequence[str]]) -> None:
-    """Accept a reference that has the form of one: all else that is wrong with it is for a verification to find.
-
-    Raises
-    ------
-    WrongField
-        If a field is missing, or is not of its type, range or shape.
-    """
+    """Accept a reference that has the form of one: all else that is wrong with it is for a verification to find."""
     state, sizes = _sizes(list(text))
     rows = _require_numbers(text)
     _certificate(state, sizes, rows, list(text)).read(certificate)

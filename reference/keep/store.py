@@ -64,20 +64,7 @@ def _names(folder: Path) -> set[str]:
 
 
 def kept_in(name: str, folder: Path | None = None) -> Path:
-    """Return the folder of the reference of this name; a reference of daebench takes precedence over the user's own.
-
-    Parameters
-    ----------
-    name : str
-        PROBLEM-CASE, for example "spherical_pendulum-fig1.2".
-    folder : Path, optional
-        As in :func:`names`.
-
-    Raises
-    ------
-    BadInput
-        If there is no such reference; the message gives the nearest names.
-    """
+    """Return the folder of the reference of this name; a reference of daebench takes precedence over the user's own."""
     require_name(name)
     for place in folders(folder):
         if name in _names(place):
@@ -166,22 +153,6 @@ def save(name: str, certificate: Mapping[str, Any], text: Mapping[str, Sequence[
     """Write a reference, replacing one of this name if there is one, and return its folder.
 
     Both files are written beside the old ones, and replace them at the end: a crash leaves the old reference.
-
-    Parameters
-    ----------
-    name : str
-        PROBLEM-CASE.
-    certificate : mapping
-        The certificate, without "data", "format" and "checksum".
-    text : mapping of str to sequence of str
-        Columns as decimal strings.
-    folder : Path
-        Folder of the references; made if it does not exist.
-
-    Raises
-    ------
-    BadInput
-        If the name is a path, or may be read as one.
     """
     require_name(name)
     new, old = folder / f".{name}.new-{os.getpid()}", _old(name, folder)

@@ -20,24 +20,16 @@ NAME = re.compile(r"([a-z]+)([1-9]\d*)")
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryFile:
-    """Times and components of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    text : mapping of str to sequence of str
-        Column t and the components, n numbers each, as written.
-    ignored : tuple of str
-        Other columns.
-    lines : sequence of int
-        Line of each row.
-    """
+    """Times and components of a file."""
 
     path: Path
+    """The file."""
     text: Mapping[str, Sequence[str]]
+    """Column t and the components, n numbers each, as written."""
     ignored: tuple[str, ...]
+    """Other columns."""
     lines: Sequence[int]
+    """Line of each row."""
 
     @property
     def components(self) -> list[str]:
@@ -78,21 +70,7 @@ def split(name: str) -> tuple[str, int]:
 
 
 def read(path: Path, state: State) -> TrajectoryFile:
-    """Return the trajectory of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    state : State
-        Determines which columns are components; others are ignored.
-
-    Raises
-    ------
-    BadInput
-        If it is not a file, is empty, has no column t or no component, has a row of another length, contains a value that is not a finite
-        number, or has times that are negative or decrease.
-    """
+    """Return the trajectory of a file."""
     header, rows, lines = _rows(path, state)
     names = [name.strip() for name in header]
     known = [name == "t" or _is_component(name, state) for name in names]

@@ -42,13 +42,6 @@ def amplification(computations: Computations, certified: Certified) -> Growth:
     """Return the growth of perturbations, from neighbours in quadruple precision, one for each direction.
 
     The rounding of an intermediate state grows from there. If the motion converges again, this is more than the growth from the start.
-
-    Parameters
-    ----------
-    computations : Computations
-        The motion and its neighbours.
-    certified : Certified
-        Its certified part.
     """
     n, largest, state = len(certified.t), sizes(certified.states), computations.definition.ivp.state
     first = certified.states.parts

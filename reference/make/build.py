@@ -45,30 +45,7 @@ def build(
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> Path:
-    """Make, certify and store the reference of a problem's case; return its folder.
-
-    Parameters
-    ----------
-    name : str
-        PROBLEM-CASE.
-    folder : Path, optional
-        Folder for the reference; by default that of the user's own, see :func:`daebench.reference.keep.folders.own_folder`.
-    t_end : float
-        Last output, s; the horizon may be earlier.
-    spacing : int
-        Outputs per second, a power of two, so that every time is exact in double precision.
-    overwrite : bool
-        Whether an existing reference may be replaced.
-    progress : callable, optional
-        Called with the completed fraction and the present activity.
-
-    Raises
-    ------
-    BadInput
-        If the problem or case does not exist, heyoka is missing, a number is not valid, or the reference exists already.
-    NotCertified
-        If the certification fails; an existing reference is not changed.
-    """
+    """Make, certify and store the reference of a problem's case; return its folder."""
     definition = _defined(name)
     library()
     times = _times(t_end, spacing)
@@ -95,13 +72,7 @@ def build(
 
 
 def taken(name: str, folder: Path | None = None) -> Path | None:
-    """Return the folder that already has a reference of this name, if it is the one in which it would be built.
-
-    Raises
-    ------
-    BadInput
-        If the name is a path, or the reference belongs to daebench and no folder is named, so that a second one would never be found.
-    """
+    """Return the folder that already has a reference of this name, if it is the one in which it would be built."""
     require_name(name)
     if folder is None and name in names(DATA):
         raise BadInput(f"{name} comes with daebench; to build it again, name a folder for it with --out DIR.")

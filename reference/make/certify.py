@@ -53,27 +53,18 @@ class NotCertified(RunFailed):
 
 @dataclass(frozen=True)
 class Certified:
-    """Digits and their error bounds, up to the horizon.
-
-    Parameters
-    ----------
-    t : list of mpmath number
-        Times, s.
-    states : States
-        States at these times.
-    bound : mapping of str to ndarray, shape(n, components)
-        Largest error of each number of each part.
-    method : str
-        How the reference solution was made.
-    checks : list of dict
-        Computations with which it was compared, and the largest differences.
-    """
+    """Digits and their error bounds, up to the horizon."""
 
     t: list[Any]
+    """Times, s."""
     states: States
+    """States at these times."""
     bound: Mapping[str, Array]
+    """Largest error of each number of each part; shape (n, components)."""
     method: str
+    """How the reference solution was made."""
     checks: list[dict[str, Any]]
+    """Computations with which it was compared, and the largest differences."""
 
 
 def certify(computations: Computations) -> Certified:
@@ -85,11 +76,6 @@ def certify(computations: Computations) -> Certified:
     compared with the series in other coordinates if there are any: for a constrained problem without a closed form its chart, or
     velocities along the manifold if it has no chart or a long one; for a Poisson system its
     canonical coordinates, otherwise the constrained system that is mapped to it, otherwise skewed ones.
-
-    Raises
-    ------
-    NotCertified
-        If there is no second way to compute the motion, an independent motion disagrees, G loses rank, or too few outputs remain.
     """
     mathematics, name = computations.mathematics, computations.definition.name
     if not mathematics.closed_form and mathematics.other is None:
@@ -159,13 +145,7 @@ def _largest(reference: States, other: States) -> dict[str, float]:
 
 
 def smallest_singular_values(name: str, computations: Computations, certified: Certified) -> Array:
-    """Return the smallest singular value of G H_pp G^T, which must not lose rank, at each time.
-
-    Raises
-    ------
-    NotCertified
-        If it falls below a millionth of its largest value, or, for a motion that may pass a rank loss, is almost zero at an output.
-    """
+    """Return the smallest singular value of G H_pp G^T, which must not lose rank, at each time."""
     mathematics = computations.mathematics
     least, advice = (BARELY, "choose another distance of outputs") if mathematics.crosses else (SINGULAR, "end the reference before")
     values = np.array([mathematics.smallest_singular_value(row) for row in certified.states.rows])

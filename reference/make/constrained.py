@@ -27,13 +27,7 @@ derivatives of 125 000, and seconds for those of 3000."""
 
 
 class Constrained:
-    """See :class:`daebench.reference.make.mathematics.Mathematics`; a state is q and then p.
-
-    Parameters
-    ----------
-    definition : Definition
-        A constrained problem and its numbers.
-    """
+    """See :class:`daebench.reference.make.mathematics.Mathematics`; a state is q and then p."""
 
     zero: tuple[str, ...] = ("g", "Gv")
     perturbations = "along the manifold, q measured in max |q| and p in max |p|"

@@ -35,13 +35,7 @@ class Coordinates(Protocol):
 
 
 class Own:
-    """The problem's own coordinates, for which both maps are the identity.
-
-    Parameters
-    ----------
-    equations : list of (expression, expression)
-        Variables and their rates.
-    """
+    """The problem's own coordinates, for which both maps are the identity."""
 
     name = "the problem's own coordinates"
 
@@ -70,16 +64,6 @@ class Local:
 
     Neither constraints nor multipliers are used, so a comparison with (1.18) reveals an error in them. F are forces without a potential,
     if there are any.
-
-    Parameters
-    ----------
-    definition : Definition
-        A problem that declares a chart.
-
-    Raises
-    ------
-    BadInput
-        If the chart's positions depend on eta.
     """
 
     name = "the problem's chart"
@@ -169,11 +153,6 @@ class Along:
     The velocity satisfies G v = 0 at all q, and neither lam nor g'' = 0 is used, so comparison with (1.18) reveals an error in the formula
     of the multipliers. Derivatives of g and U are taken here from the definition. Garcia de Jalon and Bayo, *Kinematic and Dynamic
     Simulation of Multibody Systems*, Springer 1994, chapter 5, describe the method, with another N.
-
-    Parameters
-    ----------
-    definition : Definition
-        A problem with independent constraints and a constant mass matrix, see :meth:`suits`.
     """
 
     name = "velocities along the manifold"

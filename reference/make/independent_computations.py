@@ -43,17 +43,7 @@ Keep = Callable[[str, Callable[[], Rows]], Rows]
 
 
 class Computations:
-    """Several computations of the same motion, at the same times.
-
-    Parameters
-    ----------
-    definition : Definition
-        The definition.
-    times : sequence of mpmath number
-        Output times, the first 0.
-    keep : callable
-        Stores the rows of each stage.
-    """
+    """Several computations of the same motion, at the same times."""
 
     def __init__(self, definition: Definition, times: Sequence[Any], keep: Keep) -> None:
         self.definition, self.times, self.keep = definition, times, keep

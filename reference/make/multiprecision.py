@@ -16,11 +16,6 @@ class Functions:
     """H, g, G H_p, first integrals, lam and G H_pp G^T of one definition, at mpmath's working precision.
 
     They are made from the same expressions as all other functions, but evaluated by mpmath only, without compiled code.
-
-    Parameters
-    ----------
-    definition : Definition
-        The problem and its numbers.
     """
 
     def __init__(self, definition: Definition) -> None:
@@ -89,13 +84,7 @@ class Functions:
         return inverse
 
     def lam(self, q: Vector, p: Vector) -> Vector:
-        """Return lam(p, q), shape(m,), from HLW (1.12): G H_pp G^T lam equals the second derivative of g without the multiplier term.
-
-        Raises
-        ------
-        RunFailed
-            If G H_pp G^T is singular.
-        """
+        """Return lam(p, q), shape(m,), from HLW (1.12): G H_pp G^T lam equals the second derivative of g without the multiplier term."""
         if self.own.explicit:
             rest = self._a0(*q, *p)
         else:

@@ -108,13 +108,7 @@ class Skewed:
 
 
 class Poisson:
-    """See :class:`daebench.reference.make.mathematics.Mathematics`; a state is y.
-
-    Parameters
-    ----------
-    definition : Definition
-        A Poisson system and its numbers.
-    """
+    """See :class:`daebench.reference.make.mathematics.Mathematics`; a state is y."""
 
     series = "Taylor series of y' = B(y) grad H(y) in quadruple precision"
     zero: tuple[str, ...] = ()

@@ -27,14 +27,7 @@ def rank_losses(system: Mathematics, t: Array, singular: Array) -> list[float]:
     Each is searched for on both sides of an output at which the smallest singular value is not above that of its neighbours. Outputs must
     therefore be close enough to have one between two losses.
 
-    Parameters
-    ----------
-    made : Mathematics
-        Mathematics with a closed form.
-    t : ndarray, shape(n,)
-        Output times.
-    singular : ndarray, shape(n,)
-        Smallest singular values there.
+    Shapes: t (n,); singular (n,).
     """
 
     def root(x: float) -> float:

@@ -21,13 +21,7 @@ KEPT_DIGITS = 60
 
 @contextmanager
 def alone(path: Path, name: str) -> Iterator[None]:
-    """Hold a lock on a file while a reference is built; it vanishes with this process.
-
-    Raises
-    ------
-    BadInput
-        If another process holds it.
-    """
+    """Hold a lock on a file while a reference is built; it vanishes with this process."""
     import fcntl
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -43,17 +37,7 @@ def alone(path: Path, name: str) -> Iterator[None]:
 
 
 class Stages:
-    """Results of the stages of a build, stored in a folder until the reference is complete.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results.
-    key : str
-        Identity of the build; results with another key are deleted.
-    told : callable
-        Called with the name of each stage that begins.
-    """
+    """Results of the stages of a build, stored in a folder until the reference is complete."""
 
     def __init__(self, folder: Path, key: str, tell: Callable[[str], None]) -> None:
         self.folder, self.told = folder, tell

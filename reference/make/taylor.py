@@ -39,26 +39,6 @@ def integrated(
     The step never exceeds the distance of outputs. heyoka's step control reads the last two Taylor coefficients, which vanish for
     symmetric starts at rest; it would then silently take a step that is far too long. Two runs whose steps end at the same times
     have the same rounding, so their difference does not show it.
-
-    Parameters
-    ----------
-    equations : list of (expression, expression)
-        Variables and their rates.
-    start : sequence of mpmath number
-        Values at times[0].
-    times : sequence of mpmath number
-        Output times, ascending.
-    tolerance : str
-        Relative tolerance of the step control as a decimal number.
-    parts : int
-        No step is longer than the distance of outputs divided by this.
-    pieces : Piecewise, optional
-        Coordinates that are chosen anew at each output; rows pass through them between outputs.
-
-    Raises
-    ------
-    RunFailed
-        If the integration stops early or a value is no longer finite.
     """
     hy = library()
     begun, parameters = (list(start), []) if pieces is None else pieces.begun(list(start))

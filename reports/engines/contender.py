@@ -21,22 +21,15 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class States:
-    """States of a run of an engine, in daebench's coordinates.
-
-    Parameters
-    ----------
-    p, q : ndarray, shape(n, d)
-        Momenta and positions at the requested times.
-    seconds : float
-        Time of the stepping alone: without building the model, and without reading states from it if the engine allows this.
-    energy : ndarray, shape(n,)
-        The engine's own energy at these times, up to a constant; NaN if it has none.
-    """
+    """States of a run of an engine, in daebench's coordinates."""
 
     p: Array
     q: Array
+    """Momenta and positions at the requested times; shape (n, d)."""
     seconds: float
+    """Time of the stepping alone: without building the model, and without reading states from it if the engine allows this."""
     energy: Array
+    """The engine's own energy at these times, up to a constant; NaN if it has none; shape (n,)."""
 
 
 Run = Callable[[ConstrainedIvp, float, Array], States]
@@ -45,36 +38,24 @@ Run = Callable[[ConstrainedIvp, float, Array], States]
 
 @dataclass(frozen=True)
 class Contender:
-    """One way to run a motion with an engine.
-
-    Parameters
-    ----------
-    engine : str
-        The engine.
-    setting : str
-        How it models and integrates the motion, in a few words.
-    motion : str
-        Key of the motion.
-    knob : str
-        "h" or "tol".
-    values : tuple of float
-        Step sizes or tolerances, the coarsest first.
-    run : callable
-        See :data:`Run`.
-    constrained : bool
-        Whether this model has constraints; in reduced coordinates it has none.
-    variants : mapping of str to callable
-        Free numbers of the setting, in words, and the run with each; the most accurate one is found before ``run`` is used.
-    """
+    """One way to run a motion with an engine."""
 
     engine: str
+    """The engine."""
     setting: str
+    """How it models and integrates the motion, in a few words."""
     motion: str
+    """Key of the motion."""
     knob: str
+    """"h" or "tol"."""
     values: tuple[float, ...]
+    """Step sizes or tolerances, the coarsest first."""
     run: Run
+    """See :data:`Run`."""
     constrained: bool = True
+    """Whether this model has constraints; in reduced coordinates it has none."""
     variants: Mapping[str, Run] = field(default_factory=dict)
+    """Free numbers of the setting, in words, and the run with each; the most accurate one is found before ``run`` is used."""
 
     @property
     def name(self) -> str:
@@ -99,16 +80,7 @@ class Contender:
 def stepped(advance: Callable[[int], Any], read: Callable[[], tuple[Array, Array, float]], h: float, times: Array) -> States:
     """Return the states of an engine that is stepped from output to output; only the stepping is timed.
 
-    Parameters
-    ----------
-    advance : callable
-        Takes a given number of steps of h.
-    read : callable
-        Returns p, q and the engine's own energy.
-    h : float
-        Step size, s.
-    times : ndarray, shape(n,)
-        Times, whole numbers of steps.
+    Shapes: times (n,).
     """
     seconds, done, rows = 0.0, 0, []
     for time_ in times:

@@ -43,27 +43,18 @@ RATTLE, IDA, KAHAN = "rattle", "ida:ggl", "rattle/kahan_li8"
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers of the report.
-
-    Parameters
-    ----------
-    runs : DataFrame
-        One row per run: motion, engine, setting, variant, constrained, knob, value, error, bound, g, Gv, energy_error, seconds, failure.
-    chosen : DataFrame
-        One row per contender and motion: the most accurate of its runs within the budget, with the energy's verdict and order.
-    tuned : DataFrame
-        One row per variant: its error at one step size, and whether it was chosen.
-    sentences : DataFrame
-        One row per statement of a documentation: engine, place, sentence, measured, holds.
-    engines : tuple of Engine
-        Engines that ran.
-    """
+    """Numbers of the report."""
 
     runs: pd.DataFrame
+    """One row per run: motion, engine, setting, variant, constrained, knob, value, error, bound, g, Gv, energy_error, seconds, failure."""
     chosen: pd.DataFrame
+    """One row per contender and motion: the most accurate of its runs within the budget, with the energy's verdict and order."""
     tuned: pd.DataFrame
+    """One row per variant: its error at one step size, and whether it was chosen."""
     sentences: pd.DataFrame
+    """One row per statement of a documentation: engine, place, sentence, measured, holds."""
     engines: tuple[Engine, ...]
+    """Engines that ran."""
 
 
 def own(motions: Sequence[Motion]) -> list[Contender]:
@@ -179,17 +170,7 @@ def summary(contender: Contender, rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def key_of(contender: Contender, version: str, *modules: ModuleType) -> str:
-    """Return the digest of everything that determines the numbers of a contender: its setting, the engine's version, the machine, the code.
-
-    Parameters
-    ----------
-    contender : Contender
-        The contender.
-    version : str
-        Version of its engine.
-    *modules : module
-        Its adapter, and the other modules that measure it.
-    """
+    """Return the digest of all that determines the numbers of a contender: its setting, the engine's version, the machine, the code."""
     sources = [inspect.getsource(module) for module in (contender_module, motions_module, *modules)]
     parts = [contender.name, contender.motion, repr(contender.values), version, machine(), *sources]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
@@ -236,19 +217,7 @@ def entrants(motions: Sequence[Motion], engines: Sequence[Engine]) -> list[tuple
 def measure(
     tell: Progress, folder: Path | None = None, motions: Sequence[Motion] = MOTIONS, engines: Sequence[Engine] = ENGINES
 ) -> Numbers:
-    """Return the numbers for the installed engines; without any engine there are none.
-
-    Parameters
-    ----------
-    tell : callable
-        Receives the fraction done and a description of the current work.
-    folder : Path, optional
-        Folder of measured contenders.
-    motions : sequence of Motion
-        Motions.
-    engines : sequence of Engine
-        Engines; those that are not installed are left out.
-    """
+    """Return the numbers for the installed engines; without any engine there are none."""
     present = tuple(engine for engine in engines if engine.installed)
     if not present:
         return Numbers(pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), ())

@@ -22,35 +22,24 @@ T_END = 10.0
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion.
-
-    Parameters
-    ----------
-    key : str
-        Its name on the page.
-    problem, case : str
-        Names in the catalogue.
-    title, about : str
-        Title and description, as HTML.
-    parameters : mapping of str to float
-        Parameters that differ from the case's.
-    spacing : float
-        Spacing of outputs, s, a power of two.
-    budget : float
-        Seconds of stepping at which contenders are compared.
-    long : float
-        Horizon of the verdict on the energy, s.
-    """
+    """A motion."""
 
     key: str
+    """Its name on the page."""
     problem: str
     case: str
+    """Names in the catalogue."""
     title: str
     about: str
+    """Title and description, as HTML."""
     parameters: MappingProxyType[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    """Parameters that differ from the case's."""
     spacing: float = 1 / 8
+    """Spacing of outputs, s, a power of two."""
     budget: float = 0.2
+    """Seconds of stepping at which contenders are compared."""
     long: float = 100.0
+    """Horizon of the verdict on the energy, s."""
 
     @cached_property
     def ivp(self) -> ConstrainedIvp:
@@ -114,21 +103,14 @@ FINE_STEP = 1 / 256
 
 @dataclass(frozen=True)
 class Reference:
-    """The motion at the end.
-
-    Parameters
-    ----------
-    words : str
-        Description of the reference solution.
-    value : ndarray
-        Positions, or quantities in their place, see :func:`compared`.
-    bound : float
-        Error bound of a component.
-    """
+    """The motion at the end."""
 
     words: str
+    """Description of the reference solution."""
     value: Array
+    """Positions, or quantities in their place, see :func:`compared`."""
     bound: float
+    """Error bound of a component."""
 
 
 def compared(motion: Motion, q: Array) -> Array:

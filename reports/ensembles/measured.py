@@ -41,28 +41,21 @@ COMPILED = 0.4
 
 @dataclass(frozen=True)
 class Numbers:
-    """The measurements of the report.
-
-    Parameters
-    ----------
-    motions : sequence of Motion
-        The motions.
-    runs : DataFrame
-        One row per run: motion, method, price (the divisor of the largest step), h, start (0 is the start of the case), size (largest
-        energy error over the mean kinetic energy, infinite where the run stopped), verdict on its energy, and failure in short.
-    prices : DataFrame
-        One row per motion and method: ns of CPU time per step for one start of many, "together", and relative to the first method, "ratio".
-    alone : DataFrame
-        One row per motion: ns per step of the first method, "together" and "alone"; how many starts take the time of one.
-    starts : mapping of str to str
-        By motion, the distribution of its starts.
-    """
+    """The measurements of the report."""
 
     motions: Sequence[Motion]
+    """The motions."""
     runs: pd.DataFrame
+    """One row per run: motion, method, price (the divisor of the largest step), h, start (0 is the start of the case), size (largest energy
+    error over the mean kinetic energy, infinite where the run stopped), verdict on its energy, and failure in short.
+    """
     prices: pd.DataFrame
+    """One row per motion and method: ns of CPU time per step for one start of many, "together", and relative to the first method, "ratio".
+    """
     alone: pd.DataFrame
+    """One row per motion: ns per step of the first method, "together" and "alone"; how many starts take the time of one."""
     starts: dict[str, str]
+    """By motion, the distribution of its starts."""
 
 
 def measure(tell: Progress, motions: Sequence[Motion] = MOTIONS, starts: int = STARTS) -> Numbers:

@@ -23,25 +23,17 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Motion:
-    """A problem and a case, whose energy all starts have.
-
-    Parameters
-    ----------
-    problem, case : str
-        Names in the catalogue.
-    title : str
-        Display name on the page.
-    h : float
-        Largest step of the first method, s; others have steps of the same cost.
-    t_end : float
-        End, s.
-    """
+    """A problem and a case, whose energy all starts have."""
 
     problem: str
     case: str
+    """Names in the catalogue."""
     title: str
+    """Display name on the page."""
     h: float
+    """Largest step of the first method, s; others have steps of the same cost."""
     t_end: float
+    """End, s."""
 
     @property
     def key(self) -> str:

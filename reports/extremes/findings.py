@@ -234,15 +234,7 @@ def typeset(sentence: str, methods: Iterable[str]) -> Markup:
 
 
 def thumbnail(axis: Any, limits: pd.DataFrame) -> None:
-    """Draw two bars a method: to the largest step that reaches the end, and to the largest that holds the energy.
-
-    Parameters
-    ----------
-    axis : Axes
-        Of Matplotlib.
-    limits : DataFrame
-        A row for each method and verdict, with the largest step, h.
-    """
+    """Draw two bars a method: to the largest step that reaches the end, and to the largest that holds the energy."""
     steps = limits.pivot_table(index="method", columns="verdict", values="h")
     methods = [name for name in MAPPED if name in steps.index]
     held = next(name for name in steps.columns if name != "completes")

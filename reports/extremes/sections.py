@@ -26,28 +26,19 @@ MAPPED = ("symplectic_euler", "rattle", "lobatto3", "rk4", "rk4+proj", "generali
 
 @dataclass(frozen=True)
 class Section:
-    """One extreme of one problem.
-
-    Parameters
-    ----------
-    key, title : str
-        Name in links and files, and heading.
-    extreme : str
-        Name of the extreme, see :data:`daebench.studies.stability.study.EXTREMES`.
-    asked : Asked
-        The problem and the methods.
-    about : str
-        The experiment and its reason, as HTML.
-    alt : str
-        Text alternative of the picture.
-    """
+    """One extreme of one problem."""
 
     key: str
     title: str
+    """Name in links and files, and heading."""
     extreme: str
+    """Name of the extreme, see :data:`daebench.studies.stability.study.EXTREMES`."""
     asked: Asked
+    """The problem and the methods."""
     about: str
+    """The experiment and its reason, as HTML."""
     alt: str
+    """Text alternative of the picture."""
 
 
 SECTIONS = (
@@ -150,18 +141,12 @@ KNOWN = 0.95
 
 @dataclass(frozen=True)
 class Numbers:
-    """The measurements of the report.
-
-    Parameters
-    ----------
-    tables : mapping of str to DataFrame
-        The table of each section, by its key.
-    precision : DataFrame
-        Runs in several precisions.
-    """
+    """The measurements of the report."""
 
     tables: Mapping[str, pd.DataFrame]
+    """The table of each section, by its key."""
     precision: pd.DataFrame
+    """Runs in several precisions."""
 
 
 def measure(out: Path, progress: Progress, sections: Sequence[Section] = SECTIONS, processes: Processes = two_processes) -> Numbers:

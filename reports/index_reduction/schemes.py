@@ -47,33 +47,22 @@ COMPILED = 0.6
 
 @dataclass(frozen=True)
 class Numbers:
-    """Everything that is measured with fixed steps.
-
-    Parameters
-    ----------
-    drift : mapping of str to DataFrame
-        Fig. 1.1: for each run t, energy_error and distance (to the manifold).
-    drift_fit : mapping of str to Drift
-        Drift of the energy in these runs.
-    swing : DataFrame
-        Fig. 1.2: t, and q3 and energy of both methods.
-    defects : DataFrame
-        Symplecticity defect after n steps, one column per scheme.
-    errors : DataFrame
-        Errors of q and p against the closed form, by scheme and h.
-    table : DataFrame
-        One row per scheme: claims, defects, orders, drifts, cost.
-    facts : mapping of str to Any
-        Single numbers that the text needs.
-    """
+    """Everything that is measured with fixed steps."""
 
     drift: Mapping[str, pd.DataFrame]
+    """Fig. 1.1: for each run t, energy_error and distance (to the manifold)."""
     drift_fit: Mapping[str, Drift]
+    """Drift of the energy in these runs."""
     swing: pd.DataFrame
+    """Fig. 1.2: t, and q3 and energy of both methods."""
     defects: pd.DataFrame
+    """Symplecticity defect after n steps, one column per scheme."""
     errors: pd.DataFrame
+    """Errors of q and p against the closed form, by scheme and h."""
     table: pd.DataFrame
+    """One row per scheme: claims, defects, orders, drifts, cost."""
     facts: Mapping[str, Any]
+    """Single numbers that the text needs."""
 
 
 def measure(tell: Progress) -> Numbers:

@@ -29,24 +29,16 @@ RK4_ERROR = 1e-10
 
 @dataclass(frozen=True)
 class Carried:
-    """The two-form of vectors that are propagated along a run.
-
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        Times.
-    change : ndarray, shape(n, k, k)
-        dq ^ dp of every pair of propagated vectors, minus its initial value.
-    predicted : ndarray, shape(n, k, k)
-        The integral of - sum dg_i ^ dlam_i, by the trapezoidal rule.
-    dg : ndarray, shape(n,)
-        Largest change of g along a propagated vector.
-    """
+    """The two-form of vectors that are propagated along a run."""
 
     t: Array
+    """Times; shape (n,)."""
     change: Array
+    """dq ^ dp of every pair of propagated vectors, minus its initial value; shape (n, k, k)."""
     predicted: Array
+    """The integral of - sum dg_i ^ dlam_i, by the trapezoidal rule; shape (n, k, k)."""
     dg: Array
+    """Largest change of g along a propagated vector; shape (n,)."""
 
     @property
     def size(self) -> Array:

@@ -32,24 +32,17 @@ FLOOR = 1e-9
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion: its problem, its step and its length.
-
-    Parameters
-    ----------
-    problem, case : str
-        Problem and case of the catalogue.
-    h, t_end : float
-        Step size and end, s.
-    q0, p0 : tuple of float, optional
-        Initial positions and momenta, in place of those of the case.
-    """
+    """A motion: its problem, its step and its length."""
 
     problem: str
     case: str
+    """Problem and case of the catalogue."""
     h: float
     t_end: float
+    """Step size and end, s."""
     q0: tuple[float, ...] | None = None
     p0: tuple[float, ...] | None = None
+    """Initial positions and momenta, in place of those of the case."""
 
     def ivp(self) -> ConstrainedIvp:
         """Return the initial value problem."""
@@ -65,27 +58,18 @@ PENDULUM = Motion("spherical_pendulum", "fig1.1", 0.05, 5e3, q0=(float(np.sin(1.
 
 @dataclass(frozen=True)
 class Run:
-    """One run, step by step.
-
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        Times.
-    q : ndarray, shape(n, 3)
-        Positions.
-    energy_error : ndarray, shape(n,)
-        H - H0; infinite where it overflows.
-    g : float
-        Largest |g| along the run.
-    failure : str or None
-        Why the run stopped before the end.
-    """
+    """One run, step by step."""
 
     t: Array
+    """Times; shape (n,)."""
     q: Array
+    """Positions; shape (n, 3)."""
     energy_error: Array
+    """H - H0; infinite where it overflows; shape (n,)."""
     g: float
+    """Largest |g| along the run."""
     failure: str | None
+    """Why the run stopped before the end."""
 
     @property
     def largest(self) -> Array:

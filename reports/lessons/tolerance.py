@@ -35,29 +35,20 @@ FLOOR = 1e-17
 
 @dataclass(frozen=True)
 class Reached:
-    """A run of IDA.
-
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        Times of output, s.
-    error, g, Gv : ndarray, shape(n,)
-        Largest error of a component of q against the certified reference, and moduli of both constraints' residuals.
-    worst : float
-        Largest error; NaN where the run ended early.
-    calls : int
-        Evaluations of the residual.
-    end : str
-        How it ended, see ``daebench.reports.tolerances.runs.end``.
-    """
+    """A run of IDA."""
 
     t: Array
+    """Times of output, s; shape (n,)."""
     error: Array
     g: Array
     Gv: Array
+    """Largest error of a component of q against the certified reference, and moduli of both constraints' residuals; shape (n,)."""
     worst: float
+    """Largest error; NaN where the run ended early."""
     calls: int
+    """Evaluations of the residual."""
     end: str
+    """How it ended, see ``daebench.reports.tolerances.runs.end``."""
 
 
 @cache

@@ -32,13 +32,7 @@ KEPT, HIDDEN, LOST = "kept", "hidden", "lost"
 
 
 def check_claims(claims: pd.DataFrame) -> None:
-    """Test that no method falls short of a claim on either motion, and that each claim was measured and holds on at least one motion.
-
-    Raises
-    ------
-    ClaimRefuted
-        If one does not hold.
-    """
+    """Test that no method falls short of a claim on either motion, and that each claim was measured and holds on at least one motion."""
     asked = claims[claims["property"] != "refused"]
     for row in asked[asked["verdict"] == FALLS_SHORT].to_dict("records"):
         claim = f"{row['method']} has order {row['claimed']}" if row["property"] == "order" else f"{row['method']}: {row['property']}"
@@ -97,15 +91,7 @@ def _first(values: "pd.Series[float]") -> float:
 
 
 def over_time(table: pd.DataFrame, drift: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with the verdict of the long run in the place of "lost": bounded, drifts or undetermined; lost where a run stopped.
-
-    Parameters
-    ----------
-    table : DataFrame
-        A row a method, as :func:`matrix` returns it; IDA's rows may be among them.
-    drift : DataFrame
-        A row a long run: columns method, g_long, Gv_long and H_long, names of verdicts.
-    """
+    """Return the table with the verdict of the long run in place of "lost": bounded, drifts or undetermined; lost where a run stopped."""
     seen = {ROUND_OFF: BOUNDED, BOUNDED: BOUNDED, DRIFTS: DRIFTS, UNDETERMINED: UNDETERMINED}
     verdicts = drift.set_index("method")
     rows = [dict(row) for row in table.to_dict("records")]

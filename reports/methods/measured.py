@@ -23,38 +23,28 @@ REPEATS = 25
 
 @dataclass(frozen=True)
 class Numbers:
-    """The measurements of the report.
-
-    Parameters
-    ----------
-    claims : DataFrame
-        One row per problem, method and property: h and the fields of :class:`daebench.studies.claims.bench.Finding`; the property is
-        "refused" where a method does not apply to a problem.
-    points, orders : DataFrame
-        One row per problem, method, component and step size, and one per fit, as in :class:`daebench.studies.orders.series.OrderStudy`.
-    work : DataFrame
-        One row per method: h, evaluations per step by kind, and ns, the CPU time of a step.
-    defects : DataFrame
-        Columns method, h, symplectic, symmetric.
-    energy : DataFrame
-        Columns method, t, energy, distance: the largest in a window of time that ends at about t, of the methods ``LONG`` in ``series.py``.
-    drift : DataFrame
-        One row per long run, IDA's last: method, problem, h or tol, distance, and the result of ``verdicts`` of ``series.py``.
-    ida : DataFrame
-        Columns method, tol, g, Gv, energy, steps.
-    reverse : DataFrame
-        One row per run of :mod:`daebench.reports.methods.reverse`: method, case, energy, change, up, down.
-    """
+    """The measurements of the report."""
 
     claims: pd.DataFrame
+    """One row per problem, method and property: h and the fields of :class:`daebench.studies.claims.bench.Finding`; the property is
+    "refused" where a method does not apply to a problem.
+    """
     points: pd.DataFrame
     orders: pd.DataFrame
+    """One row per problem, method, component and step size, and one per fit, as in :class:`daebench.studies.orders.series.OrderStudy`."""
     work: pd.DataFrame
+    """One row per method: h, evaluations per step by kind, and ns, the CPU time of a step."""
     defects: pd.DataFrame
+    """Columns method, h, symplectic, symmetric."""
     energy: pd.DataFrame
+    """Columns method, t, energy, distance: the largest in a window of time that ends at about t, of the methods ``LONG`` in ``series.py``.
+    """
     drift: pd.DataFrame
+    """One row per long run, IDA's last: method, problem, h or tol, distance, and the result of ``verdicts`` of ``series.py``."""
     ida: pd.DataFrame
+    """Columns method, tol, g, Gv, energy, steps."""
     reverse: pd.DataFrame
+    """One row per run of :mod:`daebench.reports.methods.reverse`: method, case, energy, change, up, down."""
 
 
 def jobs(methods: Sequence[str]) -> list[Job]:

@@ -106,11 +106,6 @@ def lasting_step(motion: Motion, name: str) -> float:
     """Return the step size of a motion, or the first half, quarter, ... of it with which a run completes; on the pendulum, the timed run.
 
     Methods of high order have a longer step.
-
-    Raises
-    ------
-    RunFailed
-        If no run completes.
     """
     ivp = ivp_of(motion)
     longest = motion.h * (LONGER if method(name).claims.order >= HIGH else 1)

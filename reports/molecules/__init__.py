@@ -43,32 +43,24 @@ def make(out: Path, progress: Progress) -> Path:
 
 @dataclass(frozen=True)
 class Numbers:
-    """The measurements of the report.
-
-    Parameters
-    ----------
-    molecules : DataFrame
-        One row a molecule: positions, constraints, degrees of freedom, spectral radius of LINCS, why it is refused,
-        how loose a tolerance is, see :func:`looseness`.
-    converged : DataFrame
-        One row a molecule and step, of the runs with constraints met to round-off: fluctuation of the kinetic energy, standard deviation of
-        the energy along a run, verdict.
-    runs : DataFrame
-        One row a setting, see :func:`row`.
-    starts : DataFrame
-        One row a setting and start: the change of the energy.
-    growth : DataFrame
-        Mean and spread over time, of each setting with the middle step.
-    t_end : float
-        End of the runs, 0.1 ps.
-    """
+    """The measurements of the report."""
 
     molecules: pd.DataFrame
+    """One row a molecule: positions, constraints, degrees of freedom, spectral radius of LINCS, why it is refused, how loose a tolerance
+    is, see :func:`looseness`.
+    """
     converged: pd.DataFrame
+    """One row a molecule and step, of the runs with constraints met to round-off: fluctuation of the kinetic energy, standard deviation of
+    the energy along a run, verdict.
+    """
     runs: pd.DataFrame
+    """One row a setting, see :func:`row`."""
     starts: pd.DataFrame
+    """One row a setting and start: the change of the energy."""
     growth: pd.DataFrame
+    """Mean and spread over time, of each setting with the middle step."""
     t_end: float = T_END
+    """End of the runs, 0.1 ps."""
 
 
 def measure(tell: Progress) -> Numbers:

@@ -25,24 +25,17 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Law:
-    """A law |mean change| = c tolerance^a h^b.
-
-    Parameters
-    ----------
-    a, a_error, b, b_error : float
-        Exponents and their standard errors; NaN where too few changes are clear, or all have the same tolerance or the same step.
-    points : int
-        Changes that were used.
-    tightest : float
-        The tightest tolerance among them.
-    """
+    """A law |mean change| = c tolerance^a h^b."""
 
     a: float
     a_error: float
     b: float
     b_error: float
+    """Exponents and their standard errors; NaN where too few changes are clear, or all have the same tolerance or the same step."""
     points: int
+    """Changes that were used."""
     tightest: float
+    """The tightest tolerance among them."""
 
 
 def clear(rows: pd.DataFrame) -> pd.DataFrame:
@@ -52,13 +45,7 @@ def clear(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def fit(rows: pd.DataFrame) -> Law:
-    """Return the least-squares law of the logarithms, with the standard errors that the scatter about it gives.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Columns mean, error, h and tolerance, NaN where there is none.
-    """
+    """Return the least-squares law of the logarithms, with the standard errors that the scatter about it gives."""
     used = clear(rows)
     tolerances = np.log(used["tolerance"].to_numpy(dtype=float))
     columns = {"a": tolerances, "b": np.log(used["h"].to_numpy(dtype=float))}
@@ -103,15 +90,7 @@ def luck(starts: pd.DataFrame, runs: pd.DataFrame) -> SimpleNamespace:
 
 
 def pairs(starts: pd.DataFrame, chosen: pd.DataFrame) -> pd.DataFrame:
-    """Return each pair of neighbouring tolerances, and the fraction of the starts from which the looser one changes the energy less.
-
-    Parameters
-    ----------
-    starts : DataFrame
-        Changes of all starts: columns molecule, h, tolerance, start, change.
-    chosen : DataFrame
-        The tighter ones of the pairs.
-    """
+    """Return each pair of neighbouring tolerances, and the fraction of the starts from which the looser one changes the energy less."""
     sizes = starts.assign(size=starts["change"].abs()).pivot(index=[*KEYS[:2], "start"], columns="tolerance", values="size")
     tolerances = sorted(sizes.columns, reverse=True)
     rows = []

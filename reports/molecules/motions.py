@@ -86,34 +86,23 @@ precision alone: Hess's sentences are on SHAKE, SETTLE and LINCS, with water and
 
 @dataclass(frozen=True)
 class Setting:
-    """Setting of the runs on a molecule from all its starts.
-
-    Parameters
-    ----------
-    molecule : str
-        Key in :data:`TITLES`.
-    scheme : str
-        Name of a scheme.
-    precision : str
-        One of :data:`DOUBLE`, :data:`SINGLE`, :data:`COMPENSATED`, :data:`MIXED`.
-    h : float
-        Step, 0.1 ps.
-    tolerance : float
-        Tolerance of the solver; NaN where it has none.
-    velocities : str
-        One of :data:`MULTIPLIERS`, :data:`DIFFERENCES`.
-    order, iterations : int
-        Those of LINCS; 0 of others.
-    """
+    """Setting of the runs on a molecule from all its starts."""
 
     molecule: str
+    """Key in :data:`TITLES`."""
     scheme: str
+    """Name of a scheme."""
     precision: str
+    """One of :data:`DOUBLE`, :data:`SINGLE`, :data:`COMPENSATED`, :data:`MIXED`."""
     h: float
+    """Step, 0.1 ps."""
     tolerance: float = float("nan")
+    """Tolerance of the solver; NaN where it has none."""
     velocities: str = MULTIPLIERS
+    """One of :data:`MULTIPLIERS`, :data:`DIFFERENCES`."""
     order: int = 0
     iterations: int = 0
+    """Those of LINCS; 0 of others."""
 
     @property
     def options(self) -> dict[str, float]:
@@ -184,28 +173,19 @@ def starts(molecule: str) -> tuple[ConstrainedIvp, ...]:
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies of runs from all starts.
-
-    Parameters
-    ----------
-    t : ndarray, shape(k,)
-        Times, 0.1 ps.
-    total, kinetic : ndarray, shape(starts, k)
-        H and the kinetic energy, kJ/mol.
-    rounds : float
-        Rounds of the solver in a step, for positions and momenta together.
-    nanoseconds : float
-        CPU time of a step, the least over the starts, ns.
-    work : mapping of str to float
-        Everything that is counted, in a step.
-    """
+    """Energies of runs from all starts."""
 
     t: Array
+    """Times, 0.1 ps; shape (k,)."""
     total: Array
     kinetic: Array
+    """H and the kinetic energy, kJ/mol; shape (starts, k)."""
     rounds: float
+    """Rounds of the solver in a step, for positions and momenta together."""
     nanoseconds: float
+    """CPU time of a step, the least over the starts, ns."""
     work: Mapping[str, float] = field(default_factory=dict)
+    """Everything that is counted, in a step."""
 
 
 def energies(setting: Setting, t_end: float | None = None) -> Energies:

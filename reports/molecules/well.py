@@ -20,13 +20,6 @@ def in_a_well(free: ConstrainedHamiltonian, stiffness: float = STIFFNESS) -> Con
 
     The centre of mass is elsewhere, so that rotation and motion as a whole are coupled. Angular momentum about the origin stays; total
     momentum does not.
-
-    Parameters
-    ----------
-    free : ConstrainedHamiltonian
-        The molecule by itself, whose positions are those of its atoms in space, in Angstrom, u and kJ/mol.
-    stiffness : float
-        Stiffness of the well, kJ/mol/Angstrom^2.
     """
     k, r = sp.Symbol("stiffness", real=True), sp.Matrix(free.q[:3])
     integrals = angular_momentum(free.q, free.p)

@@ -25,43 +25,31 @@ def make(out: Path, progress: Progress) -> Path:
 
 @dataclass(frozen=True)
 class Numbers:
-    """The measurements of the report.
-
-    Parameters
-    ----------
-    orbits : Orbits
-        Fig. 4.1.
-    defects, lemma : DataFrame
-        Poisson defects by method and h; both defects of constrained methods.
-    casimirs, casimir_series, break_off : DataFrame
-        One row per system and method; errors over time; where runs on the three species break off.
-    lattice, lattice_series, cost : DataFrame
-        One row per method; errors over time; time of a step per site.
-    sizes : mapping of str to float
-        Energy and integrals of the lattice at the start.
-    speeds : mapping of str to float
-        Speed of the lattice at the start, and the speed that one part alone would give it.
-    body, trajectories, polhodes : DataFrame
-        One row per method; states of runs with a large step; the exact curves.
-    methods : DataFrame
-        The closing table.
-    """
+    """The measurements of the report."""
 
     orbits: orbits.Orbits
+    """Fig. 4.1."""
     defects: pd.DataFrame
     lemma: pd.DataFrame
+    """Poisson defects by method and h; both defects of constrained methods."""
     casimirs: pd.DataFrame
     casimir_series: pd.DataFrame
     break_off: pd.DataFrame
+    """One row per system and method; errors over time; where runs on the three species break off."""
     lattice: pd.DataFrame
     lattice_series: pd.DataFrame
     cost: pd.DataFrame
+    """One row per method; errors over time; time of a step per site."""
     sizes: Mapping[str, float]
+    """Energy and integrals of the lattice at the start."""
     speeds: Mapping[str, float]
+    """Speed of the lattice at the start, and the speed that one part alone would give it."""
     body: pd.DataFrame
     trajectories: pd.DataFrame
     polhodes: pd.DataFrame
+    """One row per method; states of runs with a large step; the exact curves."""
     methods: pd.DataFrame
+    """The closing table."""
 
 
 def jobs() -> list[Job]:

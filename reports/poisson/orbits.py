@@ -37,21 +37,14 @@ FOLLOWED = 5
 
 @dataclass(frozen=True)
 class Orbits:
-    """Fig. 4.1 in numbers.
-
-    Parameters
-    ----------
-    points : DataFrame
-        case, method, t, u, v, energy: all states of the runs, with the energy error.
-    exact : DataFrame
-        case, u, v: the level curves of H.
-    table : DataFrame
-        One row per case and method: whether and where the run ended, the error of the energy, how well the orbit closes.
-    """
+    """Fig. 4.1 in numbers."""
 
     points: pd.DataFrame
+    """case, method, t, u, v, energy: all states of the runs, with the energy error."""
     exact: pd.DataFrame
+    """case, u, v: the level curves of H."""
     table: pd.DataFrame
+    """One row per case and method: whether and where the run ended, the error of the energy, how well the orbit closes."""
 
 
 def orbits(steps: int = STEPS) -> Orbits:

@@ -44,28 +44,19 @@ LONG_PART = 0.85
 
 @dataclass(frozen=True)
 class Numbers:
-    """The measurements of the report.
-
-    Parameters
-    ----------
-    runs : DataFrame
-        One row per run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, start, formulation, treatment and
-        tolerance.
-    drift : DataFrame
-        The long runs, one after the other: formulation, tol, t, g, energy, error.
-    laws : DataFrame
-        Fitted powers of time: formulation, tol, quantity, exponent, error, factor, windows.
-    projected : DataFrame
-        CVODE with projected steps and other methods, see :func:`daebench.reports.tolerances.projection.compared`.
-    example : DataFrame
-        SUNDIALS' example of a projected pendulum, see :func:`daebench.reports.tolerances.projection.example`.
-    """
+    """The measurements of the report."""
 
     runs: pd.DataFrame
+    """One row per run to t = 10, see :func:`daebench.reports.tolerances.runs.row`, by problem, start, formulation, treatment and tolerance.
+    """
     drift: pd.DataFrame
+    """The long runs, one after the other: formulation, tol, t, g, energy, error."""
     laws: pd.DataFrame
+    """Fitted powers of time: formulation, tol, quantity, exponent, error, factor, windows."""
     projected: pd.DataFrame
+    """CVODE with projected steps and other methods, see :func:`daebench.reports.tolerances.projection.compared`."""
     example: pd.DataFrame
+    """SUNDIALS' example of a projected pendulum, see :func:`daebench.reports.tolerances.projection.example`."""
 
 
 def measure(tell: Progress) -> Numbers:

@@ -24,12 +24,6 @@ def typical(runs: pd.DataFrame) -> pd.DataFrame:
     """Return one row for each problem, formulation and tolerance: medians over the starts, and deciles of the error.
 
     A run that did not reach its end counts as an infinite error; a median or a decile among such runs is NaN.
-
-    Returns
-    -------
-    DataFrame
-        ``error``, ``low`` and ``high``, m; ``residuals``, the median; ``floor``, the largest; ``done``, the fraction of the starts from
-        which the end was reached.
     """
     keys = ["scene", "formulation", "tol"]
     groups = runs.assign(error=runs["error"].fillna(np.inf)).groupby(keys, sort=False)

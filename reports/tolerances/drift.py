@@ -43,22 +43,15 @@ FEWEST = 5
 
 @dataclass(frozen=True)
 class Power:
-    """A law c t^exponent fitted to windows.
-
-    Parameters
-    ----------
-    exponent, error : float
-        The exponent and its standard error; NaN if fewer than five windows are left.
-    factor : float
-        c.
-    windows : int
-        How many windows were used.
-    """
+    """A law c t^exponent fitted to windows."""
 
     exponent: float
     error: float
+    """The exponent and its standard error; NaN if fewer than five windows are left."""
     factor: float
+    """c."""
     windows: int
+    """How many windows were used."""
 
 
 def drift_run(formulation: str, tol: float) -> pd.DataFrame:
@@ -84,14 +77,7 @@ def fit_power(t: Array, value: Array, *, floor: float, ceiling: float = np.inf) 
 
     A window is used if its value is above 100 times ``floor`` and no value so far has reached ``ceiling``.
 
-    Parameters
-    ----------
-    t, value : ndarray, shape(n,)
-        As ``windows`` returns them.
-    floor : float
-        Possible error of a value.
-    ceiling : float
-        Where the law ends.
+    Shapes: t, value (n,).
     """
     used = (value > CLEAR * floor) & (np.maximum.accumulate(value) < ceiling)
     n = int(np.sum(used))

@@ -23,39 +23,22 @@ ROUNDINGS = 8.0
 
 @dataclass(frozen=True)
 class Exact:
-    """The motion of an initial value problem at the equidistant times of its reference.
-
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        Times, s, the first 0.
-    q : ndarray, shape(n, d)
-        Positions, rounded to double precision.
-    floor : float
-        Largest error of any position: the reference's bound and the rounding.
-    amplification : float
-        Largest growth of a perturbation of the start up to the last time; NaN where it is not known.
-    p : ndarray, shape(n, d)
-        Momenta.
-    """
+    """The motion of an initial value problem at the equidistant times of its reference."""
 
     t: Array
+    """Times, s, the first 0; shape (n,)."""
     q: Array
+    """Positions, rounded to double precision; shape (n, d)."""
     floor: float
+    """Largest error of any position: the reference's bound and the rounding."""
     amplification: float
+    """Largest growth of a perturbation of the start up to the last time; NaN where it is not known."""
     p: Array
+    """Momenta; shape (n, d)."""
 
 
 def exact(ivp: ConstrainedIvp, t_end: float) -> Exact:
-    """Return the certified motion up to ``t_end``.
-
-    Raises
-    ------
-    BadInput
-        If the initial value problem has no reference.
-    RunFailed
-        If its reference ends earlier, or no run in double precision can follow it so far.
-    """
+    """Return the certified motion up to ``t_end``."""
     reference = store.find(ivp.problem, ivp.case)
     limit = min(reference.horizon, reference.double_horizon)
     if limit < t_end:
@@ -72,11 +55,6 @@ def refined(ivp: ConstrainedIvp, t: Array) -> Exact:
     """Return the motion at equidistant times by :data:`REFINED`, whose step is halved until only round-off changes.
 
     The changes by the last two halvings bound the error, because at order 8 the second halving leaves less than a hundredth of it.
-
-    Raises
-    ------
-    RunFailed
-        If a run stops early.
     """
     method, changes, last = parse(REFINED, compensated=True), list[float](), None
     for between in HALVINGS:

@@ -107,21 +107,7 @@ def member(name: str, start: int) -> tuple[list[Row], Exact]:
 
 
 def series(name: str, start: int, formulation: str, tolerances: Sequence[float], treatments: Sequence[str]) -> list[Row]:
-    """Return one row per treatment and tolerance; each row has the difference from the next tolerance, an estimate that a user could make.
-
-    Parameters
-    ----------
-    name : str
-        Name of a reference.
-    start : int
-        Number of the start.
-    formulation : str
-        One of ``FORMULATIONS``.
-    tolerances : sequence of float
-        Descending.
-    treatments : sequence of str
-        Any of :data:`daebench.methods.solvers.multiplier_treatment.TREATMENTS`.
-    """
+    """Return a row per treatment and tolerance; each row has the difference from the next tolerance, an estimate that a user could make."""
     ivp, reference = motion(name, start)
     rows = []
     for treatment in treatments:

@@ -34,26 +34,18 @@ WANTED = (1e-3, 1e-6, 1e-9)
 
 @dataclass(frozen=True)
 class Work:
-    """A motion up to a horizon.
-
-    Parameters
-    ----------
-    problem, case : str
-        Names; the case has a certified reference.
-    t_end : float
-        Horizon, s.
-    title, character : str
-        Its name, and the reason why it is in the set, as HTML.
-    tol : tuple of float
-        Tolerances.
-    """
+    """A motion up to a horizon."""
 
     problem: str
     case: str
+    """Names; the case has a certified reference."""
     t_end: float
+    """Horizon, s."""
     title: str
     character: str
+    """Its name, and the reason why it is in the set, as HTML."""
     tol: tuple[float, ...] = TOLERANCES
+    """Tolerances."""
 
     @property
     def key(self) -> str:
@@ -105,35 +97,22 @@ COARSER = 2
 
 @dataclass(frozen=True)
 class Numbers:
-    """The measurements of the report.
-
-    Parameters
-    ----------
-    works : tuple of Work
-        The motions.
-    runs : mapping of str to DataFrame
-        One row per run, by key of the motion, with costs and conserved quantities, see
-        :func:`daebench.studies.work_precision.recommend.with_conserved`.
-    defects : DataFrame
-        Columns key, method, h, claimed, defect: of fixed-step methods; claimed is whether the method claims that there is none.
-    left_out : DataFrame
-        Columns key, method, why: of the methods of the standard set that cannot solve a problem.
-    """
+    """The measurements of the report."""
 
     works: tuple[Work, ...]
+    """The motions."""
     runs: Mapping[str, pd.DataFrame]
+    """One row per run, by key of the motion, with costs and conserved quantities, see
+    :func:`daebench.studies.work_precision.recommend.with_conserved`.
+    """
     defects: pd.DataFrame
+    """Columns key, method, h, claimed, defect: of fixed-step methods; claimed is whether the method claims that there is none."""
     left_out: pd.DataFrame
+    """Columns key, method, why: of the methods of the standard set that cannot solve a problem."""
 
 
 def measure(folder: Path, tell: Progress, works: Sequence[Work] = WORKS, processes: Processes = two_processes) -> Numbers:
-    """Return the numbers; runs in the store of the folder are not repeated.
-
-    Raises
-    ------
-    Interrupted
-        If Ctrl-C ends it; finished runs are stored.
-    """
+    """Return the numbers; runs in the store of the folder are not repeated."""
     studies = {work.key: work.study() for work in works}
     with opened(folder / STORE) as store:
         specifications = [specification for study, _ in studies.values() for specification in study.specifications()]

@@ -23,56 +23,38 @@ SMALL = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One equation of a node.
-
-    Parameters
-    ----------
-    needs : sequence of (Field, int)
-        Fields that its entries and its right side depend on.
-    entries : callable
-        ``entries(at)`` returns its entries.
-    right : callable
-        ``right(at)`` returns the source of its right side.
-    """
+    """One equation of a node."""
 
     needs: Sequence[tuple[Field, int]]
+    """Fields that its entries and its right side depend on."""
     entries: Callable[[At], Entries]
+    """``entries(at)`` returns its entries."""
     right: Callable[[At], str]
+    """``right(at)`` returns the source of its right side."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Band:
-    """A banded system of a chain.
-
-    Parameters
-    ----------
-    name : str
-        Prefix of the names that its source uses.
-    nodes : int
-        Number of nodes n.
-    rows : sequence of Row
-        Equations of a node, as many as its unknowns, u.
-    places : sequence of (int, int, int)
-        Entries that may be nonzero: number of the row, place of the node, number of the unknown.
-    order : sequence of tuple of int
-        Unknowns in an order in which they can be eliminated without row exchanges, see :class:`Blocks`; empty if there is none.
-    asked : str
-        Requested results: "" for both the solution and the smallest relative pivot; "solution" or "pivot" for one of them, of a
-        positive definite matrix, which needs no row exchanges.
-    base : int
-        First column of the slab, shape(n, ...), for its unknowns.
-    scratch : int
-        First column of the slab for temporary values, which are not read after its loops.
-    """
+    """A banded system of a chain."""
 
     name: str
+    """Prefix of the names that its source uses."""
     nodes: int
+    """Number of nodes n."""
     rows: Sequence[Row]
+    """Equations of a node, as many as its unknowns, u."""
     places: Sequence[tuple[int, int, int]]
+    """Entries that may be nonzero: number of the row, place of the node, number of the unknown."""
     order: Sequence[Block] = ()
+    """Unknowns in an order in which they can be eliminated without row exchanges, see :class:`Blocks`; empty if there is none."""
     asked: Literal["", "solution", "pivot"] = ""
+    """Requested results: "" for both the solution and the smallest relative pivot; "solution" or "pivot" for one of them, of a positive
+    definite matrix, which needs no row exchanges.
+    """
     base: int = 0
+    """First column of the slab, shape(n, ...), for its unknowns."""
     scratch: int = 0
+    """First column of the slab for temporary values, which are not read after its loops."""
     width: int = field(init=False)
     blocks: Blocks | None = field(init=False, default=None)
 

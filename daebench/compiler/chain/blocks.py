@@ -26,33 +26,20 @@ def pairs(unknowns: Sequence[int]) -> list[Block]:
 
 @dataclass(frozen=True, kw_only=True)
 class Blocks:
-    """An order of elimination and the entries that it fills in.
-
-    Parameters
-    ----------
-    name : str
-        Prefix of the names that its source uses.
-    u : int
-        Number of unknowns of a node.
-    places : sequence of (int, int, int)
-        Entries that may be nonzero: number of the row, place of the node, number of the unknown.
-    order : sequence of tuple of int
-        Unknowns in the order of their elimination, by the rows of the same numbers. A pair is eliminated at once, by Cramer's rule.
-    judged : bool
-        Whether the smallest relative pivot is computed.
-
-    Attributes
-    ----------
-    reach : mapping of int to set of int
-        For each unknown, the unknowns of the next node on which it depends.
-    """
+    """An order of elimination and the entries that it fills in."""
 
     name: str
+    """Prefix of the names that its source uses."""
     u: int
+    """Number of unknowns of a node."""
     places: Sequence[tuple[int, int, int]]
+    """Entries that may be nonzero: number of the row, place of the node, number of the unknown."""
     order: Sequence[Block]
+    """Unknowns in the order of their elimination, by the rows of the same numbers. A pair is eliminated at once, by Cramer's rule."""
     judged: bool = True
+    """Whether the smallest relative pivot is computed."""
     reach: Reach = field(init=False)
+    """For each unknown, the unknowns of the next node on which it depends."""
 
     def __post_init__(self) -> None:
         entries: list[dict[tuple[int, int], str]] = [{} for _ in range(self.u)]

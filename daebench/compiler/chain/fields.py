@@ -16,15 +16,7 @@ At = Callable[["Field", int], str]
 
 
 class Scalar:
-    """A number in the generated source.
-
-    Parameters
-    ----------
-    text : str
-        Its source.
-    late : bool
-        Whether its value is known only after a loop over nodes.
-    """
+    """A number in the generated source."""
 
     of_any_form = True
     """It may stand for a tuple too."""
@@ -83,13 +75,7 @@ def applied(name: str, *arguments: Any) -> Scalar:
 
 
 def weight(w: Any) -> str:
-    """Return the source of the factor of a field.
-
-    Raises
-    ------
-    InvalidProblem
-        If it is known only after a loop, because a field inside that loop needs it earlier.
-    """
+    """Return the source of the factor of a field."""
     if is_late(w):
         raise InvalidProblem("a scheme scales a vector by a number computed from a whole vector, which is not possible for long chains.")
     return say(w)
@@ -97,36 +83,24 @@ def weight(w: Any) -> str:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Field:
-    """A tuple of numbers at each node.
-
-    Parameters
-    ----------
-    kind : str
-        "d" for positions and momenta, "m" for multipliers, "G" for entries of Jacobians.
-    width : int
-        Number of entries at a node.
-    stage : int
-        Number of the last linear solve or iteration that it depends on; 0 if none.
-    needs : sequence of (Field, int)
-        Fields that it is computed from, each with the place of the node, counted from the present one.
-    write : callable
-        ``write(at, k)`` returns the sources of the entries at node k, where k is source text too, or one source of them all.
-    ghost : sequence of str
-        Entries at the position of node -1.
-    zero : bool
-        Whether all entries are zero.
-    number : int
-        Number in order of creation; fields that others are computed from have smaller numbers.
-    """
+    """A tuple of numbers at each node."""
 
     kind: str
+    """"d" for positions and momenta, "m" for multipliers, "G" for entries of Jacobians."""
     width: int
+    """Number of entries at a node."""
     stage: int
+    """Number of the last linear solve or iteration that it depends on; 0 if none."""
     needs: Sequence[tuple["Field", int]]
+    """Fields that it is computed from, each with the place of the node, counted from the present one."""
     write: Callable[[At, str], Sequence[str] | str]
+    """``write(at, k)`` returns the sources of the entries at node k, where k is source text too, or one source of them all."""
     ghost: Sequence[str]
+    """Entries at the position of node -1."""
     zero: bool = False
+    """Whether all entries are zero."""
     number: int = field(default_factory=lambda: next(_NUMBERS))
+    """Number in order of creation; fields that others are computed from have smaller numbers."""
 
 
 def selected(test: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
@@ -158,15 +132,7 @@ def computed(kind: str, width: int, needs: Sequence[tuple[Field, int]], write: W
 
 
 def stored(kind: str, width: int, entry: str, stage: int, ghost: Sequence[str] = (), missing: int = 0) -> Field:
-    """Return the field of numbers in an array.
-
-    Parameters
-    ----------
-    entry : str
-        Source of entry {i} at node {k}.
-    missing : int
-        Number of first entries that node 0 lacks; they are zero.
-    """
+    """Return the field of numbers in an array."""
 
     def write(at: At, k: str) -> list[str]:
         texts = [entry.format(k=f"({k})", i=i) for i in range(width)]
@@ -182,13 +148,7 @@ def nothing(kind: str, width: int) -> Field:
 
 
 def combined(w: Any, x: Field, y: Field | None) -> Field:
-    """Return w x + y, or w x.
-
-    Raises
-    ------
-    InvalidProblem
-        If x or y is not a field.
-    """
+    """Return w x + y, or w x."""
     if not isinstance(x, Field) or not isinstance(y, Field | None):
         raise InvalidProblem("a scheme adds a value that is not a vector of the chain.")
     if x.zero or (isinstance(w, float) and w == 0.0):

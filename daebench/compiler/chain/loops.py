@@ -13,18 +13,12 @@ from daebench.compiler.python_text import pack
 
 @dataclass(frozen=True, kw_only=True)
 class Demand:
-    """Lines that a loop executes at each node.
-
-    Parameters
-    ----------
-    needs : sequence of (Field, int)
-        Fields that are needed, each with the place of the node, counted from the present one.
-    write : callable
-        ``write(at)`` returns the lines; the present node's number is k.
-    """
+    """Lines that a loop executes at each node."""
 
     needs: Sequence[tuple[Field, int]]
+    """Fields that are needed, each with the place of the node, counted from the present one."""
     write: Callable[[At], Sequence[str]]
+    """``write(at)`` returns the lines; the present node's number is k."""
 
     @property
     def stage(self) -> int:
@@ -33,21 +27,7 @@ class Demand:
 
 
 class Loop:
-    """One loop over all nodes.
-
-    Parameters
-    ----------
-    name : str
-        Prefix of the names of its variables.
-    nodes : int
-        Number of nodes n.
-    demands : sequence of Demand
-        Demands at each node, in this order.
-    up : bool
-        Whether it runs from node 0 to node n - 1; otherwise the other way.
-    head : sequence of str
-        Lines at the beginning of each turn.
-    """
+    """One loop over all nodes."""
 
     def __init__(self, name: str, nodes: int, demands: Sequence[Demand], *, up: bool = True, head: Sequence[str] = ()) -> None:
         self.name, self.nodes, self.demands, self.up, self.head = name, nodes, demands, up, head

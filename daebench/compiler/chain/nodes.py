@@ -120,15 +120,7 @@ class Nodes:
         return "\n\n".join(self.at_ends("node_inertia", entries))
 
     def at_ends(self, name: str, values: Callable[[int], Sequence[sp.Expr]]) -> list[str]:
-        """Sources of name(k, par) and of the functions that it calls, which differ between the first node, inner nodes and the last node.
-
-        Parameters
-        ----------
-        name : str
-            Name of the function.
-        values : callable
-            Returns the values at a node of the given number, in terms of the chain's symbol for that number.
-        """
+        """Sources of name(k, par) and of functions that it calls, which differ between the first node, inner nodes and the last node."""
         n = self.chain.nodes
         ends = sorted({0, min(1, n - 1), n - 1})
         parts, lines = [], []

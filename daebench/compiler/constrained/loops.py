@@ -13,17 +13,7 @@ PAIRS = ("damping",)
 
 
 def source(derivation: "Derivation", name: str, dtype: str) -> tuple[str, dict[str, str]] | None:
-    """Return the source of a function of the problem and of the tables that it reads; None if it is not an expression of this problem.
-
-    Parameters
-    ----------
-    derivation : Derivation
-        The problem.
-    name : str
-        Name in ``kernels/language.py``.
-    dtype : str
-        Name of the number type.
-    """
+    """Return the source of a function of the problem and of the tables that it reads; None if it is not an expression of this problem."""
     rule = derivation.rule(name)
     if rule is None or name in PAIRS:
         written = derivation.source(name)

@@ -5,13 +5,7 @@ from daebench.compiler.python_text import function
 
 
 class Arrays:
-    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for arrays of any length.
-
-    Parameters
-    ----------
-    n : int
-        Number of coordinates; halves have half as many.
-    """
+    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for arrays of any length."""
 
     elementwise = False
     """Whether entries may be arrays in place of numbers."""

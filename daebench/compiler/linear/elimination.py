@@ -35,27 +35,18 @@ def exceeds(x, bound):
 
 
 class Target(NamedTuple):
-    """Properties of the code that an algebra is written for.
-
-    Parameters
-    ----------
-    dtype : str
-        Name of the number type.
-    stages : int
-        Number of stages of the scheme.
-    least_squares : bool
-        Whether systems of constraints are solved by least squares, which leave out dependent constraints.
-    directions : int
-        Number of directions in which numbers carry derivatives.
-    lanes : bool
-        Whether numbers are lanes.
-    """
+    """Properties of the code that an algebra is written for."""
 
     dtype: str
+    """Name of the number type."""
     stages: int
+    """Number of stages of the scheme."""
     least_squares: bool
+    """Whether systems of constraints are solved by least squares, which leave out dependent constraints."""
     directions: int = 0
+    """Number of directions in which numbers carry derivatives."""
     lanes: bool = False
+    """Whether numbers are lanes."""
 
 
 class Space(Protocol):

@@ -13,13 +13,7 @@ from daebench.compiler.python_text import function
 
 
 class Loops:
-    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for arrays.
-
-    Parameters
-    ----------
-    values : Values
-        The same operations for tuples, with the sizes and zeros of the problem.
-    """
+    """Source of the operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for arrays."""
 
     elementwise = False
     """Whether entries may be arrays in place of numbers."""

@@ -15,20 +15,7 @@ Operation = Callable[..., Any]
 class Values:
     """The operations that :mod:`daebench.compiler.shapes` and ``kernels/language.py`` name, for tuples of fixed length.
 
-    Parameters
-    ----------
-    d, m : int
-        Numbers of positions and of constraints.
-    structure : sequence of sequence of bool, shape(m, d)
-        Pattern of the nonzero entries of G.
-    inverse_mass : sequence of sequence of bool, shape(d, d)
-        Pattern of the nonzero entries of H_pp.
-    target : Target
-        Properties of the code that it is written for.
-    mass : sequence of sequence of int, optional
-        Sets of positions that M couples with each other; one set if left out. A position in no set has no mass.
-    unmeasured : int
-        Number of last entries that norms leave out unless they are not finite.
+    Shapes: structure (m, d); inverse_mass (d, d).
     """
 
     elementwise = True

@@ -18,19 +18,7 @@ def _cost(kind: str, times: int = 1) -> list[int]:
 
 
 class InParts(Derived):
-    """Quantities derived from the definition of a Poisson system or of a Poisson lattice.
-
-    Parameters
-    ----------
-    definition : PoissonSystem or PoissonLattice
-        The definition.
-    splitting : str
-        Name of the splitting whose flows are the functions ``before``, ``turn`` and ``after``; "" for the first.
-    energy : Expr
-        H, or its density at a site.
-    variables : sequence of Symbol
-        Variables of that expression.
-    """
+    """Quantities derived from the definition of a Poisson system or of a Poisson lattice."""
 
     states = "poisson"
     work = POISSON_WORK

@@ -18,15 +18,7 @@ LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 class Braces(ABC):
-    """Prints one function, which changes arrays and returns nothing.
-
-    Parameters
-    ----------
-    function : Function
-        The function.
-    parameters : sequence of str
-        Names of its parameters.
-    """
+    """Prints one function, which changes arrays and returns nothing."""
 
     infix: Mapping[str, tuple[str, int]]
     """Operators with their precedences."""
@@ -91,13 +83,7 @@ class Braces(ABC):
         return value.kind[0]
 
     def memory(self, value: Value) -> None:
-        """Write a statement that takes memory for an array, gives it back, or moves its entries.
-
-        Raises
-        ------
-        BadInput
-            If the language has no such statements here.
-        """
+        """Write a statement that takes memory for an array, gives it back, or moves its entries."""
         raise BadInput(f"{self.what} cannot compute with arrays; choose a smaller problem.")
 
     def _name(self) -> str:
@@ -267,13 +253,7 @@ class Braces(ABC):
             self.call(node)
 
     def call(self, node: Call) -> None:
-        """Write the call of another function.
-
-        Raises
-        ------
-        BadInput
-            If the language has no such calls here.
-        """
+        """Write the call of another function."""
         raise BadInput(f"{self.what} cannot call {node.function.name}; choose a smaller problem.")
 
     def _next(self, parameters: Sequence[Value], pairs: Sequence[tuple[str, Any]]) -> None:

@@ -29,11 +29,6 @@ def function(recorded: Function, parameters: Sequence[str], real: str = FLOAT64)
     """Return a function with these names for its parameters; arrays are in capital letters, and constant where nothing is written to them.
 
     Those that it is given have numbers of the kind ``real``.
-
-    Raises
-    ------
-    BadInput
-        If it contains an operation that C cannot compute.
     """
     body = _Printer(recorded, parameters, real).text()
     given = ", ".join(_given(recorded, parameters, body, real))

@@ -10,13 +10,7 @@ from daebench.compiler.trace.ir import POINTER, TRUTH, Call, Function, Value
 
 
 def method(function: Function, parameters: Sequence[str]) -> str:
-    """Return a function as a method of an object, with these names for its parameters.
-
-    Raises
-    ------
-    BadInput
-        If it contains an operation that a page cannot compute.
-    """
+    """Return a function as a method of an object, with these names for its parameters."""
     return f"{function.name}({','.join(parameters)}){{{_Printer(function, parameters).text()}}}"
 
 

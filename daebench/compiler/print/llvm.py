@@ -75,23 +75,7 @@ class Text:
         self.functions.append("\n".join([head, *lines, "ret void", "}"]))
 
     def callback(self, function: Function, name: str, letters: str, user: int, arena: int, known: Any) -> None:
-        """Add a function that C calls.
-
-        Parameters
-        ----------
-        function : Function
-            The recorded function.
-        name : str
-            Its name for C.
-        letters : str
-            Types of C, that of the result first.
-        user : int
-            The argument that is the address of the memory of callbacks.
-        arena : int
-            The word there that is the address of the memory of new arrays, all of which is free at each call.
-        known : int
-            What it returns, where that does not depend on its arguments.
-        """
+        """Add a function that C calls."""
         self.add(function)
         lines, args = [], []
         for k, letter in enumerate(letters[1:]):

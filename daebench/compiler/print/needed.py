@@ -11,28 +11,7 @@ EFFECTS = frozenset(("store", "move", "release", "ccall", "seen"))
 
 
 class Needed:
-    """The values, calls and branches of a function that have to be computed, and whether it changes memory.
-
-    Parameters
-    ----------
-    function : Function
-        The function.
-    effective : set of Function
-        Functions that write to memory, all that it calls among them.
-
-    Attributes
-    ----------
-    needed : set
-        Values and calls that have to be computed.
-    steering : set of If
-        Branches that have to be taken although none of their results is needed.
-    sources : dict of Value to sequence of Value
-        Where results of branches and blocks, and parameters of loops, come from.
-    same : dict of Value to Value
-        The value before the loop, for parameters of loops that no turn changes.
-    changes : bool
-        Whether the function writes to memory.
-    """
+    """The values, calls and branches of a function that have to be computed, and whether it changes memory."""
 
     def __init__(self, function: Function, effective: set[Function]) -> None:
         self._effective = effective

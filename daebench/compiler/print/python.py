@@ -40,11 +40,6 @@ def text(functions: Sequence[Function]) -> str:
     """Return the text of these functions, each of which calls only those before it.
 
     Their names are those of :mod:`daebench.compiler.in_python`; a function returns a tuple of its results.
-
-    Raises
-    ------
-    Unprintable
-        If one contains an operation that only machine code has.
     """
     effective: set[Function] = set()
     constants: dict[str, str] = {}

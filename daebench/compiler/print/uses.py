@@ -28,15 +28,7 @@ class Use:
 
 
 class Uses:
-    """The uses of all values of a function that are needed.
-
-    Parameters
-    ----------
-    function : Function
-        The function.
-    need : Needed
-        What of it is needed.
-    """
+    """The uses of all values of a function that are needed."""
 
     def __init__(self, function: Function, need: Needed) -> None:
         self.need = need

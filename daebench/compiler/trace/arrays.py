@@ -11,19 +11,7 @@ FEW = 4
 
 
 class Array:
-    """A view of memory.
-
-    Parameters
-    ----------
-    pointer : Value
-        Where its first entry is.
-    kind : str
-        Kind of its entries: vectors where several runs are computed at once.
-    shape, strides : sequence of int or Value
-        Lengths of its axes, and distances between neighbours on them, in numbers.
-    known : sequence of float or int, optional
-        The entries of a table, which never change.
-    """
+    """A view of memory."""
 
     __slots__ = ("kind", "known", "pointer", "shape", "strides")
 

@@ -26,25 +26,17 @@ class Program(Protocol):
 
 @dataclass
 class Steered:
-    """A function that steers.
-
-    Parameters
-    ----------
-    program : Program
-        What it belongs to.
-    name, text : str
-        Its name, and its source unless there is a node.
-    node : ast.FunctionDef, optional
-        Its syntax, if it is of a file.
-    space : dict
-        Names that it reads.
-    """
+    """A function that steers."""
 
     program: Program
+    """What it belongs to."""
     name: str
     text: str = ""
+    """Its name, and its source unless there is a node."""
     node: ast.FunctionDef | None = field(default=None, repr=False)
+    """Its syntax, if it is of a file."""
     space: dict[str, Any] = field(default_factory=dict, repr=False)
+    """Names that it reads."""
     parameters: Sequence[str] = ()
     body: Sequence[Statement] | None = field(default=None, repr=False)
     early: bool = False

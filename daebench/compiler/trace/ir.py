@@ -203,15 +203,7 @@ def counting(kind: str) -> str:
 
 
 class Code:
-    """A program that is being recorded: the block in which operations go, and those whose results are at hand there.
-
-    Attributes
-    ----------
-    together : str
-        How many runs are computed at once, as kinds of vectors say it; "" for one.
-    mask : Value or None
-        In which runs arrays are written to.
-    """
+    """A program that is being recorded: the block in which operations go, and those whose results are at hand there."""
 
     def __init__(self) -> None:
         self.clock = count()

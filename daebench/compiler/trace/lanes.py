@@ -75,13 +75,7 @@ class Slot:
         self.pointer: Value | None = None
 
     def note(self, first: Value, x: Any) -> None:
-        """Write nested tuples, in the lanes where ``first`` is true.
-
-        Raises
-        ------
-        Wider
-            If a number is of a wider kind than one that was written to its place.
-        """
+        """Write nested tuples, in the lanes where ``first`` is true."""
         code, numbers = self.code, _numbers(x)
         kinds = [f"{kind_of(number)[0]}{self.width}" for number in numbers]
         if self.pointer is None:

@@ -70,18 +70,7 @@ class InFile(Steered):
 
 
 class Program:
-    """The functions of a module, to be recorded.
-
-    Parameters
-    ----------
-    text : str
-        Source of the module: constants, and functions of numbers, tuples and arrays.
-    inlined : int
-        Operations of the longest function of which each call is recorded anew; longer ones are recorded once, and called.
-    alone : int
-        Operations of the longest function that is recorded where it is called if there is one such place; 0 for any. What it calls
-        is then recorded once too, if it is long and called several times, while else the first call is recorded where it is.
-    """
+    """The functions of a module, to be recorded."""
 
     def __init__(self, text: str, *, inlined: int = INLINED, alone: int = 0) -> None:
         self.code, self.inlined, self.alone = Code(), inlined, alone

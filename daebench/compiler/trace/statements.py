@@ -37,37 +37,26 @@ CHOSEN, BOTH, EITHER, NEGATED = "CHOSEN", "BOTH", "EITHER", "NEGATED"
 
 @dataclass(kw_only=True)
 class Statement:
-    """One statement, or a run of simple ones.
-
-    Parameters
-    ----------
-    kind : str
-        "run", "if", "for", "each", "while", "return", "break" or "continue".
-    code : tuple of code
-        Code of the run, of the test, of the bounds of a range, of what is iterated over, or of what is returned.
-    reads, binds : set of str
-        Names that it reads before it binds them, and names that it may bind.
-    target : str
-        Name that a loop binds.
-    costly : bool
-        Whether statements under a test are passed over if none of several runs needs them: they contain loops, or treat failures.
-    body, otherwise : sequence of Statement
-        Statements inside; the second are those where a test is false, or where a loop comes to its end.
-    after, head : set of str
-        Names that are read after it, and of a loop those that are read after a turn.
-    """
+    """One statement, or a run of simple ones."""
 
     kind: str
+    """"run", "if", "for", "each", "while", "return", "break" or "continue"."""
     node: ast.stmt
     code: tuple[CodeType, ...] = ()
+    """Code of the run, of the test, of the bounds of a range, of what is iterated over, or of what is returned."""
     reads: AbstractSet[str] = frozenset()
     binds: AbstractSet[str] = frozenset()
+    """Names that it reads before it binds them, and names that it may bind."""
     target: str = ""
+    """Name that a loop binds."""
     costly: bool = False
+    """Whether statements under a test are passed over if none of several runs needs them: they contain loops, or treat failures."""
     body: Sequence["Statement"] = ()
     otherwise: Sequence["Statement"] = ()
+    """Statements inside; the second are those where a test is false, or where a loop comes to its end."""
     after: AbstractSet[str] = field(default=frozenset())
     head: AbstractSet[str] = field(default=frozenset())
+    """Names that are read after it, and of a loop those that are read after a turn."""
 
     @property
     def place(self) -> str:

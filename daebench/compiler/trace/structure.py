@@ -130,21 +130,7 @@ class Mismatch(TypeError):
 def united(
     code: Code, structures: Sequence[Any], ends: Sequence[tuple[list[Any], bool]], results: list[Value], given: Sequence[list[Any]]
 ) -> Any:
-    """Return the structure of a value that comes from several blocks.
-
-    Parameters
-    ----------
-    code : Code
-        The program.
-    structures : sequence
-        The value at the end of each block.
-    ends : sequence of (list, bool)
-        The blocks, and whether their last entry leaves them.
-    results : list of Value
-        Results of the node behind these blocks, to which those of this value are appended.
-    given : sequence of list
-        Values of the results at the end of each block, to which those of this value are appended.
-    """
+    """Return the structure of a value that comes from several blocks."""
     for like in structures if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]) else ():
         structures = [at_end(code, end, partial(promoted, code, x, like)) for x, end in zip(structures, ends, strict=True)]
     if any(pattern_of(x) != pattern_of(structures[0]) for x in structures[1:]):

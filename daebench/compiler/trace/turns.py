@@ -41,25 +41,17 @@ class Wider(Exception):
 
 @dataclass(frozen=True)
 class Ways:
-    """Where ``return``, ``break`` and ``continue`` lead.
-
-    Parameters
-    ----------
-    returned : list
-        What a function without early returns returns.
-    function : Region, optional
-        What an early return leaves.
-    broken, continued : (Region, sequence of str), optional
-        What ``break`` and ``continue`` leave, with names whose values they hand on.
-    missing : set of str
-        Names that the loops around carry without a value yet.
-    """
+    """Where ``return``, ``break`` and ``continue`` lead."""
 
     returned: list[Any]
+    """What a function without early returns returns."""
     function: Region | None = None
+    """What an early return leaves."""
     broken: tuple[Region, Sequence[str]] | None = None
     continued: tuple[Region, Sequence[str]] | None = None
+    """What ``break`` and ``continue`` leave, with names whose values they hand on."""
     missing: frozenset[str] = frozenset()
+    """Names that the loops around carry without a value yet."""
 
 
 def leave(code: Code, region: Region, structure: Any) -> None:

@@ -42,20 +42,14 @@ def nested(form: Form, numbers: Any) -> Any:
 
 @dataclass(frozen=True)
 class Carried:
-    """The forms of what goes from one step into the next.
-
-    Parameters
-    ----------
-    x, pivots : nested tuple
-        State, and what is recalled of pivots.
-    conserved, maxima : int
-        Numbers of conserved quantities and of errors that are monitored.
-    """
+    """The forms of what goes from one step into the next."""
 
     x: Form
     pivots: Form
+    """State, and what is recalled of pivots."""
     conserved: int
     maxima: int
+    """Numbers of conserved quantities and of errors that are monitored."""
 
     @property
     def forms(self) -> tuple[Form, Form, Form, Form]:
@@ -66,24 +60,7 @@ class Carried:
 class LaneRun:
     """The runs of all members.
 
-    Parameters
-    ----------
-    linked : Linked
-        The scheme, whose kernel is a module of lanes.
-    members : Members
-        What is run.
-    scales : (ndarray, ndarray), each shape(n,)
-        Length and rate of each member.
-    states : ndarray, shape(n, k)
-        What the scheme computes in at the start; a member with a number that is not finite is not begun.
-    carried : Carried
-        What goes from step to step.
-    grid : Grid
-        The steps, of whatever size.
-    rows : ndarray, shape(rows, c, columns)
-        Where states are stored, with columns for whole blocks.
-    lanes : int
-        Number of lanes that the kernel is made for.
+    Shapes: scales (n,); states (n, k); rows (rows, c, columns).
     """
 
     def __init__(

@@ -33,27 +33,7 @@ from daebench.schemes.kernels.rank import RANK_LOST
 def run_members(
     method: FixedStepMethod[Any, Any], members: Members, request: Request, *, lanes: int | None = None, threads: int | None = None
 ) -> EnsembleRun:
-    """Return the runs of all members, each equal to the bit to a single run.
-
-    Parameters
-    ----------
-    method : FixedStepMethod
-        The method.
-    members : Members
-        Starts, parameters and step sizes.
-    request : Request
-        The request for each run: ``steps``, and any of ``every``, ``watch``, ``count``, ``on_singular`` and ``progress``; its ``value`` is
-        ignored, and ``every`` is 0 by default.
-    lanes : int, optional
-        Number of members at once on one core, 1 for one after another. The default is the fastest for the processor.
-    threads : int, optional
-        Number of cores. The default is all cores.
-
-    Raises
-    ------
-    BadInput
-        If the method refuses the problem, or the request cannot be met.
-    """
+    """Return the runs of all members, each equal to the bit to a single run."""
     ensemble = _Ensemble(method, members, request)
     width = ensemble.width(lanes)
     return ensemble.one_by_one() if width == 1 else ensemble.in_lanes(width, threads or cores())
@@ -63,18 +43,6 @@ def sampled_members(method: FixedStepMethod[Any, Any], members: Members, request
     """Return runs of members in lanes at their start, and where H is stored in place of states, shape(rows, 1, columns).
 
     None is returned where members are not run in lanes.
-
-    Parameters
-    ----------
-    method, members, request
-        As for :func:`run_members`; ``every`` is 0, for rows are used again and again.
-    rows : int
-        Number of samples to store.
-
-    Raises
-    ------
-    BadInput
-        If the method refuses the problem, or the request cannot be met.
     """
     ensemble = _Ensemble(method, members, request, ("samples",))
     if (width := ensemble.width(None)) == 1:

@@ -17,19 +17,7 @@ STOPPED = -3
 
 
 class Table:
-    """States, ends, steps, status, maxima, pivots and work of all members.
-
-    Parameters
-    ----------
-    members : Members
-        What is run.
-    grid : Grid
-        The steps.
-    names, kinds : sequence of str
-        Names of the errors that are monitored, and kinds of work that are counted.
-    columns : int
-        Number of columns that states have, at least that of the members.
-    """
+    """States, ends, steps, status, maxima, pivots and work of all members."""
 
     def __init__(self, members: Members, grid: Grid, names: Sequence[str], kinds: Sequence[str], columns: int) -> None:
         n, c = len(members), members.ivp.size

@@ -132,17 +132,7 @@ def tangent_growth(
 
 
 def tangent_vectors(members: Members, units: Array, seed: int) -> Array:
-    """Return a vector tangent to the manifold at each start, of random direction and length 1 in these units, shape(n, c).
-
-    Parameters
-    ----------
-    members : Members
-        Members with the same parameters.
-    units : ndarray, shape(c,)
-        Factors of the entries of a vector in its length.
-    seed : int
-        Seed of the directions.
-    """
+    """Return a vector tangent to the manifold at each start, of random direction and length 1 in these units, shape(n, c)."""
     v = np.random.default_rng(seed).standard_normal((len(members), len(units))) / units
     if members.ivp.on_manifold:
         C = constraint_jacobian(members.ivp, *members.start) / units

@@ -212,13 +212,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     @abstractmethod
     def solve(self, ivp: Ivp, request: Request) -> Result:
-        """Return the trajectory; if the scheme stops early, the states so far and the reason.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met: see :class:`daebench.runs.grid.Grid`.
-        """
+        """Return the trajectory; if the scheme stops early, the states so far and the reason."""
 
     @abstractmethod
     def begin(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:

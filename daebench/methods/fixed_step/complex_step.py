@@ -9,32 +9,7 @@ from daebench.runs.ivp import InitialValueProblem
 
 
 def complex_run(linked: Linked, ivp: InitialValueProblem, x: Any, h: float, steps: int, every: int = 0) -> tuple[Any, Any, str | None]:
-    """Return the last good state of a run, the states stored, and why it stopped early, or None.
-
-    Parameters
-    ----------
-    linked : Linked
-        A scheme whose kernel computes in complex numbers.
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    x : tuple or ndarray
-        The state to begin with, as the kernel takes it.
-    h : float
-        Step size, s.
-    steps : int
-        Number of steps.
-    every : int
-        A state is stored after every so many steps; none where it is 0.
-
-    Returns
-    -------
-    x : tuple or ndarray
-        The last good state, as the kernel has it.
-    rows : ndarray of complex, shape(n, ivp.size)
-        What was stored up to there.
-    failure : str or None
-        The sentence that says why it stopped.
-    """
+    """Return the last good state of a run, the states stored, and why it stopped early, or None."""
     kernel = linked.kernel
     rows = np.empty((steps // every if every else 0, ivp.size), dtype=complex)
     empty = np.empty((0, ivp.size), dtype=complex)

@@ -15,25 +15,18 @@ from decimal import Decimal, localcontext
 
 @dataclass(frozen=True, kw_only=True)
 class Composition:
-    """A symmetric composition: its order, and the weights gamma_1 ... gamma_{(s-1)/2} before the middle one.
-
-    Parameters
-    ----------
-    name : str
-        Its name as a suffix of a method, for example "kahan_li8".
-    order : int
-        Order of the composed step.
-    source : str
-        Source of the weights.
-    gamma : tuple of str
-        The weights before the middle one as decimal numbers: closed forms to 50 digits, published numbers as published. The latter satisfy
-        the order conditions to 1e-24.
-    """
+    """A symmetric composition: its order, and the weights gamma_1 ... gamma_{(s-1)/2} before the middle one."""
 
     name: str
+    """Its name as a suffix of a method, for example "kahan_li8"."""
     order: int
+    """Order of the composed step."""
     source: str
+    """Source of the weights."""
     gamma: tuple[str, ...]
+    """The weights before the middle one as decimal numbers: closed forms to 50 digits, published numbers as published. The latter satisfy
+    the order conditions to 1e-24.
+    """
 
     @property
     def stages(self) -> int:

@@ -31,28 +31,14 @@ MEAN = "mean"
 
 @dataclass(frozen=True)
 class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
-    """A scheme of ``daebench.schemes`` run with constant step size.
-
-    Parameters
-    ----------
-    scheme, form, composition, projection, options, compensated
-        As for :class:`daebench.methods.fixed_step.parts.Parts`.
-    compiled : bool
-        Whether the kernel is compiled.
-    sweeps : int
-        Number of iterations after which Newton's iteration is ended, converged or not; 0 for convergence.
-    roundings : float
-        Size of an increment, in roundings, that ends Newton's iteration.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, the parts do not fit together, or an option is invalid.
-    """
+    """A scheme of ``daebench.schemes`` run with constant step size."""
 
     compiled: bool = True
+    """Whether the kernel is compiled."""
     sweeps: int = 0
+    """Number of iterations after which Newton's iteration is ended, converged or not; 0 for convergence."""
     roundings: float = ROUNDINGS
+    """Size of an increment, in roundings, that ends Newton's iteration."""
     counted = WORK
 
     @property
@@ -66,13 +52,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         return self.member.claims.any_form
 
     def on_singular(self, ivp: ConstrainedIvp, request: Request) -> str:
-        """Return the choice where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter.
-
-        Raises
-        ------
-        BadInput
-            If the name is unknown, or there is nothing to solve by least squares.
-        """
+        """Return the choice where G loses rank: one of :data:`daebench.runs.request.ON_SINGULAR`, or "" if it does not matter."""
         mode = request.at_rank_loss(ivp)
         if mode == "least-squares" and ivp.arrays:
             raise BadInput(
@@ -183,13 +163,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
 
 def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, why: str) -> FixedStep:
-    """Return a method if it is a fixed-step method for this problem.
-
-    Raises
-    ------
-    BadInput
-        If it is not, with ``why`` as the reason, or if it refuses the problem.
-    """
+    """Return a method if it is a fixed-step method for this problem."""
     if not isinstance(method, FixedStep):
         raise BadInput(f"{method.name} chooses its own steps {why}; give a fixed-step method, for example rattle.")
     if refusal := method.refusal(ivp):

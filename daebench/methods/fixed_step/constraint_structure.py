@@ -30,15 +30,7 @@ def spectral_radius(ivp: ConstrainedIvp) -> float:
 
 
 def misfit(structure: str, ivp: ConstrainedIvp) -> str:
-    """Return why the constraints of a problem are not of a structure, what follows the name of a method, or "".
-
-    Parameters
-    ----------
-    structure : str
-        A name in :data:`daebench.schemes.kernels.claims.STRUCTURES`.
-    ivp : ConstrainedIvp
-        The problem.
-    """
+    """Return why the constraints of a problem are not of a structure, what follows the name of a method, or ""."""
     if structure == WATER:
         order = "written oxygen first, as |r_2 - r_1|^2 - d^2, |r_3 - r_1|^2 - d^2 and |r_3 - r_2|^2 - d_H^2"
         return "" if ivp.facts.WATER else f"needs {STRUCTURES[WATER]}, {order}, which {ivp.problem} does not have; use rattle."

@@ -14,18 +14,12 @@ from daebench.runs.trajectory import Array
 
 @dataclass(frozen=True)
 class Seeds:
-    """Derivatives that a run begins with, as a kernel takes them: k of them in a tuple for each number, or None.
-
-    Parameters
-    ----------
-    x : tuple
-        Those of the state that the scheme computes in.
-    par : tuple
-        Those of the run-time data.
-    """
+    """Derivatives that a run begins with, as a kernel takes them: k of them in a tuple for each number, or None."""
 
     x: Any
+    """Those of the state that the scheme computes in."""
     par: tuple[Any, ...]
+    """Those of the run-time data."""
 
 
 def width(ivp: Ivp, names: Sequence[str]) -> int:
@@ -35,19 +29,7 @@ def width(ivp: Ivp, names: Sequence[str]) -> int:
 
 
 def seeds(ivp: Ivp, chosen: Directions, enter: Any, data: int) -> Seeds:
-    """Return the derivatives that a run begins with.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    chosen : Directions
-        The directions.
-    enter : callable
-        ``enter(ivp)`` returns the map from the vectors of a start to the state that the scheme computes in, for complex numbers too.
-    data : int
-        Number of run-time data that are no parameters of the problem.
-    """
+    """Return the derivatives that a run begins with."""
     start = np.concatenate(ivp.start)
     columns = []
     for par, moved in zip(chosen.par.T, chosen.start.T, strict=True):
@@ -66,19 +48,7 @@ def _entries(columns: Array) -> tuple[tuple[float, ...], ...]:
 
 
 class DualKernel:
-    """A generated module of dual numbers, called as one of real numbers is: it keeps the derivatives from call to call.
-
-    Parameters
-    ----------
-    module : module
-        The generated module.
-    begin : Seeds
-        Derivatives of state and run-time data at the start.
-    rows : int
-        Number of states that are stored.
-    chosen : Directions
-        The directions.
-    """
+    """A generated module of dual numbers, called as one of real numbers is: it keeps the derivatives from call to call."""
 
     def __init__(self, module: types.ModuleType, begin: Seeds, rows: int, chosen: Directions) -> None:
         self.module, self.x, self.par, self.memory = module, begin.x, begin.par, ()

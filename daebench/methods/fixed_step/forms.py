@@ -35,28 +35,19 @@ def _in_chart(form: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Form:
-    """A form of the system.
-
-    Parameters
-    ----------
-    about : str
-        Description.
-    options : mapping of str to float
-        Free numbers and their defaults; all must be greater than 0.
-    most : mapping of str to float
-        Largest value of such a number, if it is limited.
-    instead : str
-        The motion that a run approximates in place of the constrained motion; "" for the constrained motion.
-    enter, leave : callable
-        ``enter(ivp)`` returns the map from (p, q) to what a scheme computes in, ``leave(ivp)`` the map back.
-    """
+    """A form of the system."""
 
     about: str
+    """Description."""
     options: Mapping[str, float] = field(default_factory=dict)
+    """Free numbers and their defaults; all must be greater than 0."""
     most: Mapping[str, float] = field(default_factory=dict)
+    """Largest value of such a number, if it is limited."""
     instead: str = ""
+    """The motion that a run approximates in place of the constrained motion; "" for the constrained motion."""
     enter: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
     leave: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
+    """``enter(ivp)`` returns the map from (p, q) to what a scheme computes in, ``leave(ivp)`` the map back."""
 
     def numbers(self, options: Mapping[str, float]) -> tuple[float, ...]:
         """Return the free numbers, as kernels take them; raise :class:`BadInput` if one is not greater than 0, or too large."""

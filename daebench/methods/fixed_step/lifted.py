@@ -28,19 +28,10 @@ class Lifted:
         (q, p)(y0)  --- method --->  (q_n, p_n)  --->  y_n = y(p_n, q_n)
 
     On the rotation matrices of Euler's equations ``rattle`` is the discrete Moser-Veselov algorithm of HLW VII.5.3.
-
-    Parameters
-    ----------
-    method : FixedStep
-        The method on the constrained system.
-
-    Raises
-    ------
-    BadInput
-        If it is not a fixed-step method.
     """
 
     method: FixedStep
+    """The method on the constrained system."""
     knob = "h"
 
     @classmethod
@@ -96,11 +87,6 @@ class Lifted:
         """Return the trajectory; if the method stops early, the states so far and the reason.
 
         Maxima of errors are over the outputs, and are marked so; work is that of the method on the constrained system.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met.
         """
         self.check(ivp, request)
         trajectory = _mapped_down(self.name, ivp, self.method.solve(above(ivp), replace(request, watch=())))

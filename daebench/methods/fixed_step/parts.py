@@ -27,35 +27,20 @@ PROJECTIONS = {
 
 @dataclass(frozen=True)
 class Parts:
-    """A scheme of ``daebench.schemes`` on a form of the system, composed and projected.
-
-    Parameters
-    ----------
-    scheme : str
-        Name of the scheme.
-    form : str
-        Form of the system: "" for the scheme's own, or a name in :data:`daebench.methods.fixed_step.forms.FORMS`.
-    composition : str
-        "" or a name in :data:`daebench.methods.fixed_step.compositions.COMPOSITIONS`.
-    projection : str
-        "" or a name in :data:`PROJECTIONS`.
-    options : mapping of str to float
-        Free numbers of the scheme and of the form.
-    compensated : bool
-        Whether sums over steps are compensated for rounding, HLW VIII.5.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, the parts do not fit together, or an option is invalid.
-    """
+    """A scheme of ``daebench.schemes`` on a form of the system, composed and projected."""
 
     scheme: str
+    """Name of the scheme."""
     form: str = ""
+    """Form of the system: "" for the scheme's own, or a name in :data:`daebench.methods.fixed_step.forms.FORMS`."""
     composition: str = ""
+    """"" or a name in :data:`daebench.methods.fixed_step.compositions.COMPOSITIONS`."""
     projection: str = ""
+    """"" or a name in :data:`PROJECTIONS`."""
     options: Mapping[str, float] = field(default_factory=dict, hash=False)
+    """Free numbers of the scheme and of the form."""
     compensated: bool = False
+    """Whether sums over steps are compensated for rounding, HLW VIII.5."""
 
     def __post_init__(self) -> None:
         require_known(

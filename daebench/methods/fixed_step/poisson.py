@@ -29,35 +29,20 @@ LEFT = {3: ("a value is no longer finite", RUN_AWAY), 6: ("the state has left th
 
 @dataclass(frozen=True)
 class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
-    """A scheme of ``daebench.schemes.poisson`` run with constant step size.
-
-    Parameters
-    ----------
-    scheme : str
-        Name of the scheme.
-    form : str
-        "" for the system's own coordinates, or a name in :data:`daebench.methods.fixed_step.forms.POISSON_FORMS`.
-    splitting : str
-        Name of one of the problem's splittings; "" for its first.
-    composition : str
-        "" or a name in :data:`daebench.methods.fixed_step.compositions.COMPOSITIONS`.
-    anyway : bool
-        Whether a scheme may be run on a system outside of the class for which it is a Poisson integrator.
-    compiled : bool
-        Whether the kernel is compiled.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, or the parts do not fit together.
-    """
+    """A scheme of ``daebench.schemes.poisson`` run with constant step size."""
 
     scheme: str
+    """Name of the scheme."""
     form: str = ""
+    """"" for the system's own coordinates, or a name in :data:`daebench.methods.fixed_step.forms.POISSON_FORMS`."""
     splitting: str = ""
+    """Name of one of the problem's splittings; "" for its first."""
     composition: str = ""
+    """"" or a name in :data:`daebench.methods.fixed_step.compositions.COMPOSITIONS`."""
     anyway: bool = False
+    """Whether a scheme may be run on a system outside of the class for which it is a Poisson integrator."""
     compiled: bool = True
+    """Whether the kernel is compiled."""
     counted = POISSON_WORK
 
     def __post_init__(self) -> None:

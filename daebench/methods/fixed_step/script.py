@@ -16,26 +16,18 @@ MOST = 24
 
 @dataclass(frozen=True)
 class Script:
-    """A kernel in JavaScript, see :mod:`daebench.compiler.javascript`, with its start.
-
-    Parameters
-    ----------
-    name : str
-        Name of the method.
-    text : str
-        The object with the methods ``start`` and ``integrate``.
-    state, par, weights : tuple of float
-        State of the problem's start, run-time data, and weights of the substeps.
-    directions : int
-        In how many directions the kernel carries derivatives.
-    """
+    """A kernel in JavaScript, see :mod:`daebench.compiler.javascript`, with its start."""
 
     name: str
+    """Name of the method."""
     text: str
+    """The object with the methods ``start`` and ``integrate``."""
     state: tuple[float, ...]
     par: tuple[float, ...]
     weights: tuple[float, ...]
+    """State of the problem's start, run-time data, and weights of the substeps."""
     directions: int = 0
+    """In how many directions the kernel carries derivatives."""
 
 
 def script(
@@ -47,28 +39,7 @@ def script(
     directions: int = 0,
     rank: bool = False,
 ) -> Script:
-    """Return a fixed-step method on a problem as a script.
-
-    Parameters
-    ----------
-    method : FixedStepMethod
-        The method.
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    h : float
-        Step size by which Newton's iteration measures increments where nothing else is known, s.
-    watch : tuple of str
-        What the loop takes the maximum error of, as for :class:`daebench.compiler.link.Options`.
-    directions : int
-        In how many directions of the start the state is differentiated.
-    rank : bool
-        Whether a run on a constrained problem stops before the step in which G loses rank.
-
-    Raises
-    ------
-    BadInput
-        If the method does not take the problem, or the state has too many numbers.
-    """
+    """Return a fixed-step method on a problem as a script."""
     if refusal := method.refusal(ivp):
         raise BadInput(refusal)
     if ivp.arrays or ivp.size > MOST:

@@ -81,37 +81,25 @@ CHUNK_SECONDS = 0.2
 
 @dataclass(frozen=True)
 class Linked:
-    """A scheme linked to a problem, ready to run.
-
-    Parameters
-    ----------
-    name : str
-        Name in the grammar of methods.
-    kernel : module or DualKernel
-        The generated module, whose ``integrate`` is that of :mod:`daebench.schemes.kernels.loop`.
-    par : tuple
-        Run-time data: the problem's parameters, the scheme's numbers, the form's numbers.
-    weights : ndarray, shape(k,)
-        Weights of the substeps of a composition; empty where a step is one step.
-    enter, leave : callable
-        From the problem's start to the state that the scheme computes in, and from there to a row of numbers as they are stored.
-    work : tuple of str
-        Kinds of work that the kernel counts.
-    reasons : mapping of int to (str, str)
-        Why it stopped and what to do, by status.
-    arrays : bool
-        Whether states are arrays, and not tuples.
-    """
+    """A scheme linked to a problem, ready to run."""
 
     name: str
+    """Name in the grammar of methods."""
     kernel: Any
+    """The generated module, whose ``integrate`` is that of :mod:`daebench.schemes.kernels.loop`."""
     par: tuple[Any, ...]
+    """Run-time data: the problem's parameters, the scheme's numbers, the form's numbers."""
     weights: Array
+    """Weights of the substeps of a composition; empty where a step is one step; shape (k,)."""
     enter: Callable[[Sequence[Any]], Any]
     leave: Callable[[Any], Array]
+    """From the problem's start to the state that the scheme computes in, and from there to a row of numbers as they are stored."""
     work: tuple[str, ...]
+    """Kinds of work that the kernel counts."""
     reasons: Mapping[int, tuple[str, str]] = field(default_factory=lambda: REASONS)
+    """Why it stopped and what to do, by status."""
     arrays: bool = False
+    """Whether states are arrays, and not tuples."""
 
     def failure(self, ivp: InitialValueProblem, h: float, done: int, steps: int, tried: int, report: Sequence[Any]) -> str:
         """Return the sentence that says where a scheme stopped and why; ``tried`` substeps were begun in the last step."""
@@ -140,21 +128,7 @@ def next_piece(piece: int, took: float) -> int:
 
 
 class Run:
-    """One run of a linked scheme on an initial value problem.
-
-    Parameters
-    ----------
-    linked : Linked
-        The scheme.
-    ivp, request, grid
-        The problem, the request, and its steps.
-    names : sequence of str
-        Names of the errors that the kernel monitors.
-    stage_multipliers : int
-        Stage multipliers of a step, all together, that are stored.
-    began : float
-        When the work on this request began, on ``time.perf_counter``.
-    """
+    """One run of a linked scheme on an initial value problem."""
 
     def __init__(
         self,

@@ -17,14 +17,10 @@ class BandedDae(Dae):
     """One problem as F(t, y, y') = 0 with y = (q, v, lam[, mu]), evaluated node by node, so that neighbours stand side by side.
 
     ``residual`` takes and fills arrays in the order of the nodes, y[order]; everything else is in the order of the blocks.
-
-    Parameters
-    ----------
-    order : ndarray, shape(n,)
-        Index in y of each unknown in the order of the nodes.
     """
 
     order: Any = field(repr=False)
+    """Index in y of each unknown in the order of the nodes; shape (n,)."""
 
     @property
     def band(self) -> tuple[int, int]:
@@ -48,18 +44,6 @@ def pose_banded(
     their size. From 0 they would be so small that round-off makes up the columns of the Jacobian that belong to them.
 
     At the start lam solves HLW (1.12), and v' = -M^-1 (U_q + G^T lam), both by banded elimination; mu = 0.
-
-    Parameters
-    ----------
-    formulation : str
-        One of ``daebench.methods.formulations.table.FORMULATIONS`` but ``ode``.
-
-    Raises
-    ------
-    BadInput
-        If an option is unknown or not a finite number of at least 0.
-    DaebenchError
-        If the multiplier at the start is not determined: G M^-1 G^T is singular, or a value is not finite.
     """
     par = np.array([*ivp.par, *free_numbers(formulation, options or {}).values()], dtype=float)
     module = _module(ivp, formulation, multipliers)

@@ -22,31 +22,21 @@ Kernel = Callable[..., float]
 
 @dataclass(frozen=True, eq=False)
 class Posed:
-    """An initial value problem as F(t, y, y') = 0, and where it is an ODE as y' = f(y) too.
-
-    Parameters
-    ----------
-    formulation : str
-        Name of the formulation.
-    multipliers : str
-        "plain": multipliers are unknowns; "derivative": the unknowns are functions whose derivatives are the multipliers.
-    ivp : InitialValueProblem
-        What was posed.
-    par : ndarray, shape(k,)
-        Run-time data of the functions below: the problem's parameters, then the formulation's own numbers.
-    y0, yp0 : ndarray, shape(n,)
-        Consistent initial values. Derivatives of plain multipliers, which no equation has, are 0.
-    module : module
-        The generated functions.
-    """
+    """An initial value problem as F(t, y, y') = 0, and where it is an ODE as y' = f(y) too."""
 
     formulation: str
+    """Name of the formulation."""
     multipliers: str
+    """"plain": multipliers are unknowns; "derivative": the unknowns are functions whose derivatives are the multipliers."""
     ivp: Ivp
+    """What was posed."""
     par: Array
+    """Run-time data of the functions below: the problem's parameters, then the formulation's own numbers; shape (k,)."""
     y0: Array
     yp0: Array
+    """Consistent initial values. Derivatives of plain multipliers, which no equation has, are 0; shape (n,)."""
     module: types.ModuleType = field(repr=False)
+    """The generated functions."""
 
     @property
     def n(self) -> int:
@@ -101,16 +91,12 @@ class Dae(Posed):
 
     The formulation is one of ``FORMULATIONS``, and ``ode`` is HLW (1.18). Multipliers as derivatives have the unknowns Lam with Lam' = lam
     (and Mu' = mu). At the start rates and lam solve [[M, G^T], [G, 0]] (v', lam) = (-(U_q + c), -g_qv v), or (1.12) for H(p, q); mu = 0.
-
-    Parameters
-    ----------
-    d, m : int
-        Numbers of positions and of constraints.
     """
 
     ivp: ConstrainedIvp
     d: int
     m: int
+    """Numbers of positions and of constraints."""
 
     @property
     def mechanical(self) -> bool:
@@ -134,26 +120,7 @@ class Dae(Posed):
 
 
 def pose(ivp: ConstrainedIvp, formulation: str, options: Mapping[str, float] | None = None, *, multipliers: str = "plain") -> Dae:
-    """Return the initial value problem in a formulation.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with the numbers of one case; its start must be on the manifold.
-    formulation : str
-        One of ``FORMULATIONS``.
-    options : mapping of str to float, optional
-        For ``baumgarte`` alpha and beta, 1/s, each 10 by default.
-    multipliers : str
-        "plain" or "derivative", see :class:`Dae`.
-
-    Raises
-    ------
-    BadInput
-        If the formulation or an option is unknown, or an option is not a finite number of at least 0.
-    DaebenchError
-        If the multiplier at the start is not determined: M or G M^-1 G^T is singular, or a value is not finite.
-    """
+    """Return the initial value problem in a formulation."""
     if formulation not in FORMULATIONS:
         raise unknown("formulation", formulation, FORMULATIONS)
     if multipliers not in ("plain", "derivative"):
@@ -170,13 +137,7 @@ def _multiplier_names(formulation: str) -> tuple[str, ...]:
 
 
 def free_numbers(formulation: str, given: Mapping[str, float]) -> dict[str, float]:
-    """Return the free numbers of a formulation, with the given values over the defaults.
-
-    Raises
-    ------
-    BadInput
-        If a name is unknown, or a value is not a finite number of at least 0.
-    """
+    """Return the free numbers of a formulation, with the given values over the defaults."""
     values = dict(OPTIONS.get(formulation, {}))
     for name, value in given.items():
         if name not in values:

@@ -21,15 +21,11 @@ class PoissonDae(Posed):
 
     The multipliers mu vanish along the motion, for C_y B = 0. Those that are derivatives are those of Mu with Mu' = mu. The values
     C(y0) that are kept end ``par``.
-
-    Parameters
-    ----------
-    inside : callable, optional
-        ``inside(y, par)`` says whether a state, a tuple of numbers, is in the domain; None where it is the whole space.
     """
 
     ivp: PoissonIvp
     inside: Callable[..., bool] | None = field(default=None, repr=False)
+    """``inside(y, par)`` says whether a state, a tuple of numbers, is in the domain; None where it is the whole space."""
 
     @property
     def blocks(self) -> dict[str, slice]:
@@ -51,24 +47,7 @@ class PoissonDae(Posed):
 
 
 def pose_poisson(ivp: PoissonIvp, formulation: str, *, multipliers: str = "plain") -> PoissonDae:
-    """Return the initial value problem in a formulation.
-
-    Parameters
-    ----------
-    ivp : PoissonIvp
-        The system with the numbers of one case.
-    formulation : str
-        One of ``POISSON_FORMULATIONS``.
-    multipliers : str
-        "plain" or "derivative", see :class:`PoissonDae`.
-
-    Raises
-    ------
-    BadInput
-        If the formulation is unknown, or ``casimirs`` is asked for where there is no Casimir function.
-    DaebenchError
-        If the gradients of the Casimir functions are dependent at the start, or a value is not finite there.
-    """
+    """Return the initial value problem in a formulation."""
     if formulation not in POISSON_FORMULATIONS:
         raise unknown("formulation of Poisson systems", formulation, POISSON_FORMULATIONS)
     if formulation == "casimirs" and not ivp.casimirs:

@@ -23,21 +23,7 @@ Tables = dict[str, str] | None
 
 
 def writer(name: str, inputs: Columns, outputs: Mapping[str, sp.Matrix], parameters: Sequence[sp.Symbol], tables: Tables = None) -> str:
-    """Return the source of ``name(*inputs, *outputs, par)``, which fills the output arrays.
-
-    Parameters
-    ----------
-    name : str
-        Name of the function.
-    inputs : mapping of str to sequence of Symbol
-        Arrays that are read, and the symbols that their entries stand for.
-    outputs : mapping of str to Matrix
-        Arrays that are written, zeros included: of one axis where the matrix has one column, and of two otherwise.
-    parameters : sequence of Symbol
-        What ``par`` holds.
-    tables : dict of str to str, optional
-        See :data:`Tables`.
-    """
+    """Return the source of ``name(*inputs, *outputs, par)``, which fills the output arrays."""
     if tables is not None:
         return _in_loops(name, inputs, outputs, parameters, tables)
     entries = {
@@ -171,19 +157,6 @@ def source(title: str, derivation: Derivation, formulation: str, multipliers: st
 
     It has ``residual`` and ``jacobian`` (for ``ode`` also ``rhs`` and ``rhs_jacobian``) as machine code; ``system`` and
     ``slope``, which give the multiplier and the rates at a state; and K (number of unknowns of ``system``), MECHANICAL.
-
-    Parameters
-    ----------
-    title : str
-        The module's docstring.
-    derivation : Derivation
-        The problem.
-    formulation : str
-        One of ``daebench.methods.formulations.table.FORMULATIONS``.
-    multipliers : str
-        "plain" or "derivative".
-    directions : int
-        Number of directions in which the unknowns are differentiated; none of ``ode``.
     """
     equations = Equations(derivation)
     parameters = [*derivation.parameters, *OPTIONS.get(formulation, ())]

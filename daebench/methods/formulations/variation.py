@@ -25,14 +25,10 @@ class Varied(Posed):
 
     Directions are scaled, so that derivatives are as large as unknowns and have their tolerances; ``par`` has the numbers, and their change
     in each direction. Blocks are those of y.
-
-    Parameters
-    ----------
-    directions : Directions
-        The directions.
     """
 
     directions: Directions = field(repr=False, kw_only=True)
+    """The directions."""
 
     @property
     def copies(self) -> int:
@@ -76,13 +72,6 @@ def varied(dae: Dae, chosen: Directions) -> VariedDae:
     """Return a formulation with its variational equations in some directions.
 
     At the start derivatives are those of the consistent start: of rates and multipliers by the linear system that these solve.
-
-    Parameters
-    ----------
-    dae : Dae
-        The formulation, any but ``ode``.
-    chosen : Directions
-        The directions.
     """
     starts = [_start(dae, par, start) for par, start in zip(chosen.par.T, chosen.start.T, strict=True)]
     numbers = np.zeros((len(dae.par) - len(dae.ivp.par), len(starts)))

@@ -25,26 +25,7 @@ STATE_OF = {len(state.vectors): state for state in STATES.values()}
 
 
 class Code:
-    """A callable as it is called in one run.
-
-    Parameters
-    ----------
-    name : str
-        Name of the method.
-    fresh : callable
-        Returns the callable, which remembers nothing yet.
-    guard : callable
-        See :data:`Guard`.
-    limit : Limit
-        The time that the run may take.
-    cpu : bool
-        Whether its cost is the CPU time of this process, which then does nothing else; otherwise it is wall time.
-
-    Raises
-    ------
-    Stopped
-        If there is no callable to be had.
-    """
+    """A callable as it is called in one run."""
 
     def __init__(self, name: str, fresh: Callable[[], Callable[..., Any]], guard: Guard, limit: Limit, *, cpu: bool = False) -> None:
         self.name, self.guard, self.limit, self.cpu = name, guard, limit, cpu

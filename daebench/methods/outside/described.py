@@ -22,24 +22,16 @@ ADVICE = (
 
 @dataclass(frozen=True)
 class Description:
-    """A callable as it is described.
-
-    Parameters
-    ----------
-    remembers : bool
-        Whether it passes more from step to step than the state.
-    taken : int
-        Number of its arguments.
-    claims : mapping
-        Its claims, with fields of :class:`daebench.methods.outside.stated.Stated`.
-    knob : str
-        "h", or "tol" where it chooses its own steps and takes a tolerance in place of a step size.
-    """
+    """A callable as it is described."""
 
     remembers: bool
+    """Whether it passes more from step to step than the state."""
     taken: int
+    """Number of its arguments."""
     claims: Mapping[str, Any]
+    """Its claims, with fields of :class:`daebench.methods.outside.stated.Stated`."""
     knob: str
+    """"h", or "tol" where it chooses its own steps and takes a tolerance in place of a step size."""
 
 
 def described(code: Any, name: str) -> Description:

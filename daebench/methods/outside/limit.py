@@ -20,17 +20,7 @@ SOON = 1e-3
 
 
 class Limit:
-    """A limit of wall-clock time, which begins to run when it is made.
-
-    Parameters
-    ----------
-    seconds : float, optional
-        That of the run, s; by default there is none, and code may go on for :data:`SILENCE` without giving a state.
-    silence : float, optional
-        These seconds, in place of :data:`SILENCE`.
-    over : str
-        What is said when the time is over; by default the limit is named.
-    """
+    """A limit of wall-clock time, which begins to run when it is made."""
 
     def __init__(self, seconds: float | None, silence: float | None = None, over: str = "") -> None:
         self.seconds, self._silence, self._over = seconds, silence, over
@@ -59,11 +49,6 @@ class Alarm:
     That takes the main thread, and a system that has interval timers, as Windows has not; elsewhere, and within a function of C that does
     not return, code goes on. It is raised only while :attr:`armed`, and not in the function that calls the code, so that nothing of
     daebench itself is torn.
-
-    Parameters
-    ----------
-    caller : code
-        The function of daebench that calls the code.
     """
 
     armed = False

@@ -24,35 +24,24 @@ class OutsideMethod:
     """Code from outside, run with constant step size, or with a tolerance.
 
     Its cost is the time of its steps, CPU time where it runs in a process of its own, or what a program says; its work is not counted.
-
-    Parameters
-    ----------
-    name : str
-        Name in tables: the text of the request, or the name of the callable.
-    blocks : callable
-        See :data:`daebench.methods.outside.record.Blocks`.
-    content : str
-        Digest of the code, which is part of the key of a stored run; "" if there is none, for example for a callable.
-    every_step : bool
-        Whether there is a state after each step; otherwise only at the outputs.
-    remembers : bool
-        Whether it passes more from step to step than the state.
-    step : callable, optional
-        Returns a fresh :data:`Step` of a Python callable, which may compute in complex numbers.
-    claims : Stated
-        Claims of the code.
-    knob : str
-        "h"; or "tol", where the code chooses its own steps, whose number is not known: its states are those at the outputs.
     """
 
     name: str
+    """Name in tables: the text of the request, or the name of the callable."""
     blocks: Blocks = field(repr=False)
+    """See :data:`daebench.methods.outside.record.Blocks`."""
     content: str = ""
+    """Digest of the code, which is part of the key of a stored run; "" if there is none, for example for a callable."""
     every_step: bool = True
+    """Whether there is a state after each step; otherwise only at the outputs."""
     remembers: bool = False
+    """Whether it passes more from step to step than the state."""
     step: Callable[[], Step] | None = field(default=None, repr=False)
+    """Returns a fresh :data:`Step` of a Python callable, which may compute in complex numbers."""
     claims: Stated = field(default_factory=Stated)
+    """Claims of the code."""
     knob: str = "h"
+    """"h"; or "tol", where the code chooses its own steps, whose number is not known: its states are those at the outputs."""
 
     def refusal(self, ivp: Ivp) -> str | None:
         """Return None: what the code cannot do shows when it is run."""
@@ -116,13 +105,7 @@ class OutsideMethod:
         return SampledRun(self.name, self.blocks, ivp, request, grid)
 
     def solve(self, ivp: Ivp, request: Request) -> Trajectory | PoissonTrajectory:
-        """Return the trajectory; where the code stops early, what was computed so far and why.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met, or what the code returns is not a state.
-        """
+        """Return the trajectory; where the code stops early, what was computed so far and why."""
         record = Record(self.name, ivp, request, self.grid(ivp, request), every_step=self.every_step, knob=self.knob)
         outcome = record.outcome(self.blocks)
         t, rows = record.states()

@@ -105,13 +105,7 @@ def _with_steps(stopped: BaseException, done: int) -> BaseException:
 
 
 class RemoteStep:
-    """One step as a map, of a callable that remembers nothing yet: of real vectors checked as in a run, of complex ones as the code has it.
-
-    Parameters
-    ----------
-    place : Place
-        The code.
-    """
+    """One step as a map, of a callable without a memory yet: of real vectors checked as in a run, of complex ones as the code has it."""
 
     def __init__(self, place: Place) -> None:
         self._process = borrowed(place)

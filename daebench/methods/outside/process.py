@@ -64,44 +64,22 @@ class Exited(Stopped):
 
 @dataclass(frozen=True)
 class Place:
-    """Code at a place.
-
-    Parameters
-    ----------
-    name : str
-        The place as it was given.
-    path : Path
-        Its file.
-    function : str
-        What is taken from the file.
-    content : str
-        Digest of the code.
-    folder : str
-        Folder from which it is called.
-    """
+    """Code at a place."""
 
     name: str
+    """The place as it was given."""
     path: Path
+    """Its file."""
     function: str
+    """What is taken from the file."""
     content: str
+    """Digest of the code."""
     folder: str
+    """Folder from which it is called."""
 
 
 class Process:
-    """A process that runs the code at a place.
-
-    Parameters
-    ----------
-    place : Place
-        The code.
-
-    Raises
-    ------
-    BadInput
-        If there is no such code in the file.
-    Stopped
-        If the file ends the process instead of being loaded.
-    """
+    """A process that runs the code at a place."""
 
     def __init__(self, place: Place) -> None:
         self.place, self.owner, self._busy = place, os.getpid(), False

@@ -35,19 +35,7 @@ def is_outside(name: str) -> bool:
 
 
 def method_from(name: str) -> OutsideMethod:
-    """Return the method at a place.
-
-    Parameters
-    ----------
-    name : str
-        ``FILE.py:NAME`` or ``LIBRARY:NAME``, see :func:`daebench.methods.outside.place.method_at`; or ``exec:PROGRAM [ARGUMENTS]``, see
-        :func:`daebench.methods.outside.program.method_of_program`.
-
-    Raises
-    ------
-    BadInput
-        If there is no such file, or it has no method of this name.
-    """
+    """Return the method at a place."""
     execute.require_allowed(name)
     if name.startswith(PROGRAM):
         return _program(name)
@@ -85,13 +73,7 @@ def _files(program: str, words: Sequence[str]) -> list[Path]:
 
 
 def content_of(name: str) -> str:
-    """Return the digest of the code at a place, as :func:`method_from` has it; its files are read, and nothing is executed.
-
-    Raises
-    ------
-    BadInput
-        If there is no such file.
-    """
+    """Return the digest of the code at a place, as :func:`method_from` has it; its files are read, and nothing is executed."""
     if name.startswith(PROGRAM):
         return _content(_files(*command(name)))
     place = FILE.fullmatch(name)

@@ -22,21 +22,14 @@ NOT_FINITE, (MONITORED_NOT_FINITE, SMALLER) = REASONS[3][0], REASONS[4]
 
 @dataclass(frozen=True)
 class Block:
-    """States after some steps, as code from outside gave them.
-
-    Parameters
-    ----------
-    steps : ndarray of int, shape(k,)
-        Numbers of the steps after which they are.
-    rows : ndarray, shape(k, size)
-        The states: p and q, or y.
-    seconds : float
-        Time that these steps took, s.
-    """
+    """States after some steps, as code from outside gave them."""
 
     steps: NDArray[np.int64]
+    """Numbers of the steps after which they are; shape (k,)."""
     rows: Array
+    """The states: p and q, or y; shape (k, size)."""
     seconds: float
+    """Time that these steps took, s."""
 
 
 Blocks = Callable[[Ivp, Grid, Request], Iterator[Block]]
@@ -44,19 +37,7 @@ Blocks = Callable[[Ivp, Grid, Request], Iterator[Block]]
 
 
 class Record:
-    """Results of a run so far: largest errors over all states, and the states that are kept.
-
-    Parameters
-    ----------
-    name : str
-        Name of the method.
-    ivp, request, grid
-        What is integrated, what is asked for, and the steps that this comes to.
-    every_step : bool
-        Whether there is a state after each step; otherwise at the outputs alone.
-    knob : str
-        "h" or "tol".
-    """
+    """Results of a run so far: largest errors over all states, and the states that are kept."""
 
     def __init__(self, name: str, ivp: Ivp, request: Request, grid: Grid, *, every_step: bool, knob: str = "h") -> None:
         self.knob = knob

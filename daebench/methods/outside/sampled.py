@@ -18,17 +18,7 @@ Carried = tuple[tuple[Array, ...], tuple[float, ...]]
 
 
 class SampledRun:
-    """One run of code that remembers nothing but its state, with the attributes of :class:`daebench.methods.fixed_step.stepping.Run`.
-
-    Parameters
-    ----------
-    name : str
-        Name of the method.
-    blocks : callable
-        See :data:`daebench.methods.outside.record.Blocks`; there is a state after each step.
-    ivp, request, grid
-        What is integrated, what is asked for, and the steps that this comes to; H is sampled where a state would be kept.
-    """
+    """One run of code that remembers nothing but its state, with the attributes of :class:`daebench.methods.fixed_step.stepping.Run`."""
 
     rank_pending = False
 

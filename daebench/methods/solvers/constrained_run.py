@@ -47,14 +47,6 @@ class OnConstrained(ToleranceMethod):
 
         With ``least-squares`` some methods take combinations of constraints that are redundant for good; multipliers are still those of
         all, of least norm.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met, see :func:`daebench.methods.solvers.drive.check`.
-        DaebenchError
-            If constraints are dependent at the start, which are named, and are not to be solved by least squares, or if the start has no
-            multiplier.
         """
         began = time.perf_counter()
         self.check(ivp, request)

@@ -70,14 +70,7 @@ class ToleranceMethod(ABC):
 
 
 def check(name: str, request: Request, least: float = TOLERANCES[0]) -> None:
-    """Refuse a request that a tolerance-driven method cannot meet.
-
-    Raises
-    ------
-    BadInput
-        If tol is outside of [least, 1e-2], t_end is missing or not a positive number, steps or every > 0 are given, points are
-        fewer than 2 or more than 1e7, stage multipliers are asked for, or the precision is not float64.
-    """
+    """Refuse a request that a tolerance-driven method cannot meet."""
     if not least <= request.value <= TOLERANCES[1]:
         raise BadInput(f"tol = {request.value:g} of {name} must be between {least:.3g} and {TOLERANCES[1]:g}.")
     if request.steps is not None:
@@ -106,22 +99,7 @@ def check_record(method: ToleranceMethod, request: Request) -> None:
 
 
 def require_native(what: str, lacking: str, request: Request) -> None:
-    """Refuse, of a request, something of SUNDIALS that scikit-sundae does not pass on.
-
-    Parameters
-    ----------
-    what : str
-        What is asked for, as the beginning of a sentence.
-    lacking : str
-        What scikit-sundae cannot do, as the end of a sentence that begins with it.
-    request : Request
-        The request.
-
-    Raises
-    ------
-    BadInput
-        If callbacks are to be Python functions, or the libraries of SUNDIALS cannot be called.
-    """
+    """Refuse, of a request, something of SUNDIALS that scikit-sundae does not pass on."""
     from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable, functions
 
     if request.callbacks != "native":
@@ -154,24 +132,16 @@ def one_by_one(advance: Callable[[float], Array], monitor: Monitor) -> Advance:
 
 @dataclass(frozen=True)
 class Driven:
-    """Output of a solver, before it is read as states of a problem.
-
-    Parameters
-    ----------
-    t : ndarray, shape(n,)
-        The output times that were reached, and the end of the last step where it stopped early.
-    Y : ndarray, shape(n, ...)
-        Unknowns at those times.
-    kept : slice or list of int
-        The rows that were asked for; monitored quantities are evaluated in all of them.
-    outcome : mapping of str to object
-        Fields of :class:`daebench.runs.trajectory.Outcome`, the maxima and the times apart.
-    """
+    """Output of a solver, before it is read as states of a problem."""
 
     t: Array
+    """The output times that were reached, and the end of the last step where it stopped early; shape (n,)."""
     Y: Array
+    """Unknowns at those times; shape (n, ...)."""
     kept: slice | list[int]
+    """The rows that were asked for; monitored quantities are evaluated in all of them."""
     outcome: Mapping[str, Any]
+    """Fields of :class:`daebench.runs.trajectory.Outcome`, the maxima and the times apart."""
 
 
 @dataclass
@@ -203,19 +173,6 @@ def drive(
     """Return the output of a solver that is driven from output to output.
 
     Where it stops early, that is the outputs so far, the end of the last step, and why.
-
-    Parameters
-    ----------
-    method : ToleranceMethod
-        The method.
-    posed : Posed
-        What is solved.
-    request : Request
-        What is asked for, already checked.
-    began : float
-        When the work on this request began, on ``time.perf_counter``.
-    make_monitor : callable
-        Makes the monitor of a run.
     """
     assert request.t_end is not None
     limits = request.t_end, request.seconds_limit or SECONDS_LIMIT, request.work_limit

@@ -20,19 +20,7 @@ from daebench.methods.solvers.multiplier_treatment import UNTESTED
 def of_declared_unknowns(posed: Posed, tol: float, atol: Array) -> tuple[float, Array]:
     """Return the tolerances for a test on declared unknowns alone, as they are where nothing else is among the unknowns.
 
-    Parameters
-    ----------
-    posed : Posed
-        What is solved.
-    tol : float
-        Relative tolerance.
-    atol : ndarray, shape(n,)
-        Absolute tolerances.
-
-    Returns
-    -------
-    float, ndarray of shape(n,)
-        Relative and absolute tolerances for the solver.
+    Shapes: atol (n,).
     """
     if not (isinstance(posed, Dae) and posed.ivp.facts.EXTENDED):
         return tol, atol

@@ -43,24 +43,11 @@ class Ida(TreatedMultipliers, OnConstrained):
     - ``derivative``: the unknown is Lam with Lam' = lam, so that the multiplier enters as a derivative;
     - ``suppress``: the same unknowns are left out of the error test by IDASetSuppressAlg. Newton's iteration still waits for them to
       converge within their tolerances, which rounding does not allow at tight ones: at 1e-12 and less runs stop.
-
-    Parameters
-    ----------
-    formulation : str
-        One of ``daebench.methods.formulations.table.FORMULATIONS``.
-    treatment : str, optional
-        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
-    options : mapping of str to float, optional
-        Free numbers of the formulation, as for :func:`daebench.methods.formulations.constrained.pose`.
-
-    Raises
-    ------
-    BadInput
-        If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
     differentiable: ClassVar = True
     options: Mapping[str, float] | None = field(default=None, hash=False)
+    """Free numbers of the formulation, as for :func:`daebench.methods.formulations.constrained.pose`."""
     kind: ClassVar = "formulation"
     formulations: ClassVar = FORMULATIONS
     default_treatments: ClassVar = DEFAULT_TREATMENTS
@@ -111,18 +98,7 @@ class Ida(TreatedMultipliers, OnConstrained):
 def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor, suppressed: NDArray[np.bool_] | None = None) -> Advance:
     """Compile the functions of a run, and return how IDA goes through output times.
 
-    Parameters
-    ----------
-    posed : Posed
-        What is solved.
-    tol : float
-        Relative tolerance.
-    atol : ndarray, shape(n,)
-        Absolute tolerances.
-    monitor : Monitor
-        Where calls and steps are counted.
-    suppressed : ndarray of bool, shape(n,), optional
-        Unknowns that IDA is told to be algebraic, and to leave out of its error test.
+    Shapes: atol (n,); suppressed (n,).
     """
     from daebench.methods.solvers.native import run as native  # llvmlite, which a list of methods does without
 

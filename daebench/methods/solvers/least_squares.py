@@ -23,11 +23,6 @@ def by_least_squares(ivp: ConstrainedIvp) -> Dae:
 
     Where constraints depend on each other lam is not determined, but G^T lam is. The Jacobian is that of the right side, by complex
     steps.
-
-    Raises
-    ------
-    DaebenchError
-        If the right side is not finite at the start.
     """
     par = np.array(ivp.par, dtype=float)
     y0 = np.concatenate([ivp.q0, ivp.p0])

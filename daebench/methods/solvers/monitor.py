@@ -27,19 +27,6 @@ class Monitor:
     ``seconds`` is the time of callbacks; ``aside`` the CPU time of looking at what a solver gave, which is none of the solver's. ``native``
     says whether callbacks of IDA and CVODE are to be machine code, and ``callbacks`` what they are; ``recording`` says whether their steps
     are to be recorded, and ``recorder`` has them.
-
-    Parameters
-    ----------
-    t_end : float
-        End of the run.
-    limit : float
-        Wall-clock limit, s.
-    work_limit : WorkLimit, optional
-        Limit of work.
-    outside : callable, optional
-        ``outside(y)`` returns what the unknowns have left, as "the domain u > 0", or "".
-    monitored : Monitored, optional
-        What the run conserves.
     """
 
     def __init__(
@@ -69,13 +56,7 @@ class Monitor:
         self.deadline = time.perf_counter() + self.limit
 
     def begin(self, y: Any) -> None:
-        """Take note of the unknowns at the start.
-
-        Raises
-        ------
-        Stopped
-            If H has no value there.
-        """
+        """Take note of the unknowns at the start."""
         self.y = np.array(y)
         self.latest = self.values(self.y)
         self.jumps = [0.0] * len(self.latest)
@@ -83,13 +64,7 @@ class Monitor:
             raise Stopped(f"{_wrong(self.latest)} is not finite at the start", 0.0, "check parameters and initial values")
 
     def called(self, kind: str, t: float, health: float, began: float) -> None:
-        """Take note of one evaluation of the residual, right side or Jacobian at time t, begun at ``began`` on the wall clock.
-
-        Raises
-        ------
-        Stopped
-            If its health (see :attr:`daebench.methods.formulations.constrained.Dae.residual`) is bad, or the time or work limit is reached.
-        """
+        """Take note of one evaluation of the residual, right side or Jacobian at time t, begun at ``began`` on the wall clock."""
         self.calls[kind] = self.calls.get(kind, 0) + 1
         now = time.perf_counter()
         self.seconds += now - began
@@ -100,13 +75,7 @@ class Monitor:
             self._require_work_limit(self.work_limit, kind, t)
 
     def require_time(self, now: float | None = None) -> None:
-        """Stop where the wall-clock limit is reached.
-
-        Raises
-        ------
-        Stopped
-            If it is.
-        """
+        """Stop where the wall-clock limit is reached."""
         if (time.perf_counter() if now is None else now) > self.deadline:
             raise Stopped(f"the limit of {self.limit:g} s is reached", advice="allow more time, or use a larger tol")
 
@@ -120,13 +89,7 @@ class Monitor:
             self._slow_mark = t
 
     def refuse_work(self, kind: str, *, crawling: bool) -> NoReturn:
-        """Stop a run that has called a function too often, or often for too little.
-
-        Raises
-        ------
-        Stopped
-            Always.
-        """
+        """Stop a run that has called a function too often, or often for too little."""
         limit = self.work_limit
         assert limit is not None
         if crawling:
@@ -134,13 +97,7 @@ class Monitor:
         raise Stopped(f"{limit.calls} calls of the {kind} were not enough")
 
     def stepped(self, t: float, y: Any) -> None:
-        """Take note of a step that ended at t with the unknowns y, shape(n,).
-
-        Raises
-        ------
-        Stopped
-            If the unknowns are where they may not be, before they are kept; or if the step size has collapsed.
-        """
+        """Take note of a step that ended at t with the unknowns y, shape(n,)."""
         began = time.thread_time()
         try:
             self._look(t, np.array(y))  # a copy: a solver's own changes
@@ -198,13 +155,7 @@ class Monitor:
 
     @staticmethod
     def ill(t: float, health: float) -> NoReturn:
-        """Stop where an evaluation has a bad health.
-
-        Raises
-        ------
-        Stopped
-            Always.
-        """
+        """Stop where an evaluation has a bad health."""
         if math.isnan(health):
             raise Stopped(f"a value is no longer finite at t = {t:.9g}")
         why = f"G M^-1 G^T is singular at t = {t:.9g} (relative pivot {health:.1e}), so that the multiplier is not determined"

@@ -40,15 +40,7 @@ def conserved(y, par):
 
 
 class Monitored:
-    """Conserved quantities of a run, their largest change by a step within the tolerance, and the distance of G from a loss of rank.
-
-    Parameters
-    ----------
-    posed : Posed
-        What is solved. Where its functions are not compiled, these are not either.
-    tol : float
-        Relative and absolute tolerance.
-    """
+    """Conserved quantities of a run, their largest change by a step within the tolerance, and the distance of G from a loss of rank."""
 
     def __init__(self, posed: Posed, tol: float) -> None:
         self.posed, self.tol, self.size = posed, tol, posed.ivp.size
@@ -74,17 +66,7 @@ class Monitored:
     def explained(self, y: Any, h: float) -> tuple[float, float]:
         """Return the change of the first and of the last of the values by errors of tol (1 + |y_j|) in all unknowns.
 
-        Parameters
-        ----------
-        y : ndarray, shape(n,)
-            Unknowns at one end of a step.
-        h : float
-            Size of the step, s.
-
-        Returns
-        -------
-        float, float
-            Infinite where there are too many unknowns.
+        Shapes: y (n,).
         """
         if self.size > MOST_UNKNOWNS:
             return float("inf"), float("inf")

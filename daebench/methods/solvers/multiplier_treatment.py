@@ -20,24 +20,13 @@ UNTESTED = 1e20
 
 @dataclass(frozen=True)
 class TreatedMultipliers:
-    """A formulation posed to IDA with a treatment of its multipliers in the error test.
-
-    Parameters
-    ----------
-    formulation : str
-        One of the formulations of the kind of problem.
-    treatment : str, optional
-        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
-
-    Raises
-    ------
-    BadInput
-        If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
-    """
+    """A formulation posed to IDA with a treatment of its multipliers in the error test."""
 
     tells_steps: ClassVar = True
     formulation: str
+    """One of the formulations of the kind of problem."""
     treatment: str | None = None
+    """"derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier."""
     kind: ClassVar[str]
     formulations: ClassVar[Collection[str]]
     default_treatments: ClassVar[Mapping[str, str]]

@@ -27,18 +27,6 @@ class PoissonIda(TreatedMultipliers, OnPoisson):
     - ``derivative``: the unknown is Mu with Mu' = mu, so that the multiplier enters as a derivative.
 
     A third, ``suppress``, leaves mu out of the error test by IDASetSuppressAlg.
-
-    Parameters
-    ----------
-    formulation : str
-        One of ``daebench.methods.formulations.table.POISSON_FORMULATIONS``.
-    treatment : str, optional
-        "derivative", "atol", "none" or "suppress"; by default the better one for the formulation; ``ode`` has no multiplier.
-
-    Raises
-    ------
-    BadInput
-        If the formulation or the treatment is unknown, or a treatment is asked for on ``ode``.
     """
 
     differentiable: ClassVar = True

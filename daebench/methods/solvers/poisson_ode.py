@@ -12,15 +12,10 @@ from daebench.runs.ivp import Ivp, PoissonIvp
 
 @dataclass(frozen=True)
 class PoissonOde(OnPoisson):
-    """A tolerance-driven solver on y' = B grad H, with the analytic Jacobian where it uses one.
-
-    Parameters
-    ----------
-    solver : OnReducedOde
-        The solver, which has the name of the method.
-    """
+    """A tolerance-driven solver on y' = B grad H, with the analytic Jacobian where it uses one."""
 
     solver: OnReducedOde
+    """The solver, which has the name of the method."""
 
     @property
     def name(self) -> str:

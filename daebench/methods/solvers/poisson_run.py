@@ -36,14 +36,7 @@ class OnPoisson(ToleranceMethod):
         return "end the run earlier if the motion itself diverges there, or use another tol"
 
     def check(self, ivp: PoissonIvp, request: Request) -> None:
-        """Accept a request that can be met.
-
-        Raises
-        ------
-        BadInput
-            If the method refuses the system, or see :func:`daebench.methods.fixed_step.poisson.require_poisson` and
-            :func:`daebench.methods.solvers.drive.check`.
-        """
+        """Accept a request that can be met."""
         if refusal := self.refusal(ivp):
             raise BadInput(refusal)
         require_poisson(self.name, request)
@@ -51,15 +44,7 @@ class OnPoisson(ToleranceMethod):
         check_record(self, request)
 
     def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; if the solver stops early, the outputs so far and the reason.
-
-        Raises
-        ------
-        BadInput
-            If the request cannot be met, see :meth:`check`.
-        DaebenchError
-            If a value at the start is not finite, or multipliers are not determined there.
-        """
+        """Return the trajectory; if the solver stops early, the outputs so far and the reason."""
         began = time.perf_counter()
         self.check(ivp, request)
         dae = self._posed(ivp)

@@ -31,13 +31,7 @@ class ProjectedCvode(OnReducedOde):
 
     @classmethod
     def of(cls, family: str, manner: str) -> "ProjectedCvode":
-        """Return the method of the names after "cvode:".
-
-        Raises
-        ------
-        BadInput
-            If they are not "bdf" and "projected": SUNDIALS refuses to project steps of Adams methods.
-        """
+        """Return the method of the names after "cvode:"."""
         if family not in CVODE:
             raise unknown("method of cvode", family, CVODE)
         if manner != "projected":

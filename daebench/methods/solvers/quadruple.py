@@ -21,13 +21,7 @@ Expression = Any
 
 
 def library() -> Any:
-    """Return heyoka.
-
-    Raises
-    ------
-    BadInput
-        If it is not installed, or built without quadruple precision.
-    """
+    """Return heyoka."""
     try:
         import heyoka
     except ImportError as error:
@@ -42,11 +36,6 @@ class Translation:
 
     A Python float among heyoka's expressions would be folded in double precision, x/5. to x*0.2; here rationals are divided in
     quadruple precision before they enter.
-
-    Parameters
-    ----------
-    values : mapping of Symbol to expression
-        What each symbol stands for.
     """
 
     def __init__(self, values: Mapping[sp.Symbol, Expression]) -> None:

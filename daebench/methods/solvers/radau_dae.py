@@ -30,13 +30,7 @@ class RadauDae(Ida):
 
     @classmethod
     def of(cls, variant: str) -> "RadauDae":
-        """Return the method of this variant.
-
-        Raises
-        ------
-        BadInput
-            If it is not "Radau": solve_dae's BDF is what IDA is.
-        """
+        """Return the method of this variant."""
         if variant != "Radau":
             raise unknown("method of solve_dae", variant, ["Radau"])
         return cls()

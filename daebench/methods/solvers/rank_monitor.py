@@ -42,15 +42,6 @@ class RankMonitor(Monitor):
     sigma is the root of what :func:`daebench.schemes.kernels.rank.independence` measures, and goes to zero along a line where G loses rank.
     Each step is looked at in two ways, for it may be short or long: whether the line through sigma at its ends reaches zero soon, and
     where sigma has changed much, whether it was zero inside, along the cubic through positions and velocities at the ends.
-
-    Parameters
-    ----------
-    dae : Dae
-        What is solved.
-    mode : str
-        One of :data:`daebench.runs.request.ON_SINGULAR`, or :data:`COMBINED`.
-    *settings
-        As for :class:`daebench.methods.solvers.monitor.Monitor`.
     """
 
     def __init__(self, dae: Dae, mode: str, *settings: Any) -> None:
@@ -65,14 +56,7 @@ class RankMonitor(Monitor):
         self.kept, self.stride = [self.y], 1
 
     def _look(self, t: float, y: Any) -> None:
-        """Look at a step, and at the rank of G in it.
-
-        Raises
-        ------
-        Stopped
-            As :class:`daebench.methods.solvers.monitor.Monitor`, or if G loses rank and the run is to stop there: before the step where
-            that is inside, and after it where that is ahead.
-        """
+        """Look at a step, and at the rank of G in it."""
         t0, y0, sigma0 = self.t, self.y, self.sigma
         sigma = self._sigma(y)
         if self.crossing is None and abs(sigma - sigma0) > UNRESOLVED * min(sigma, sigma0):

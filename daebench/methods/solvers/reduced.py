@@ -14,20 +14,10 @@ from daebench.runs.ivp import ConstrainedIvp, Ivp
 
 @dataclass(frozen=True)
 class OnReducedOde(OnConstrained):
-    """A tolerance-driven solver on formulation ``ode``, HLW (1.18), with the analytic Jacobian where it uses one.
-
-    Parameters
-    ----------
-    variant : str
-        One of the solver's own methods.
-
-    Raises
-    ------
-    BadInput
-        If the variant is unknown.
-    """
+    """A tolerance-driven solver on formulation ``ode``, HLW (1.18), with the analytic Jacobian where it uses one."""
 
     variant: str
+    """One of the solver's own methods."""
     solver: ClassVar[str]
     variants: ClassVar[Collection[str]]
 

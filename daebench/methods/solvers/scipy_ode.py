@@ -52,19 +52,7 @@ class ScipyOde(OnReducedOde):
 
 
 def stepwise(solver: Any, monitor: Monitor, whose: str, states: Callable[[Any], Any]) -> Advance:
-    """Return how a solver object is advanced from output to output, by its own steps and its interpolant.
-
-    Parameters
-    ----------
-    solver : object
-        With the interface of ``scipy.integrate.OdeSolver``.
-    monitor : Monitor
-        Where steps are counted.
-    whose : str
-        Name of its package.
-    states : callable
-        Returns what gives the unknowns at a time from what ``solver.dense_output()`` returned.
-    """
+    """Return how a solver object is advanced from output to output, by its own steps and its interpolant."""
     between: Any = None
 
     def advance(t: float) -> Any:

@@ -2,17 +2,7 @@
 
 
 class Stopped(Exception):
-    """The run cannot go on; the text says why, ``t`` where, and ``advice`` what to do.
-
-    Parameters
-    ----------
-    why : str
-        Reason, as the end of a sentence.
-    t : float, optional
-        Time reached, if it is not that of the last step.
-    advice : str, optional
-        What to do, in place of the method's own advice.
-    """
+    """The run cannot go on; the text says why, ``t`` where, and ``advice`` what to do."""
 
     def __init__(self, why: str, t: float | None = None, advice: str | None = None) -> None:
         super().__init__(why)

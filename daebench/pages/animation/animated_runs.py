@@ -35,37 +35,25 @@ FLOOR = 1e-18
 
 @dataclass(frozen=True)
 class AnimatedRuns:
-    """All that an animation shows.
-
-    Parameters
-    ----------
-    problem, case : str
-        Names.
-    parameters : mapping of str to float
-        The problem's parameters.
-    layout : Layout
-        What is drawn of a state.
-    runs : sequence of RecordedRun
-        One a method.
-    times : ndarray, shape(frames,)
-        The times that are shown, equidistant from 0 to the end.
-    seconds : float
-        How long the animation lasts.
-    title : str
-        What stands above it, where it is not problem and case.
-    size : tuple of int, optional
-        Width and height in pixels, of what is drawn as pixels; by default as the scenes take.
-    """
+    """All that an animation shows."""
 
     problem: str
     case: str
+    """Names."""
     parameters: Mapping[str, float]
+    """The problem's parameters."""
     layout: Layout
+    """What is drawn of a state."""
     runs: Sequence[RecordedRun]
+    """One a method."""
     times: Array
+    """The times that are shown, equidistant from 0 to the end; shape (frames,)."""
     seconds: float
+    """How long the animation lasts."""
     title: str = ""
+    """What stands above it, where it is not problem and case."""
     size: tuple[int, int] | None = None
+    """Width and height in pixels, of what is drawn as pixels; by default as the scenes take."""
 
     @property
     def heading(self) -> str:

@@ -29,27 +29,18 @@ DASHES = (0, (4, 3))
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a scene that moves: one path.
-
-    Parameters
-    ----------
-    kind : str
-        "trail", "springs", "dampers", "rods" or "masses".
-    stroke : Stroke
-        Its colour.
-    lines : sequence of ndarray, shape(n, 2)
-        Lines through points; a line of one point is a disc.
-    width : float
-        Width of the lines, pixels.
-    inside : Markup
-        What the path has in it.
-    """
+    """A part of a scene that moves: one path."""
 
     kind: str
+    """"trail", "springs", "dampers", "rods" or "masses"."""
     stroke: Stroke
+    """Its colour."""
     lines: list[Array]
+    """Lines through points; a line of one point is a disc; shape (n, 2)."""
     width: float
+    """Width of the lines, pixels."""
     inside: Markup
+    """What the path has in it."""
 
     def svg(self, place: Place) -> Markup:
         """Return it as a path with round ends."""

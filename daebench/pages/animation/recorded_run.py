@@ -23,34 +23,24 @@ MOST_OUTPUTS = 200_000
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """A run of one method as it is shown.
-
-    Parameters
-    ----------
-    method, knob : str
-        Name of the method, and its control parameter.
-    value : float
-        Value of the knob.
-    t : ndarray, shape(n,)
-        Times of the states, the first 0.
-    states : ndarray, shape(n, ...)
-        Positions q, or states y of a Poisson system.
-    errors : mapping of str to ndarray, shape(n,)
-        By name in :data:`daebench.studies.comparison.table.LABELS`, the largest modulus after the time before, up to this one.
-    over : str
-        "steps" or "outputs": what the largest was taken over.
-    failure : str, optional
-        Why it stopped early, as a sentence.
-    """
+    """A run of one method as it is shown."""
 
     method: str
     knob: str
+    """Name of the method, and its control parameter."""
     value: float
+    """Value of the knob."""
     t: Array
+    """Times of the states, the first 0; shape (n,)."""
     states: Array
+    """Positions q, or states y of a Poisson system; shape (n, ...)."""
     errors: dict[str, Array]
+    """By name in :data:`daebench.studies.comparison.table.LABELS`, the largest modulus after the time before, up to this one; shape (n,).
+    """
     over: str
+    """"steps" or "outputs": what the largest was taken over."""
     failure: str | None
+    """Why it stopped early, as a sentence."""
 
     def shown(self, times: Array) -> Any:
         """Return the number of the state that is shown at each of these times: the last that is not later."""

@@ -30,49 +30,26 @@ ABOUT = "A table of certified codes, only of those whose certificates were repro
 
 @dataclass(frozen=True)
 class Excluded:
-    """A file that is not a verifiable certificate.
-
-    Parameters
-    ----------
-    name : str
-        Its path in the folder.
-    why : str
-        The reason, in one sentence.
-    """
+    """A file that is not a verifiable certificate."""
 
     name: str
+    """Its path in the folder."""
     why: str
+    """The reason, in one sentence."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A certificate that was verified.
-
-    Parameters
-    ----------
-    name : str
-        The path of its folder, seen from that of the court.
-    verification : Verification
-        What was measured here.
-    """
+    """A certificate that was verified."""
 
     name: str
+    """The path of its folder, seen from that of the court."""
     verification: Verification
+    """What was measured here."""
 
 
 def candidates(folder: Path) -> list[Path]:
-    """Return the files that may be certificates: all JSON files of a folder and of the folders in it.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-
-    Raises
-    ------
-    BadInput
-        If the folder does not exist, or has no certificates.
-    """
+    """Return the files that may be certificates: all JSON files of a folder and of the folders in it."""
     if not folder.is_dir():
         raise BadInput(f"there is no folder {folder}; give one with folders of certificates.")
     files = sorted(

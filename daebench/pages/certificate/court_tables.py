@@ -17,17 +17,7 @@ ROUNDS = 1
 
 
 def contestants_table(k: int, where: str, rows: Sequence[tuple[Any, Any]]) -> Markup:
-    """Return a row for each contestant on one problem with one step size, the most accurate first.
-
-    Parameters
-    ----------
-    k : int
-        Number of the table.
-    where : str
-        The problem and the step size.
-    rows : sequence of tuple
-        Contestants, and the problem as it was measured.
-    """
+    """Return a row for each contestant on one problem with one step size, the most accurate first."""
     cells = sorted((_row(entry, problem) for entry, problem in rows), key=lambda row: (math.isnan(row["error"]), row["error"]))
     frame = pd.DataFrame(cells)
     frame["order"] = column([row["order"] for row in cells], frame)

@@ -59,27 +59,18 @@ class Unreadable(Exception):
 
 @dataclass
 class Lesson:
-    """The texts of a readable file, as they are found from the roots on.
-
-    Parameters
-    ----------
-    derivation : Derivation
-        The problem.
-    homes : mapping of str to (str, str)
-        Files and names of functions that take the places of names of the language.
-    constants : mapping of str to bool or int
-        Constants of the language.
-    names : mapping of Symbol to str
-        Texts of the parameters.
-    constraints : sequence of str
-        What each constraint keeps, in words.
-    """
+    """The texts of a readable file, as they are found from the roots on."""
 
     derivation: Any
+    """The problem."""
     homes: Mapping[str, tuple[str, str]]
+    """Files and names of functions that take the places of names of the language."""
     constants: Mapping[str, Any]
+    """Constants of the language."""
     names: Mapping[sp.Symbol, str]
+    """Texts of the parameters."""
     constraints: Sequence[str]
+    """What each constraint keeps, in words."""
     of_problem: dict[str, str] = field(default_factory=dict)
     of_scheme: dict[str, dict[str, str]] = field(default_factory=dict)
     of_algebra: dict[str, str] = field(default_factory=dict)

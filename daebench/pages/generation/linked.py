@@ -24,30 +24,20 @@ ENTERING = {"local": "inverse_chart", "canonical": "inverse_chart", "darboux": "
 
 @dataclass(frozen=True)
 class Linked:
-    """Recorded functions, and the numbers that belong to them.
-
-    Parameters
-    ----------
-    scheme : Recorded
-        Functions of the scheme.
-    problem : sequence of Recorded
-        Functions of the problem.
-    state : nested tuple of float, or of ndarray
-        What the scheme computes in, at the start.
-    scales : tuple of float
-        The length and the rate of the start.
-    entering : str
-        Function into the coordinates of the scheme; "" if these are the problem's.
-    real : str
-        Kind of the numbers of a state: double or single precision.
-    """
+    """Recorded functions, and the numbers that belong to them."""
 
     scheme: Recorded
+    """Functions of the scheme."""
     problem: tuple[Recorded, ...]
+    """Functions of the problem."""
     state: Any
+    """What the scheme computes in, at the start."""
     scales: tuple[float, ...]
+    """The length and the rate of the start."""
     entering: str
+    """Function into the coordinates of the scheme; "" if these are the problem's."""
     real: str
+    """Kind of the numbers of a state: double or single precision."""
 
 
 def linked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, longest: int = 0, precision: str = "float64") -> Linked:

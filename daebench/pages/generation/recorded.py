@@ -33,23 +33,16 @@ class Data(NamedTuple):
 
 @dataclass(frozen=True)
 class Recorded:
-    """Recorded functions.
-
-    Parameters
-    ----------
-    functions : dict of str to (Function, sequence of str)
-        The functions, with the names of their parameters.
-    called : list of Function
-        Functions that these call, each of which calls only those before it.
-    state, memory, multipliers : int
-        Numbers of a state, of the memory of the scheme, and of stage multipliers.
-    """
+    """Recorded functions."""
 
     functions: dict[str, tuple[Function, Sequence[str]]]
+    """The functions, with the names of their parameters."""
     called: list[Function]
+    """Functions that these call, each of which calls only those before it."""
     state: int = 0
     memory: int = 0
     multipliers: int = 0
+    """Numbers of a state, of the memory of the scheme, and of stage multipliers."""
 
     @property
     def longest(self) -> int:
@@ -98,24 +91,16 @@ def _arrays_in(x: Any) -> bool:
 
 @dataclass
 class _Recorder:
-    """Records functions of one linked module.
-
-    Parameters
-    ----------
-    source : str
-        The module.
-    like : nested tuple of float, or of ndarray
-        A state.
-    data : Data
-        The parameters of the problem, and the scales of its start; constants behind them.
-    alone : int
-        Operations of the longest function that is recorded where its one call is; 0 for any.
-    """
+    """Records functions of one linked module."""
 
     source: str
+    """The module."""
     like: Any
+    """A state."""
     data: Data
+    """The parameters of the problem, and the scales of its start; constants behind them."""
     alone: int = 0
+    """Operations of the longest function that is recorded where its one call is; 0 for any."""
     functions: dict[str, tuple[Function, Sequence[str]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -155,19 +140,7 @@ class _Recorder:
 
 
 def of_scheme(source: str, state: Any, data: Data, weights: tuple[float, ...], alone: int = 0) -> Recorded:
-    """Return the functions of a scheme: ``start(X,h,P,R)`` where it remembers, ``step(X,h,P,L,R)``, and ``output(X,P,V)``.
-
-    Parameters
-    ----------
-    source : str
-        The linked module, with the roots of the loop, and one step by itself.
-    state, data
-        See :class:`_Recorder`.
-    weights : tuple of float
-        Weights of the substeps of a composition.
-    alone
-        See :class:`_Recorder`.
-    """
+    """Return the functions of a scheme: ``start(X,h,P,R)`` where it remembers, ``step(X,h,P,L,R)``, and ``output(X,P,V)``."""
     recorder = _Recorder(source, state, data, alone)
     space, memory, multipliers = recorder.space, (), 0
     substeps: Any = table(recorder.program.code, weights, data.real) if weights else ()  # of a tuple, each substep would be written out
@@ -199,19 +172,7 @@ def of_scheme(source: str, state: Any, data: Data, weights: tuple[float, ...], a
 
 
 def of_problem(source: str, vectors: tuple[Any, ...], data: Data, names: Sequence[str], alone: int = 0) -> Recorded:
-    """Return functions ``NAME(V,P,O)`` of a problem at vectors V in its own coordinates.
-
-    Parameters
-    ----------
-    source : str
-        The linked module.
-    vectors : tuple of (tuple of float, or ndarray)
-        The vectors of a state.
-    data, alone
-        See :class:`_Recorder`.
-    names : sequence of str
-        Functions, by the names that they have in the module.
-    """
+    """Return functions ``NAME(V,P,O)`` of a problem at vectors V in its own coordinates."""
     recorder = _Recorder(source, vectors, data, alone)
 
     def function(name: str) -> Callable[[Array, Array, Array], None]:

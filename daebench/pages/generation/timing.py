@@ -37,15 +37,7 @@ int run(double *X, double h, const double *P, double *L, double *R, long steps)
 
 
 def measure_generated(*, steps: int, repeat: int) -> list[dict[str, Any]]:
-    """Return a row a constrained problem and method: kB of C, seconds of its compiler, best times of a step, ns, and their ratio.
-
-    Parameters
-    ----------
-    steps : int
-        Steps of one timed run on a problem of one unknown; others have as many fewer.
-    repeat : int
-        Runs, of which the best counts.
-    """
+    """Return a row a constrained problem and method: kB of C, seconds of its compiler, best times of a step, ns, and their ratio."""
     command = compiler()
     if command is None:
         raise BadInput("there is no compiler of C; install one, gcc for example.")

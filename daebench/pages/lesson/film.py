@@ -15,24 +15,16 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Control:
-    """A choice among values: a slider of numbers, or a list of names.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    label : str
-        Its label, with the unit, as plain text.
-    values : mapping of Any to str
-        Its possible values in order, as they are written.
-    default : Any
-        Its initial value.
-    """
+    """A choice among values: a slider of numbers, or a list of names."""
 
     name: str
+    """Its name."""
     label: str
+    """Its label, with the unit, as plain text."""
     values: Mapping[Any, str]
+    """Its possible values in order, as they are written."""
     default: Any
+    """Its initial value."""
 
     @property
     def is_slider(self) -> bool:
@@ -60,19 +52,7 @@ def style() -> str:
 
 
 def film(name: str, title: str, controls: Sequence[Control], show: Callable[[Values], Shown], tell: Callable[[float, str], None]) -> Markup:
-    """Return controls as HTML, and a frame for each setting of them; ``NAME.csv`` beside the page has the numbers.
-
-    Parameters
-    ----------
-    name, title : str
-        Its name in links, and a description for readers who cannot see the picture.
-    controls : sequence of Control
-        The controls.
-    show : callable
-        Maps values of all controls by name to the result.
-    tell : callable
-        Called with the fraction of the frames that are drawn, and a label.
-    """
+    """Return controls as HTML, and a frame for each setting of them; ``NAME.csv`` beside the page has the numbers."""
     settings = list(itertools.product(*(control.values for control in controls)))
     names = [control.name for control in controls]
     frames = []

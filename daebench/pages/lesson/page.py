@@ -31,55 +31,28 @@ DRAWN = 0.9
 
 @dataclass(frozen=True)
 class Content:
-    """The content that a lesson puts into its page.
-
-    Parameters
-    ----------
-    title : str
-        Its title.
-    scripts : mapping of str to Script
-        Kernels by the name that the page has for them; none where pictures were drawn beforehand.
-    functions : str
-        Functions of the problem as a JavaScript object.
-    data : mapping
-        Numbers and names that the page's own script reads, as JSON takes them.
-    text : mapping
-        What the template of the page names.
-    tables : mapping of str to DataFrame
-        Numbers behind the pictures, by the names of their files.
-    style : str
-        Style of its own, as CSS.
-    """
+    """The content that a lesson puts into its page."""
 
     title: str
+    """Its title."""
     scripts: Mapping[str, Script] = field(default_factory=dict)
+    """Kernels by the name that the page has for them; none where pictures were drawn beforehand."""
     functions: str = "{}"
+    """Functions of the problem as a JavaScript object."""
     data: Mapping[str, Any] = field(default_factory=dict)
+    """Numbers and names that the page's own script reads, as JSON takes them."""
     text: Mapping[str, Any] = field(default_factory=dict)
+    """What the template of the page names."""
     tables: Mapping[str, "pd.DataFrame"] = field(default_factory=dict)
+    """Numbers behind the pictures, by the names of their files."""
     style: str = ""
+    """Style of its own, as CSS."""
 
 
 def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
     """Write a lesson into a folder as a page that needs nothing else to be read, and return its path.
 
     Its notebook, its picture in an index of pages, and tables of what was computed beforehand stand beside it.
-
-    Parameters
-    ----------
-    name : str
-        Name as ``daebench list lessons`` has it.
-    folder : Path
-        Folder of the page; made where it is missing.
-    progress : callable, optional
-        Called with the fraction done and a label of the current task.
-
-    Raises
-    ------
-    BadInput
-        If a package is not installed.
-    ClaimRefuted
-        If a sentence of the lesson does not hold in this run; nothing is written over an older page then.
     """
     require_installed()
     tell = progress or (lambda fraction, doing: None)

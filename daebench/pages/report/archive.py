@@ -24,15 +24,6 @@ def write_archive(out: Path, path: Path, *, largest: float = math.inf) -> Path:
     """Write the pages of a gallery, its index, the pictures of that, and what pages link to into a ZIP file; return its path.
 
     The moving picture of the index is in it once more as a file, for an index that is written anew.
-
-    Parameters
-    ----------
-    out : Path
-        Folder of the gallery.
-    path : Path
-        The file.
-    largest : float
-        Files of more bytes are left out, and links to them become plain text.
     """
     index = (out / "index.html").read_text(encoding="utf-8")
     pages = ["index.html", *sorted(f"{stamp.parent.name}/index.html" for stamp in out.glob(f"*/{build_stamp.STAMP}"))]

@@ -27,36 +27,24 @@ SOURCES = (".py", ".c", ".css", ".js", ".html", ".csv", ".json")
 
 @dataclass(frozen=True)
 class BuildStamp:
-    """Record beside a page.
-
-    Parameters
-    ----------
-    title : str
-        Name of the part of the gallery.
-    kind : str
-        What it is: "report", "lesson" or another kind of page.
-    about : str
-        One line.
-    command : str
-        What makes it again.
-    digest : str
-        Of all that decided it.
-    seconds : float
-        How long it took.
-    day : str
-        When it was made, ISO 8601.
-    files : dict of str to str
-        Digest of each file of its folder, by its path there.
-    """
+    """Record beside a page."""
 
     title: str
+    """Name of the part of the gallery."""
     kind: str
+    """What it is: "report", "lesson" or another kind of page."""
     about: str
+    """One line."""
     command: str
+    """What makes it again."""
     digest: str
+    """Of all that decided it."""
     seconds: float
+    """How long it took."""
     day: str
+    """When it was made, ISO 8601."""
     files: dict[str, str]
+    """Digest of each file of its folder, by its path there."""
 
 
 def read(folder: Path) -> BuildStamp | None:

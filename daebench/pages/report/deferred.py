@@ -16,21 +16,14 @@ Work = Callable[[], object]
 
 @dataclass
 class Waiting:
-    """Work that waits.
-
-    Parameters
-    ----------
-    works : list of callable
-        What is left to do, in order.
-    spare : list of callable
-        What is done when nothing else is left, and not at all after an interruption: nothing of it has been begun.
-    seconds : float
-        How long others waited for what was put off and is done.
-    """
+    """Work that waits."""
 
     works: list[Work] = field(default_factory=list)
+    """What is left to do, in order."""
     spare: list[Work] = field(default_factory=list)
+    """What is done when nothing else is left, and not at all after an interruption: nothing of it has been begun."""
     seconds: float = 0.0
+    """How long others waited for what was put off and is done."""
 
 
 _WAITING: ContextVar[Waiting | None] = ContextVar("waiting", default=None)
@@ -72,14 +65,7 @@ def later(work: Work) -> None:
 
 
 def meanwhile(awaited: Sequence[Future[Any]] = ()) -> None:
-    """Do the work that was put off, in this process, which would wait for others otherwise.
-
-    Parameters
-    ----------
-    awaited : sequence of Future
-        What it would wait for. What is spare is begun only while some of it is not done, and what is done after it is time of others, see
-        :func:`clock`. If nothing is awaited, all is done, and is time of others.
-    """
+    """Do the work that was put off, in this process, which would wait for others otherwise."""
     waiting = _WAITING.get()
     if waiting is None:
         return

@@ -29,11 +29,6 @@ def swing_period(E: float, L: float) -> float:
 
         z'^2 = 2 (E - z) (1 - z^2) - L^2 = 2 (z - z1) (z - z2) (z - z3),     z1 <= z <= z2 < z3
         T    = 2 K(k^2) / w,     w = sqrt((z3 - z1)/2),     k^2 = (z2 - z1)/(z3 - z1)
-
-    Parameters
-    ----------
-    E, L : float
-        Energy, and angular momentum about the vertical, which is not zero.
     """
     with mpmath.workdps(DIGITS):
         z1, z2, z3 = sorted(

@@ -40,24 +40,16 @@ class PagesFailed(DaebenchError):
 
 @dataclass(frozen=True)
 class Made:
-    """Outcome of making a page.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    page : Path or None
-        The page; None where it failed.
-    seconds : float
-        How long it took; 0 where it was as it should be.
-    failure : str
-        Why it failed, or nothing.
-    """
+    """Outcome of making a page."""
 
     name: str
+    """Its name."""
     page: Path | None
+    """The page; None where it failed."""
     seconds: float
+    """How long it took; 0 where it was as it should be."""
     failure: str = ""
+    """Why it failed, or nothing."""
 
 
 def build(name: str, out: Path, progress: Progress | None = None) -> Path:
@@ -133,24 +125,6 @@ def build_all(
     A page is stale where daebench, a file of one's own that makes it, or the version of a package that it stands on is another than when
     it was made, and where one of its files has been changed or lost. Interrupted, it goes on where it stopped. A page that fails does not
     keep the others from being made. Lessons are made while processes of a report compute, or at the end.
-
-    Parameters
-    ----------
-    out : Path
-        Folder of the gallery.
-    reports : sequence of Report
-        The pages.
-    progress : callable
-        Called with the fraction of the time that is over and a label of the current task.
-    callback : callable
-        Called with the outcome of each page, as soon as it is known.
-    anew : bool
-        Whether pages are made that are not stale, too.
-
-    Raises
-    ------
-    PagesFailed
-        If a page failed, when all others are made; the index says which, and why.
     """
     digests = {page.name: build_stamp.digest(page.files()) for page in reports}
     stale = [page.name for page in reports if anew or not build_stamp.is_fresh(out / page.name, digests[page.name])]

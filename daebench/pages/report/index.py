@@ -30,17 +30,7 @@ THUMBNAIL = "thumbnail"
 
 
 def write_index(out: Path, names: Sequence[str], failures: Mapping[str, str]) -> Path:
-    """Write ``out/index.html`` for pages with build stamps, in this order; return its path.
-
-    Parameters
-    ----------
-    out : Path
-        Folder of the gallery.
-    names : sequence of str
-        Pages that are there.
-    failures : mapping of str to str
-        Why a page could not be made the last time, by name; it is not linked to then.
-    """
+    """Write ``out/index.html`` for pages with build stamps, in this order; return its path."""
     cards = [card(out, name, failures.get(name, "")) for name in dict.fromkeys([*names, *failures])]
     groups: dict[str, list[Any]] = {heading: [] for heading in KINDS.values()}
     for entry in cards:

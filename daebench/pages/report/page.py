@@ -147,19 +147,6 @@ def make_report(
 
     Its template is ``page.html`` in the folder of the report. It knows the numbers as ``numbers``, the findings by their names, the paths
     of the figures by their stems as ``drawn``, and functions from a caption to each table as ``tables``.
-
-    Parameters
-    ----------
-    name : str
-        Name of the report.
-    out, progress, measure, check
-        See :func:`make_page`.
-    draw : callable
-        Gives the paths of the figures as they are drawn into a folder.
-    tables : callable
-        Returns the tables, see :func:`daebench.pages.report.tables.write_tables`.
-    **content
-        What else the template names.
     """
 
     def shown(numbers: Numbers, findings: SimpleNamespace) -> Mapping[str, Any]:

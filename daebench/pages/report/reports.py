@@ -17,40 +17,24 @@ from daebench.systems.files.read import parsed, summary
 
 @dataclass(frozen=True)
 class Report:
-    """A page of the gallery, not yet made.
-
-    Parameters
-    ----------
-    name : str
-        Its name, and that of its folder.
-    summary : str
-        First line of its docstring.
-    command : str
-        What a reader calls to make the page again.
-    make : callable
-        ``make(out, progress)`` writes ``out/index.html`` and returns its path.
-    files : callable
-        Returns the files outside of the package that decide what it writes.
-    kind : str
-        What the page is: "report", "lesson" or "reference".
-    """
+    """A page of the gallery, not yet made."""
 
     name: str
+    """Its name, and that of its folder."""
     summary: str
+    """First line of its docstring."""
     command: str
+    """What a reader calls to make the page again."""
     make: Callable[[Path, Progress], Path] = field(repr=False)
+    """``make(out, progress)`` writes ``out/index.html`` and returns its path."""
     files: Callable[[], Iterable[Path]] = field(default=tuple, repr=False)
+    """Returns the files outside of the package that decide what it writes."""
     kind: str = "report"
+    """What the page is: "report", "lesson" or "reference"."""
 
 
 def find(name: str) -> Report:
-    """Return the report of this name, or of the file at this path.
-
-    Raises
-    ------
-    BadInput
-        If there is none.
-    """
+    """Return the report of this name, or of the file at this path."""
     if is_path(name):
         return _outside(name)
     if name not in reports():

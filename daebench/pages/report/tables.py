@@ -38,33 +38,18 @@ class Of:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a page.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        The rows.
-    columns : mapping
-        See :data:`Columns`.
-    data : DataFrame or mapping, optional
-        Columns of the CSV file, by default the rows; without any, there is no file.
-    """
+    """A table of a page."""
 
     frame: "pd.DataFrame"
+    """The rows."""
     columns: Columns
+    """See :data:`Columns`."""
     data: "pd.DataFrame | Mapping[str, Any] | None" = None
+    """Columns of the CSV file, by default the rows; without any, there is no file."""
 
 
 def write_tables(folder: Path, tables: "Mapping[str, Table | pd.DataFrame]") -> dict[str, Tabulate]:
-    """Write frames as CSV, all columns and rows; return functions from a caption to HTML of the tables that have rows.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the CSV files.
-    tables : mapping of str to Table or DataFrame
-        By name; a frame alone is written, and not shown.
-    """
+    """Write frames as CSV, all columns and rows; return functions from a caption to HTML of the tables that have rows."""
     shown = {name: entry for name, entry in tables.items() if isinstance(entry, Table)}
     for name, entry in tables.items():
         data = entry if not isinstance(entry, Table) else entry.frame if entry.data is None else entry.data

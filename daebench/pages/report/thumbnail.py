@@ -15,15 +15,7 @@ LETTERS: Any = {"font.size": 8.0, "ytick.labelsize": 7.5, "xtick.labelsize": 7.5
 
 
 def draw_thumbnail(folder: Path, draw: Callable[[Any], None]) -> Path:
-    """Draw a picture for the index into the folder of a report's figures; return the path of its PNG.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the figures, which is there.
-    draw : callable
-        Draws into the axes that it is given.
-    """
+    """Draw a picture for the index into the folder of a report's figures; return the path of its PNG."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 

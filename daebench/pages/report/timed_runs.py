@@ -30,11 +30,6 @@ def make_runs(specifications: Iterable[GridRun], store: Store, tell: Progress, p
     """Put the rows of runs that a store has not there; nothing else runs where time is measured.
 
     A row without its time is kept as well, as that of the same run with no repetition, so that what is interrupted goes on from there.
-
-    Raises
-    ------
-    DaebenchError
-        If a process is lost.
     """
     missing = {key: specification for specification in specifications if (key := key_of(specification)) not in store}
     if not missing:

@@ -21,17 +21,7 @@ two_processes = partial(local_processes, 2, NEEDED)
 
 
 def computed(jobs: Sequence[Job], tell: Progress, who: str) -> Iterator[tuple[Job, Any]]:
-    """Give each job and its result, as they are done.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        What is to be done; put the dearest first, so that both processes end at about the same time.
-    tell : callable
-        Called with the fraction done, and who has just done what.
-    who : str
-        What does it.
-    """
+    """Give each job and its result, as they are done."""
     left = list(jobs)
     if cores() > 1:
         try:

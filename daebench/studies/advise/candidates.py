@@ -37,22 +37,7 @@ OF_SOLVERS = {"cvode:adams": 7, "scipy:DOP853": 6}
 
 
 def candidates(question: Question, methods: Sequence[str] | None, also: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Return the methods that are tried, in order, and why others are not.
-
-    Parameters
-    ----------
-    question : Question
-        What is asked.
-    methods : sequence of str, optional
-        Names in place of the usual ones.
-    also : sequence of str
-        Names besides.
-
-    Raises
-    ------
-    BadInput
-        If none is left, or one of those that are named is unknown.
-    """
+    """Return the methods that are tried, in order, and why others are not."""
     usual = METHODS[question.ivp.state]
     names = list(dict.fromkeys((*(usual if methods is None else methods), *also)))
     for name in (*(methods or ()), *also):

@@ -60,24 +60,16 @@ AGAIN, SPENT = (3, 40), 0.05
 
 @dataclass
 class Work:
-    """Runs of a question, each made once.
-
-    Parameters
-    ----------
-    question : Question
-        What is asked.
-    store : Store
-        Where rows are kept.
-    progress : callable, optional
-        Told how far it is.
-    searching : float
-        Part of the time that the search is expected to take.
-    """
+    """Runs of a question, each made once."""
 
     question: Question
+    """What is asked."""
     store: Store
+    """Where rows are kept."""
     progress: Progress | None
+    """Told how far it is."""
     searching: float = 0.8
+    """Part of the time that the search is expected to take."""
     began: float = field(default_factory=time.process_time)
 
     def make(self, specification: GridRun) -> Row:

@@ -23,24 +23,12 @@ NAMED = 5
 
 
 def draw(out: Path, advice: Advice) -> Path:
-    """Write ``advise.svg``, PNG and CSV into a folder; return the path of the SVG.
-
-    Raises
-    ------
-    DaebenchError
-        If no run has an error and a time.
-    """
+    """Write ``advise.svg``, PNG and CSV into a folder; return the path of the SVG."""
     return save(figure(advice), out, "advise", advice.table)
 
 
 def figure(advice: Advice) -> "Figure":
-    """Return the picture of advice.
-
-    Raises
-    ------
-    DaebenchError
-        If no run has an error and a time.
-    """
+    """Return the picture of advice."""
     asked = advice.question
     error = f"error_{asked.part}"
     table = advice.table

@@ -57,27 +57,18 @@ class Resolutions(Protocol):
 
 @dataclass(frozen=True)
 class StepSizes:
-    """Parts of the horizon; the number is that of the steps, which come to some of the times at which the reference is known.
-
-    Parameters
-    ----------
-    t_end : float
-        Horizon, s.
-    outputs : int
-        Number of equidistant times at which the reference is known.
-    most : int
-        Largest number of steps.
-    order : int
-        Order of the method.
-    size : float
-        Size of the motion, in the unit of its positions.
-    """
+    """Parts of the horizon; the number is that of the steps, which come to some of the times at which the reference is known."""
 
     t_end: float
+    """Horizon, s."""
     outputs: int
+    """Number of equidistant times at which the reference is known."""
     most: int
+    """Largest number of steps."""
     order: int
+    """Order of the method."""
     size: float
+    """Size of the motion, in the unit of its positions."""
 
     def value(self, number: int) -> float:
         """Return the step size."""

@@ -30,25 +30,17 @@ STUCK = 3
 
 @dataclass(frozen=True)
 class Found:
-    """Result of the search for one method.
-
-    Parameters
-    ----------
-    method, knob : str
-        The method, and the name of its resolution: "h" or "tol".
-    row : mapping or None
-        The cheapest run that reaches the accuracy; None where none was found.
-    rows : tuple of mapping
-        All runs.
-    why : str
-        Why it was given up, where it was.
-    """
+    """Result of the search for one method."""
 
     method: str
     knob: str
+    """The method, and the name of its resolution: "h" or "tol"."""
     row: Row | None
+    """The cheapest run that reaches the accuracy; None where none was found."""
     rows: tuple[Row, ...]
+    """All runs."""
     why: str = ""
+    """Why it was given up, where it was."""
 
 
 def error_of(row: Row, part: str) -> float:
@@ -66,19 +58,7 @@ def resolutions_of(question: Question, method: str) -> Resolutions:
 
 
 def search(question: Question, method: str, make: Make, longest: float = math.inf) -> Found:
-    """Return the cheapest run of a method that reaches the accuracy.
-
-    Parameters
-    ----------
-    question : Question
-        What is asked.
-    method : str
-        Name of the method.
-    make : callable
-        Makes the row of a run.
-    longest : float
-        CPU time of the last of those methods that are sure to be named, s: one that takes much longer is not followed.
-    """
+    """Return the cheapest run of a method that reaches the accuracy."""
     resolutions, knob = resolutions_of(question, method), question.solver(method).knob
     rows: dict[int, Row] = {}
     number, why = resolutions.first(question.accuracy), "no step size tried reaches the accuracy"

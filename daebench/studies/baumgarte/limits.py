@@ -93,19 +93,7 @@ def usable(scheme: str, alpha_h: Array, beta_h: Array) -> NDArray[np.bool_]:
 
 
 def limit(scheme: str, ratio: float = 1.0, passes: Callable[[float], bool] | None = None, *, digits: float = DIGITS) -> float:
-    """Return the largest alpha h on the ray beta = ratio alpha up to which all is well; infinite where that is so up to :data:`MOST`.
-
-    Parameters
-    ----------
-    scheme : str
-        Name of the scheme.
-    ratio : float
-        beta over alpha; 1 is critical damping.
-    passes : callable, optional
-        Whether all is well at an alpha h, as it is measured say; by default :func:`usable` says it.
-    digits : float
-        Relative width of the interval that the limit is found in.
-    """
+    """Return the largest alpha h on the ray beta = ratio alpha up to which all is well; infinite where that is so up to :data:`MOST`."""
     fine = passes or (lambda x: bool(usable(scheme, np.array(x), np.array(ratio * x))))
     low, high = 0.0, 0.1
     while fine(high):

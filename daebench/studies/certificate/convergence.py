@@ -23,26 +23,13 @@ def contraction(series: Sequence[Series]) -> float:
     """Return the finest error of the state in parts of the one two step sizes before, of the component that falls least.
 
     It is 0 where all errors come down to rounding, and NaN where there are not enough step sizes to tell.
-
-    Parameters
-    ----------
-    series : sequence of Series
-        An order study of one method.
     """
     ratios = [_ratio(curve) for curve in leading(series)]
     return float("nan") if not ratios or any(map(math.isnan, ratios)) else max(ratios)
 
 
 def with_convergence(order: Finding, series: Sequence[Series]) -> Finding:
-    """Return the finding on the order; what does not converge has none, and one that is claimed falls short.
-
-    Parameters
-    ----------
-    order : Finding
-        The finding of an order study alone, to which errors that do not fall are undetermined.
-    series : sequence of Series
-        That study.
-    """
+    """Return the finding on the order; what does not converge has none, and one that is claimed falls short."""
     if not contraction(series) > FALLS:
         return order
     note = f"the errors do not fall with the step size: this is the motion of another problem, or of none. {order.note}".rstrip()

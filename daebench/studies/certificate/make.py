@@ -30,40 +30,26 @@ USUAL = {
 
 @dataclass(frozen=True)
 class Asked:
-    """A problem that a code is to be measured on.
-
-    Parameters
-    ----------
-    problem : str
-        Its name, or the path of its file beside the certificate.
-    case : str or None
-        Named initial values; None for the first.
-    files : mapping of str to bytes
-        Its files by their paths beside the certificate; none of a problem of daebench.
-    """
+    """A problem that a code is to be measured on."""
 
     problem: str
+    """Its name, or the path of its file beside the certificate."""
     case: str | None
+    """Named initial values; None for the first."""
     files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    """Its files by their paths beside the certificate; none of a problem of daebench."""
 
 
 @dataclass(frozen=True)
 class Made:
-    """Content of a certificate.
-
-    Parameters
-    ----------
-    code : Code
-        The code.
-    files : mapping of str to bytes
-        Problem files.
-    content : dict
-        What the certificate says.
-    """
+    """Content of a certificate."""
 
     code: Code
+    """The code."""
     files: Mapping[str, bytes] = field(repr=False)
+    """Problem files."""
     content: dict[str, Any] = field(repr=False)
+    """What the certificate says."""
 
 
 def make(

@@ -47,27 +47,18 @@ class NotSolved(DaebenchError):
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measurements of a code on a problem.
-
-    Parameters
-    ----------
-    setting : Setting
-        How it was measured.
-    numbers : dict
-        Numbers and words, as the certificate has them.
-    within : dict
-        How far each number may be off by rounding, of the same shape.
-    elsewhere : dict
-        The same as ``numbers`` from a start that is rounded elsewhere, whose words are as good.
-    seconds : float
-        Wall time of a step, s, the better of two runs.
-    """
+    """Measurements of a code on a problem."""
 
     setting: Setting
+    """How it was measured."""
     numbers: Numbers
+    """Numbers and words, as the certificate has them."""
     within: Numbers
+    """How far each number may be off by rounding, of the same shape."""
     elsewhere: Numbers
+    """The same as ``numbers`` from a start that is rounded elsewhere, whose words are as good."""
     seconds: float
+    """Wall time of a step, s, the better of two runs."""
 
 
 @dataclass(frozen=True)
@@ -80,24 +71,7 @@ class _Runs:
 
 
 def measure(ivp: Ivp, method: Any, setting: Setting, *, guessed: bool = False) -> Measurement:
-    """Measure a code on a problem.
-
-    Parameters
-    ----------
-    ivp, method
-        The problem, and the method that the code is.
-    setting : Setting
-        How it is measured.
-    guessed : bool
-        Whether nobody said that the code is for this problem.
-
-    Raises
-    ------
-    RunFailed
-        If a short run stops early.
-    NotSolved
-        If the code is only guessed to be for this problem, and does not converge to its motion.
-    """
+    """Measure a code on a problem."""
     order, series = order_finding(ivp, method, counts=setting.counts or None)
     if guessed and contraction(series) > FALLS:
         raise NotSolved(f"{method.name} does not converge to the motion of {ivp.problem}, case {ivp.case}, but to another one, or none.")

@@ -49,24 +49,7 @@ def silent(fraction: float, doing: str) -> None:
 def measured(
     tasks: Sequence[Mapping[str, Any]], folder: Path, seconds: float = SECONDS, progress: Progress = silent
 ) -> list[dict[str, Any]]:
-    """Return the answers of :func:`answer` to tasks, each in a process of its own, as many at a time as there are cores.
-
-    Parameters
-    ----------
-    tasks : sequence of mapping
-        As for :func:`answer`.
-    folder : Path
-        Where the files of the code are; addresses and paths are seen from there.
-    seconds : float
-        Wall-clock limit for each, s.
-    progress : callable
-        Called with the fraction done and a label of the current task.
-
-    Returns
-    -------
-    list of dict
-        The answers, in the order of the tasks; where the code ends the process, or the time is over, ``refused`` says so.
-    """
+    """Return the answers of :func:`answer` to tasks, each in a process of its own, as many at a time as there are cores."""
     answers: dict[int, dict[str, Any]] = {}
     waiting = list(enumerate(tasks))
     with ExitStack() as stack:
@@ -146,19 +129,7 @@ class _Process:
 
 
 def answer(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the measurements of a task: ``case``, ``parameters``, ``definition``, ``setting``, and the parts of a measurement.
-
-    Parameters
-    ----------
-    task : mapping
-        As for :func:`daebench.studies.certificate.setting.posed`; ``setting``, or None for the default with the step size ``h``, and
-        ``guessed``.
-
-    Returns
-    -------
-    dict
-        Or ``refused``: why the code cannot be measured on this problem, and whether it ``failed``: it was run.
-    """
+    """Return the measurements of a task: ``case``, ``parameters``, ``definition``, ``setting``, and the parts of a measurement."""
     from daebench.studies.certificate.measure import NotSolved, measure
     from daebench.studies.certificate.setting import Setting, default_setting, posed
 

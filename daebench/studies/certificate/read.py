@@ -21,20 +21,7 @@ class Unverified(DaebenchError):
 
 
 def read(path: Path) -> Certificate:
-    """Return a certificate, its form checked and its numbers not; its code is not looked at.
-
-    Parameters
-    ----------
-    path : Path
-        The file, or the folder that it is in.
-
-    Raises
-    ------
-    BadInput
-        If there is none.
-    Unverified
-        If it is damaged, changed, of another version, or something else.
-    """
+    """Return a certificate, its form checked and its numbers not; its code is not looked at."""
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
         raise BadInput(f"there is no certificate {path}; daebench certify makes one.")
@@ -64,13 +51,7 @@ def _require_ours(path: Path, content: Any) -> None:
 
 
 def code_in(certificate: Certificate) -> Code:
-    """Return the code that stands beside a certificate, whole and as it was certified.
-
-    Raises
-    ------
-    Unverified
-        If a file is missing or is not what was certified, or the method is not among the files.
-    """
+    """Return the code that stands beside a certificate, whole and as it was certified."""
     content = certificate.content["code"]
     files = files_in(certificate.folder / "code", content["files"])
     code = Code(certificate.method, files, frozenset(content["executable"]))
@@ -94,13 +75,7 @@ def _require_beside(certificate: Certificate, code: Code) -> None:
 
 
 def files_in(folder: Path, files: Mapping[str, str]) -> dict[str, bytes]:
-    """Return the contents of files, each of which has its digest.
-
-    Raises
-    ------
-    Unverified
-        If one has not, or is missing.
-    """
+    """Return the contents of files, each of which has its digest."""
     contents = {}
     for name, digest in files.items():
         path = folder / name

@@ -70,17 +70,7 @@ def differences(a: Any, b: Any, factor: float) -> Any:
 
 
 def of_runs(numbers: Mapping[str, Any], elsewhere: Mapping[str, Any], bench: Bench[Any, Any], steps: int) -> dict[str, Any]:
-    """Return how far what is said of runs may be off.
-
-    Parameters
-    ----------
-    numbers, elsewhere : mapping
-        What is said of them, and of those from a start that is rounded elsewhere.
-    bench : Bench
-        Has the sizes of what is conserved.
-    steps : int
-        Steps of the long run.
-    """
+    """Return how far what is said of runs may be off."""
     within: dict[str, Any] = differences(numbers, elsewhere, ROUNDINGS * math.sqrt(steps))
     sizes = {name: size for name, (_, size) in bench.conserved().items()}
     for name in within["conserved"].keys() & sizes.keys():

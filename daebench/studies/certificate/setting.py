@@ -32,44 +32,23 @@ SECONDS = 8.0
 
 @dataclass(frozen=True)
 class Setting:
-    """How a code is measured on a problem, so that it can be measured in the same way again.
-
-    Parameters
-    ----------
-    h : float
-        Step size, s, of all but the orders.
-    steps, every : int
-        Steps of the run from which the energy is judged, and after how many of them a state is kept.
-    error_steps : int
-        Steps of the run whose error is taken.
-    checked_steps : int
-        Steps of the run along which claims to keep something are held.
-    counts : tuple of int
-        Steps between common times of the order study, see :mod:`daebench.studies.orders.study`; empty for those that it chooses.
-    """
+    """How a code is measured on a problem, so that it can be measured in the same way again."""
 
     h: float
+    """Step size, s, of all but the orders."""
     steps: int
     every: int
+    """Steps of the run from which the energy is judged, and after how many of them a state is kept."""
     error_steps: int
+    """Steps of the run whose error is taken."""
     checked_steps: int = STEPS
+    """Steps of the run along which claims to keep something are held."""
     counts: tuple[int, ...] = ()
+    """Steps between common times of the order study, see :mod:`daebench.studies.orders.study`; empty for those that it chooses."""
 
 
 def posed(task: Mapping[str, Any]) -> tuple[Ivp, Any]:
-    """Return the problem and the method of a task.
-
-    Parameters
-    ----------
-    task : mapping
-        ``problem``, ``case``, ``parameters``, ``method``, ``options``, ``anyway``, ``on_singular``, and ``claims`` that are stated of the
-        method beside those that it states itself.
-
-    Raises
-    ------
-    BadInput
-        If a name or number cannot be used, or claims are stated of a method of daebench.
-    """
+    """Return the problem and the method of a task."""
     ivp = initial_value_problem(task["problem"], task["case"], task["parameters"], on_singular=task.get("on_singular"))
     method = measured(method_of(ivp, task["method"], task["options"], anyway=task["anyway"]), ivp, NO_CLAIMS)
     if not task["claims"]:
@@ -81,22 +60,7 @@ def posed(task: Mapping[str, Any]) -> tuple[Ivp, Any]:
 
 
 def default_setting(ivp: Ivp, method: Any, h: float | None = None) -> Setting:
-    """Return how a code is measured where nothing else is said: over the same part of the motion, whatever the step size.
-
-    Parameters
-    ----------
-    ivp, method
-        A problem, and a method for it.
-    h : float, optional
-        Step size, s; by default the largest 1, 2 or 5 times a power of ten up to a quarter of a step of DOP853 at 1e-13.
-
-    Raises
-    ------
-    BadInput
-        If the step size is not positive, or what the code returns is not a state.
-    RunFailed
-        If some steps, by which its speed is known, cannot be taken.
-    """
+    """Return how a code is measured where nothing else is said: over the same part of the motion, whatever the step size."""
     usual = default_step(ivp, PARTS)
     step = usual if h is None else h
     method.check(ivp, Request(value=step, steps=1))

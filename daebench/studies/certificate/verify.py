@@ -23,21 +23,7 @@ ONCE = ("case", "parameters", "definition")
 def measured(
     code: Code, tasks: Sequence[Mapping[str, Any]], files: Mapping[str, bytes], seconds: float, progress: process.Progress
 ) -> list[dict[str, Any]]:
-    """Return the answers to some tasks of one code, whose files are put into a folder of their own for the time being.
-
-    Parameters
-    ----------
-    code : Code
-        What is run.
-    tasks : sequence of mapping
-        A task for each problem, see :func:`daebench.studies.certificate.process.answer`.
-    files : mapping of str to bytes
-        Problem files.
-    seconds : float
-        Wall-clock limit for each, s.
-    progress : callable
-        Called with the fraction done and a label of the current task.
-    """
+    """Return the answers to some tasks of one code, whose files are put into a folder of their own for the time being."""
     with tempfile.TemporaryDirectory(prefix="daebench-", ignore_cleanup_errors=True) as scratch:
         code.put(Path(scratch))
         put(files, Path(scratch))

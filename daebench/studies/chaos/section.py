@@ -25,35 +25,21 @@ MOST_STATES = 2_000_000
 
 @dataclass(frozen=True)
 class Section:
-    """Crossings of a surface, by motions from a plane of starts.
-
-    Parameters
-    ----------
-    name : str
-        The coordinate that comes through a value.
-    value : float
-        The value.
-    start : ndarray of int, shape(k,)
-        Which start of the plane each crossing is of.
-    across, up : ndarray, shape(k,)
-        The coordinates of the plane there.
-    """
+    """Crossings of a surface, by motions from a plane of starts."""
 
     name: str
+    """The coordinate that comes through a value."""
     value: float
+    """The value."""
     start: NDArray[np.intp]
+    """Which start of the plane each crossing is of; shape (k,)."""
     across: Array
     up: Array
+    """The coordinates of the plane there; shape (k,)."""
 
 
 def surface(ivp: Ivp, given: Mapping[str, float] | None, plane: Mapping[str, Any] | None, energy: Any) -> tuple[str, float] | None:
-    """Return the coordinate and the value of a section, or None where none is asked for.
-
-    Raises
-    ------
-    BadInput
-        If the problem has not two degrees of freedom, no energy is given, or the coordinate is none that is left.
-    """
+    """Return the coordinate and the value of a section, or None where none is asked for."""
     if not given:
         return None
     if len(given) != 1:
@@ -80,21 +66,7 @@ def _of_two_degrees(ivp: Ivp) -> bool:
 
 
 def section_of(method: FixedStepMethod[Any, Any], plane: Plane, cut: tuple[str, float], steps: int, threads: int | None) -> Section:
-    """Return the crossings of motions from a plane of starts, each interpolated linearly between two steps.
-
-    Parameters
-    ----------
-    method : FixedStepMethod
-        The method.
-    plane : Plane
-        The starts.
-    cut : (str, float)
-        Coordinate and value.
-    steps : int
-        Steps of each motion.
-    threads : int, optional
-        Number of cores.
-    """
+    """Return the crossings of motions from a plane of starts, each interpolated linearly between two steps."""
     chosen = np.unique(np.linspace(0, len(plane.cells) - 1, min(MOTIONS, len(plane.cells))).astype(int))
     steps = max(1, min(steps, MOST_STATES // len(chosen)))
     request = Request(value=plane.members.h, steps=steps, every=1, watch=(), count=False)

@@ -20,15 +20,7 @@ BENCHES: Mapping[State, Callable[..., Bench[Any, Any]]] = {CONSTRAINED: Constrai
 
 
 def bench_of(ivp: Ivp, method: Any, h: float, steps: int) -> Bench[Any, Any]:
-    """Return a method to be measured on an initial value problem, along a run of so many steps with everything monitored.
-
-    Raises
-    ------
-    BadInput
-        If the run cannot be made.
-    RunFailed
-        If it stops early.
-    """
+    """Return a method to be measured on an initial value problem, along a run of so many steps with everything monitored."""
     request = Request(value=h, steps=steps, every=max(1, steps // MOST_STATES), watch=ivp.state.monitors)
     method.check(ivp, request)
     run = method.solve(ivp, request).complete()

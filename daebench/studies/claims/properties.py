@@ -38,26 +38,7 @@ def posed(problem: Any, case: str | None, parameters: Mapping[str, float] | None
 
 
 def defect(name: str, ivp: Ivp, method: Any, h: float, steps: int) -> str:
-    """Return why a map does not have a property, or why that cannot be told, "" where it has.
-
-    Parameters
-    ----------
-    name : str
-        "symplectic", which on a Poisson system is a Poisson map, or "symmetric".
-    ivp : InitialValueProblem
-        The problem with its numbers.
-    method : Method
-        A method with fixed steps.
-    h : float
-        Step size, s.
-    steps : int
-        Steps of the map, at most 10; one step may have a property by accident.
-
-    Raises
-    ------
-    BadInput
-        If there are more steps, the run cannot be made, or H(-p, q) is not H(p, q), so that nothing is reversed by -p.
-    """
+    """Return why a map does not have a property, or why that cannot be told, "" where it has."""
     if steps > DEFECT_STEPS:
         raise BadInput(f"steps = {steps} is more than {DEFECT_STEPS}, the most over which the defect of a map is measured; take fewer.")
     bench = bench_of(ivp, method, h, steps)
@@ -87,17 +68,7 @@ def on_curved(name: str, ivp: Ivp, method: Any) -> str:
 
 
 def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int, within: float | None = None) -> str:
-    """Return the names among those given that are not conserved along a run, "" where all are.
-
-    Parameters
-    ----------
-    names : sequence of str
-        "g", "Gv", "energy", Casimir functions and first integrals by their names.
-    ivp, method, h, steps
-        As for :func:`defect`.
-    within : float, optional
-        Largest error allowed; by default what the rounding of the steps explains.
-    """
+    """Return the names among those given that are not conserved along a run, "" where all are."""
     bench = bench_of(ivp, method, h, steps)
     sizes = bench.conserved()
     faults = []
@@ -116,15 +87,7 @@ def conserved(names: Sequence[str], ivp: Ivp, method: Any, h: float, steps: int,
 
 
 def drift(ivp: Ivp, method: Any, h: float, t_end: float) -> str:
-    """Return how the energy drifts, or why that cannot be told, "" where it is told to be bounded or kept.
-
-    Parameters
-    ----------
-    ivp, method, h
-        As for :func:`defect`.
-    t_end : float
-        End of the run, s: many oscillations, for absence of evidence of drift is not absence of drift.
-    """
+    """Return how the energy drifts, or why that cannot be told, "" where it is told to be bounded or kept."""
     steps = min(positive("t_end", t_end) / positive("h", h), MOST_STEPS)
     request = Request(value=h, t_end=t_end, every=max(1, int(steps / OUTPUTS)))
     method.check(ivp, request)
@@ -138,17 +101,7 @@ def drift(ivp: Ivp, method: Any, h: float, t_end: float) -> str:
 
 
 def order(asked: float, ivp: Ivp, method: Any, halvings: int | None = None) -> str:
-    """Return why a method has not the order that is asked for, "" where it has: of q and p, or y, the worse one.
-
-    Parameters
-    ----------
-    asked : float
-        The order.
-    ivp, method
-        As for :func:`defect`.
-    halvings : int, optional
-        How often the step size is halved; by default until round-off is reached.
-    """
+    """Return why a method has not the order that is asked for, "" where it has: of q and p, or y, the worse one."""
     finding, _ = order_finding(ivp, method, halvings=halvings)
     least = asked - SLACK - 2 * finding.standard_error
     if finding.measured > least:

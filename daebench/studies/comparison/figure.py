@@ -38,22 +38,15 @@ NARROW = 1.5
 
 @dataclass(frozen=True)
 class Look:
-    """Layout of the picture of a comparison.
-
-    Parameters
-    ----------
-    size : tuple of float, optional
-        Width and height, inches; by default the width of a page, and what the panels need.
-    title : str
-        Title; by default problem and case.
-    labels, colors : sequence of str
-        Names and colours of the methods in their order; where there are none, those that they have in every picture.
-    """
+    """Layout of the picture of a comparison."""
 
     size: tuple[float, float] | None = None
+    """Width and height, inches; by default the width of a page, and what the panels need."""
     title: str = ""
+    """Title; by default problem and case."""
     labels: Sequence[str] = ()
     colors: Sequence[str] = ()
+    """Names and colours of the methods in their order; where there are none, those that they have in every picture."""
 
 
 def write(out: Path, ivp: Ivp, runs: Sequence[Outcome], table: pd.DataFrame) -> list[Path]:

@@ -33,21 +33,14 @@ FINER = {"h": (2, 4), "tol": (10, 100)}
 
 @dataclass(frozen=True)
 class PositionError:
-    """Position error of a run.
-
-    Parameters
-    ----------
-    value : float
-        Largest error of a coordinate at the times that are compared, and never less than ``bound``; NaN where it is not known.
-    bound : float
-        Error bound of the reference; NaN if there is none.
-    reference : str
-        Description of the reference, or why there is no number.
-    """
+    """Position error of a run."""
 
     value: float
+    """Largest error of a coordinate at the times that are compared, and never less than ``bound``; NaN where it is not known."""
     bound: float
+    """Error bound of the reference; NaN if there is none."""
     reference: str
+    """Description of the reference, or why there is no number."""
 
 
 NAN = float("nan")

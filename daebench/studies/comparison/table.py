@@ -130,11 +130,6 @@ def trajectories(
     """Return one trajectory a method, in order; all requests are checked before the first run, and an interruption ends all.
 
     The trajectory of a method whose package is not installed ends at the start.
-
-    Raises
-    ------
-    BadInput
-        If a method needs a step size and none is given, or refuses the problem.
     """
     missing = {method.name: sentence for method in methods if (sentence := not_installed(method.name))}
     for method in methods:

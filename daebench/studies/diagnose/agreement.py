@@ -44,21 +44,14 @@ PROJECTED = ("projected_after", "position_based")
 
 @dataclass(frozen=True)
 class Match:
-    """A step that agrees with the code's.
-
-    Parameters
-    ----------
-    fault : str
-        Name in :data:`daebench.studies.diagnose.dictionary.FAULTS`.
-    variant : str
-        Which of its steps.
-    deviation : float
-        Largest deviation over all steps, relative to the largest momentum and position.
-    """
+    """A step that agrees with the code's."""
 
     fault: str
+    """Name in :data:`daebench.studies.diagnose.dictionary.FAULTS`."""
     variant: str
+    """Which of its steps."""
     deviation: float
+    """Largest deviation over all steps, relative to the largest momentum and position."""
 
 
 def claimed_deviation(battery: Battery, scheme: FixedStep) -> tuple[float, float]:
@@ -95,15 +88,7 @@ def _of_run(battery: Battery, states: Iterator[State], ahead: int = 0) -> float:
 
 
 def dictionary_matches(battery: Battery, others: Variants | None = None) -> list[Match]:
-    """Return the faulty steps that are near the code's, those that are the same but for rounding first, in the order of the dictionary.
-
-    Parameters
-    ----------
-    battery : Battery
-        What the code gives.
-    others : dict of str to callable, optional
-        Steps of the fault "baumgarte" with the feedback of the code; by default the whole dictionary.
-    """
+    """Return the faulty steps that are near the code's, those that are the same but for rounding first, in the order of the dictionary."""
     off, near, confirmed = battery.off_manifold, battery.rounding(NEAR), battery.rounding(CONFIRMED)
     pairs: Iterable[tuple[str, Variants]] = [("baumgarte", others)] if others else FAULTY_STEPS.items()
     matches = [

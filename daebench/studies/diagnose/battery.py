@@ -64,47 +64,31 @@ FAILED = float("inf")
 
 @dataclass(frozen=True)
 class Point:
-    """A step of the code.
-
-    Parameters
-    ----------
-    h : float
-        Step size, s.
-    p, q : ndarray, shape(d,)
-        State before it.
-    after : tuple of ndarray
-        Momenta and positions after it.
-    """
+    """A step of the code."""
 
     h: float
+    """Step size, s."""
     p: Array
     q: Array
+    """State before it; shape (d,)."""
     after: State
+    """Momenta and positions after it."""
 
 
 @dataclass(frozen=True)
 class Battery:
-    """Output of a code on a problem: single steps from states of the manifold, and a run.
-
-    Parameters
-    ----------
-    mechanics : Mechanics
-        The problem.
-    h : float
-        The larger of the two step sizes, s.
-    points : tuple of Point
-        Single steps, each from a fresh start.
-    rows : ndarray, shape(k, 2 d)
-        States of a run, p and q; fewer than asked for where the code stopped.
-    failures : tuple of str
-        Why the code could not take a step.
-    """
+    """Output of a code on a problem: single steps from states of the manifold, and a run."""
 
     mechanics: Mechanics
+    """The problem."""
     h: float
+    """The larger of the two step sizes, s."""
     points: tuple[Point, ...]
+    """Single steps, each from a fresh start."""
     rows: Array
+    """States of a run, p and q; fewer than asked for where the code stopped; shape (k, 2 d)."""
     failures: tuple[str, ...]
+    """Why the code could not take a step."""
 
     @cached_property
     def scales(self) -> State:
@@ -187,22 +171,7 @@ def uncompiled(method: FixedStep) -> FixedStep:
 
 
 def battery(ivp: ConstrainedIvp, code: OutsideMethod, h: float | None = None) -> Battery:
-    """Return the output of a code on a problem.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers.
-    code : OutsideMethod
-        The code.
-    h : float, optional
-        Step size, s; by default a large one that RATTLE can take.
-
-    Raises
-    ------
-    RunFailed
-        If the code takes none of the steps.
-    """
+    """Return the output of a code on a problem."""
     h, states = _states(ivp, h)
     run = code.solve(ivp, Request(value=h, steps=STEPS, every=1, watch=()))
     rows = np.concatenate([run.states["p"], run.states["q"]], axis=1)

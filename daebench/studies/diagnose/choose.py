@@ -25,18 +25,6 @@ def diagnose_somewhere(method: Any, *, scheme: str = "rattle", h: float | None =
     """Return the fault of a code, see :func:`daebench.studies.diagnose.verdict.diagnose`, on a problem of the catalogue.
 
     A code that solves one problem is known there, and one that takes many is right only if it is right on all of them.
-
-    Parameters
-    ----------
-    method, scheme, h
-        As for :func:`daebench.studies.diagnose.verdict.diagnose`.
-    tell : callable, optional
-        Told how far it is.
-
-    Raises
-    ------
-    BadInput
-        If the code's steps are known on no problem: give the problem that it solves.
     """
     code = parse(method)
     if not isinstance(code, OutsideMethod):

@@ -63,25 +63,7 @@ COLUMNS = ("order", "symmetric", "symplectic", "g", "G H_p", "H", "energy")
 
 
 def measured(ivp: ConstrainedIvp, code: OutsideMethod, h: float, eps: float = EPS) -> dict[str, float | str]:
-    """Return the measurements of a code on a problem.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers.
-    code : OutsideMethod
-        The code.
-    h : float
-        Step size, s.
-    eps : float
-        Relative size of a rounding of the code.
-
-    Returns
-    -------
-    dict
-        order: the slope of the error of q and p over h, the smaller, in a short motion; symmetric and symplectic: defects of 10 steps; g,
-        G H_p and H: largest errors along 200 steps; energy: the verdict on a run of 4000 steps. Where the code stops, "failure" says why.
-    """
+    """Return the measurements of a code on a problem."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DerivativeWarning)
         try:
@@ -120,21 +102,7 @@ def _slope(errors: Array, seen: NDArray[np.bool_]) -> float | None:
 
 
 def contradiction(ivp: ConstrainedIvp, values: Mapping[str, float | str], meant: FixedStep, h: float, rounding: float) -> str:
-    """Return how measurements of a code contradict that it is a scheme, "" where they do not: the scheme's own are no better.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers.
-    values : mapping of str to float or str
-        What :func:`measured` gives of the code.
-    meant : FixedStep
-        The scheme.
-    h : float
-        Step size, s.
-    rounding : float
-        What steps of the code and of the scheme may differ by, relative.
-    """
+    """Return how measurements of a code contradict that it is a scheme, "" where they do not: the scheme's own are no better."""
     scheme = uncompiled(meant)
     order, claimed = values.get("order"), short_order(ivp, scheme, h)
     if isinstance(order, float) and not (isinstance(claimed, float) and order > claimed - LESS):

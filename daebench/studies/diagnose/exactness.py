@@ -21,23 +21,16 @@ SMOOTH = 0.1
 
 @dataclass(frozen=True)
 class Exactness:
-    """Residuals of the constraints after single steps.
-
-    Parameters
-    ----------
-    g, Gv : float
-        The largest |g| and |G H_p|, in their units.
-    g_roundings, Gv_roundings : float
-        The largest, in units of eps |G| |q| and eps |G| |v|, of the same row each.
-    follows : bool
-        Whether residuals above :data:`ROUNDINGS` change smoothly with the step size: an iteration is ended there.
-    """
+    """Residuals of the constraints after single steps."""
 
     g: float
     Gv: float
+    """The largest |g| and |G H_p|, in their units."""
     g_roundings: float
     Gv_roundings: float
+    """The largest, in units of eps |G| |q| and eps |G| |v|, of the same row each."""
     follows: bool
+    """Whether residuals above :data:`ROUNDINGS` change smoothly with the step size: an iteration is ended there."""
 
     @property
     def exact(self) -> bool:
@@ -54,15 +47,7 @@ class Exactness:
 
 
 def exactness(battery: Battery, step: Map) -> Exactness:
-    """Return how exactly a code meets the constraints after its single steps.
-
-    Parameters
-    ----------
-    battery : Battery
-        What the code gives.
-    step : callable
-        The code's map.
-    """
+    """Return how exactly a code meets the constraints after its single steps."""
     mechanics = battery.mechanics
     sizes = _sizes(mechanics, battery.points)
     rows = [_residuals(mechanics, point, sizes) for point in battery.points]

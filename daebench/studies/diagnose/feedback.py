@@ -25,31 +25,17 @@ BIASED = 1e-11
 
 @dataclass(frozen=True)
 class Feedback:
-    """The constraint that a code's accelerations meet: g'' = -damping g' - stiffness g.
-
-    Parameters
-    ----------
-    damping, stiffness : float
-        2 alpha and beta^2 of Baumgarte, 1/s and 1/s^2; zero for index-reduced equations.
-    residual : float
-        What is left over, relative to the accelerations.
-    """
+    """The constraint that a code's accelerations meet: g'' = -damping g' - stiffness g."""
 
     damping: float
     stiffness: float
+    """2 alpha and beta^2 of Baumgarte, 1/s and 1/s^2; zero for index-reduced equations."""
     residual: float
+    """What is left over, relative to the accelerations."""
 
 
 def feedback(battery: Battery, step: Map) -> Feedback | None:
-    """Return the feedback that the code's accelerations show off the manifold, None where they are those of no index-reduced equations.
-
-    Parameters
-    ----------
-    battery : Battery
-        What the code gives.
-    step : callable
-        The code's map.
-    """
+    """Return the feedback that the code's accelerations show off the manifold, None where they are those of no index-reduced equations."""
     mechanics, draw = battery.mechanics, np.random.default_rng(11)
     size_p, size_q = (float(scale) for scale in battery.scales)
     columns, targets, sizes, rests = [], [], [], []

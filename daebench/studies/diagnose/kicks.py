@@ -75,35 +75,26 @@ class KickDriftKick:
         p_half = p0 - first h H_q(p_half, q0) - impulse
         q1, impulse = positions(...)
         p1 = momenta(p_half - second h H_q(p_half, q1))
-
-    Parameters
-    ----------
-    first, second : float
-        Parts of h in the two kicks.
-    positions : callable
-        See :data:`daebench.studies.diagnose.positions.Positions`.
-    momenta : callable
-        See :data:`Momenta`.
-    second_at, projected_at : str
-        Where the second kick is computed, and where the gradients for the momenta are taken: at "q0", at "q1", or at the "free" position
-        that is reached without an impulse.
-    kicked_first : bool
-        Whether positions drift with the momentum after the first kick; otherwise with p0.
-    projected_first : bool
-        Whether momenta are projected before the second kick.
-    impulse_at_end : float
-        How much of the impulse, its multipliers along G(q1), is taken from p1 once more.
     """
 
     first: float = 0.5
     second: float = 0.5
+    """Parts of h in the two kicks."""
     positions: Positions = along_first_gradient
+    """See :data:`daebench.studies.diagnose.positions.Positions`."""
     momenta: Momenta = tangent
+    """See :data:`Momenta`."""
     second_at: str = "q1"
     projected_at: str = "q1"
+    """Where the second kick is computed, and where the gradients for the momenta are taken: at "q0", at "q1", or at the "free" position
+    that is reached without an impulse.
+    """
     kicked_first: bool = True
+    """Whether positions drift with the momentum after the first kick; otherwise with p0."""
     projected_first: bool = False
+    """Whether momenta are projected before the second kick."""
     impulse_at_end: float = 0.0
+    """How much of the impulse, its multipliers along G(q1), is taken from p1 once more."""
 
     def __call__(self, mechanics: Mechanics, p0: Array, q0: Array, h: float) -> State:
         """Return p1 and q1."""

@@ -38,18 +38,12 @@ FITS = 1e-4
 
 @dataclass(frozen=True)
 class Law:
-    """A fault, and the law that shows it.
-
-    Parameters
-    ----------
-    fault : str
-        Name in :data:`daebench.studies.diagnose.dictionary.FAULTS`.
-    about : str
-        What was measured.
-    """
+    """A fault, and the law that shows it."""
 
     fault: str
+    """Name in :data:`daebench.studies.diagnose.dictionary.FAULTS`."""
     about: str
+    """What was measured."""
 
 
 def law(battery: Battery, step: Map) -> Law | None:

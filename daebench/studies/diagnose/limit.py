@@ -24,23 +24,16 @@ SURE = 10.0
 
 @dataclass(frozen=True)
 class Rate:
-    """Rates of a code in a state, and their distance from those of the problem.
-
-    Parameters
-    ----------
-    p, q : ndarray
-        The state.
-    given, right : ndarray
-        A rate of the code, and of the problem.
-    error : float
-        What the limit is known to.
-    """
+    """Rates of a code in a state, and their distance from those of the problem."""
 
     p: Array
     q: Array
+    """The state."""
     given: Array
     right: Array
+    """A rate of the code, and of the problem."""
     error: float
+    """What the limit is known to."""
 
 
 def on_manifold(battery: Battery) -> Iterator[State]:

@@ -23,24 +23,16 @@ STAGNANT = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Mechanics:
-    """The functions of p and q that a step is made of; all take and return arrays.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem with its numbers.
-    force : float or ndarray, shape(d,)
-        Factor of H_q: one for the problem, another for a code that has another force.
-    rows : slice or ndarray of int
-        The constraints that are imposed.
-    target : float or ndarray, shape(m,)
-        Value at which g is held.
-    """
+    """The functions of p and q that a step is made of; all take and return arrays."""
 
     ivp: ConstrainedIvp
+    """The problem with its numbers."""
     force: float | Array = 1.0
+    """Factor of H_q: one for the problem, another for a code that has another force; shape (d,)."""
     rows: slice | NDArray[np.int64] = field(default_factory=lambda: slice(None))
+    """The constraints that are imposed."""
     target: float | Array = 0.0
+    """Value at which g is held; shape (m,)."""
 
     def __post_init__(self) -> None:
         names = ("H_p", "H_q", "H_pp", "mass", "G", "g", "lam")

@@ -31,22 +31,16 @@ FALLS = 1.2
 
 @dataclass(frozen=True)
 class Inexact:
-    """How exactly a code whose step has the form of RATTLE's solves for its multipliers.
-
-    Parameters
-    ----------
-    fault : str
-        "velocity_not_projected", "one_sweep", "loose_tolerance", "loose_tolerance, one_sweep" where it may be either, "" where no fault
-        shows.
-    about : str
-        What was measured.
-    exact : bool
-        Whether both constraints are met to round-off.
-    """
+    """How exactly a code whose step has the form of RATTLE's solves for its multipliers."""
 
     fault: str
+    """"velocity_not_projected", "one_sweep", "loose_tolerance", "loose_tolerance, one_sweep" where it may be either, "" where no fault
+    shows.
+    """
     about: str
+    """What was measured."""
     exact: bool
+    """Whether both constraints are met to round-off."""
 
 
 def inexact(battery: Battery, step: Map) -> Inexact | None:
@@ -54,13 +48,6 @@ def inexact(battery: Battery, step: Map) -> Inexact | None:
 
     It has that form where the impulse that the positions imply is along G(q0)^T, and the rest of the step follows from it, but for a
     momentum along G(q1)^T.
-
-    Parameters
-    ----------
-    battery : Battery
-        What the code gives.
-    step : callable
-        The code's map.
     """
     if not has_form(battery):
         return None

@@ -83,17 +83,7 @@ def along_gradient_between(
 def along_drifted_gradient(
     mechanics: Mechanics, p: Array, q0: Array, h: float, *, kick: float = 0.0, part: float = 1.0, impulse_at_start: bool = False
 ) -> tuple[Array, Array]:
-    """Return q1 reached along the gradients where the positions are once they have drifted, before they are corrected.
-
-    Parameters
-    ----------
-    kick : float
-        Part of h whose kick is taken back before the drift: a half for positions that drift with p0.
-    part : float
-        Part of the drift.
-    impulse_at_start : bool
-        Whether the impulse is along G(q0) all the same.
-    """
+    """Return q1 reached along the gradients where the positions are once they have drifted, before they are corrected."""
     drifted = drift(mechanics, p + kick * h * mechanics.slope(p, q0), q0, part * h)
     return _reached_along(mechanics, p, q0, h, drifted, impulse_at_start)
 
@@ -155,23 +145,7 @@ def swept(
     tolerance: float = 0.0,
     each_met: bool = False,
 ) -> tuple[Array, Array]:
-    """Return q1 and the impulse after some sweeps.
-
-    Parameters
-    ----------
-    matrix : callable or None
-        One of :data:`MATRICES`.
-    current : bool
-        Whether corrections are along the gradients at the iterate, rather than at q0.
-    impulse_at : str
-        Gradients of the impulse: those of the "corrections", or those at "q0".
-    sweeps : int
-        Most sweeps; they end before where the increment is round-off.
-    tolerance : float
-        They end, too, where no |g| is above it.
-    each_met : bool
-        Whether, one constraint after the other, each is met before the next.
-    """
+    """Return q1 and the impulse after some sweeps."""
     G0, W = mechanics.gradient(q0), mechanics.inverse_mass(q0)
     q, impulse, total, previous = drift(mechanics, p, q0, h), np.zeros_like(p), np.zeros(len(G0)), np.inf
     for _ in range(sweeps):
@@ -200,17 +174,7 @@ def _groups(m: int, *, together: bool) -> Sequence[slice]:
 def without_mass(
     mechanics: Mechanics, p: Array, q0: Array, h: float, *, drifting: bool = True, displacing: bool = False, consistent: bool = False
 ) -> tuple[Array, Array]:
-    """Return q1 with M^-1 left out in its drift, its displacement, or both, and the impulse along G(q0)^T.
-
-    Parameters
-    ----------
-    drifting : bool
-        Whether q drifts with the velocity H_p; otherwise with the momentum in its place.
-    displacing : bool
-        Whether q is displaced by M^-1 times the impulse; otherwise by the impulse in its place.
-    consistent : bool
-        Whether the impulse is M times the displacement.
-    """
+    """Return q1 with M^-1 left out in its drift, its displacement, or both, and the impulse along G(q0)^T."""
     directions = mechanics.gradient(q0).T
     W = mechanics.inverse_mass(q0) if displacing else np.eye(len(q0))
     start = drift(mechanics, p, q0, h) if drifting else q0 + h * p

@@ -125,15 +125,7 @@ constraints: on such Störmer-Verlet with an implicit first kick is RATTLE."""
 
 
 def nearest(mechanics: Mechanics, q: Array, *, gradient: str, mass: bool) -> Array:
-    """Return a point of the manifold near q.
-
-    Parameters
-    ----------
-    gradient : str
-        Along which gradients: those at the "end", anew in "each" sweep, for the constraints "one by one", or those at the "given" q.
-    mass : bool
-        Whether displacements are multiplied by M^-1, rather than orthogonal.
-    """
+    """Return a point of the manifold near q."""
     W = mechanics.inverse_mass(q) if mass else np.eye(len(q))
     if gradient == "each":
         return iterated(lambda x: x + _displacement(mechanics, x, mechanics.gradient(x), W), q)

@@ -28,28 +28,7 @@ MOST_NUMBERS = 2**26
 def kept_run(
     store: Store, executor: Executor | None, settings: Mapping[str, Any], some: Members, asked: Request, method: Any
 ) -> EnsembleRun:
-    """Return the runs of all members, each to the bit as :func:`daebench.methods.ensemble.run.run_members` has it.
-
-    Parameters
-    ----------
-    store : Store
-        Where pieces are kept; those that it has are not made.
-    executor : Executor, optional
-        What makes the others; this process if left out.
-    settings : mapping of str
-        Fields of :class:`daebench.studies.grid.run_specification.RunSpecification` that name problem and method.
-    some : Members
-        The members.
-    asked : Request
-        What each is asked.
-    method : FixedStepMethod
-        The method.
-
-    Raises
-    ------
-    BadInput
-        If the states of one member are too many for a row of a store.
-    """
+    """Return the runs of all members, each to the bit as :func:`daebench.methods.ensemble.run.run_members` has it."""
     pieces = list(_pieces(settings, some, asked))
     tell = _telling(asked.progress, len(pieces))
     rows = computed(pieces, store, executor=executor, tell=tell)
@@ -92,13 +71,7 @@ def _pieces(settings: Mapping[str, Any], some: Members, asked: Request) -> Itera
 
 
 def settings_of(problem: Any, case: str, method: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields that name problem and method, of settings of :func:`daebench.run`.
-
-    Raises
-    ------
-    BadInput
-        If the problem is neither a name nor a path, or a setting cannot be stored in a row.
-    """
+    """Return the fields that name problem and method, of settings of :func:`daebench.run`."""
     if not isinstance(problem, str):
         raise BadInput("a stored ensemble needs a problem of the catalogue or in a file; give its name or path.")
     pairs = {name: tuple((given.get(name) or {}).items()) for name in ("parameters", "options")}

@@ -90,21 +90,14 @@ LATER = ("maker", "executable", "without")
 
 @dataclass(frozen=True)
 class Archive:
-    """An archive that is what was written.
-
-    Parameters
-    ----------
-    manifest : mapping
-        What it says of itself.
-    rows : tuple of StoredRow
-        The runs.
-    files : mapping of str to bytes
-        All that is in it, by name.
-    """
+    """An archive that is what was written."""
 
     manifest: Mapping[str, Any]
+    """What it says of itself."""
     rows: tuple[StoredRow, ...]
+    """The runs."""
     files: Mapping[str, bytes]
+    """All that is in it, by name."""
 
     @property
     def own(self) -> tuple[str, ...]:
@@ -119,24 +112,16 @@ class Archive:
 
 @dataclass(frozen=True)
 class Archived:
-    """Content of an archive.
-
-    Parameters
-    ----------
-    files : tuple of str
-        Names of the files in it.
-    rows : int
-        Runs.
-    changed : int
-        Runs that were left out, because the definition that they are of has changed since.
-    without : tuple of str
-        Methods from outside whose code is not in it; their runs cannot be repeated.
-    """
+    """Content of an archive."""
 
     files: tuple[str, ...]
+    """Names of the files in it."""
     rows: int
+    """Runs."""
     changed: int
+    """Runs that were left out, because the definition that they are of has changed since."""
     without: tuple[str, ...] = ()
+    """Methods from outside whose code is not in it; their runs cannot be repeated."""
 
 
 def write_archive(store: Store, path: Path, trust: Trust | None = None) -> Archived:
@@ -144,11 +129,6 @@ def write_archive(store: Store, path: Path, trust: Trust | None = None) -> Archi
 
     Files that the store names are read, and executed only where that is trusted. That is needed for a problem file of which nothing is
     known in the cache, for example because it was never run on this machine.
-
-    Raises
-    ------
-    BadInput
-        If the store has no rows, or a problem file that they are of is not there any more, or would have to be executed and is not trusted.
     """
     rows = list(store.all())
     with _executing(store.path, rows, trust or Trust()):
@@ -279,14 +259,7 @@ def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes], wi
 
 
 def read(path: Path, trust: Trust | None = None) -> Archive:
-    """Return an archive, all of it checked; nothing in it is executed.
-
-    Raises
-    ------
-    BadInput
-        If there is none, it is damaged, of another version, or too large, a field is not what daebench writes, a name leads out of it, or
-        it names code that is not in it or not trusted.
-    """
+    """Return an archive, all of it checked; nothing in it is executed."""
     if not path.is_file():
         raise BadInput(f"there is no archive {path}; daebench archive STUDY.db makes one.")
     try:

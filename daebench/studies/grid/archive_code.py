@@ -15,24 +15,16 @@ FOLDER = "code"
 
 @dataclass(frozen=True)
 class Gathered:
-    """The code of methods from outside.
-
-    Parameters
-    ----------
-    names : mapping of str to str
-        Names in the archive, by those in the study.
-    files : mapping of str to bytes
-        Files by their paths in the archive.
-    executable : tuple of str
-        Those that are started as programs.
-    without : mapping of str to str
-        Methods whose code is not in the archive, and why.
-    """
+    """The code of methods from outside."""
 
     names: Mapping[str, str]
+    """Names in the archive, by those in the study."""
     files: Mapping[str, bytes] = field(repr=False)
+    """Files by their paths in the archive."""
     executable: tuple[str, ...]
+    """Those that are started as programs."""
     without: Mapping[str, str]
+    """Methods whose code is not in the archive, and why."""
 
 
 def gathered(methods: Iterable[str]) -> Gathered:

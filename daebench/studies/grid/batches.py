@@ -34,15 +34,7 @@ Batch = tuple[StoredRow, ...]
 
 
 def rows_in_batches(specifications: Mapping[str, GridRun], executor: Executor) -> Iterator[Batch]:
-    """Give the rows of runs with their keys, batch by batch as they are done; where one is lost, those that were done before it.
-
-    Raises
-    ------
-    BadInput
-        If one that computes has another version of daebench or of a library.
-    DaebenchError
-        If one that computes is lost, and its runs with it, or a cluster has lost all its workers and gets no other.
-    """
+    """Give the rows of runs with their keys, batch by batch as they are done; where one is lost, those that were done before it."""
     left = list(specifications.items())[::-1]
     workers, size = workers_of(executor), 1
     running: dict[Future[Batch], list[Entry]] = {}

@@ -33,27 +33,18 @@ LEAST_COMPILE, MOST_COMPILE = 1.0, 20.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """About how long runs take.
-
-    Parameters
-    ----------
-    seconds : float
-        In one process, s, without compilation.
-    like : int
-        Runs that are like stored ones, of the same method on the same problem.
-    runs : int
-        All of them.
-    kernels : int
-        Kernels that no stored run of this version has compiled; some may be in the cache all the same.
-    compiling : float
-        About how long their compilation takes, s.
-    """
+    """About how long runs take."""
 
     seconds: float
+    """In one process, s, without compilation."""
     like: int
+    """Runs that are like stored ones, of the same method on the same problem."""
     runs: int
+    """All of them."""
     kernels: int = 0
+    """Kernels that no stored run of this version has compiled; some may be in the cache all the same."""
     compiling: float = 0.0
+    """About how long their compilation takes, s."""
 
     def sentence(self, processes: int, where: str) -> str:
         """Return it in words, for so many processes, which are there."""

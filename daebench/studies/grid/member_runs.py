@@ -79,13 +79,7 @@ class MemberRuns(GridRun):
 
 
 def members_of(specification: MemberRuns) -> Members:
-    """Return the members.
-
-    Raises
-    ------
-    BadInput
-        If there are not as many numbers as they have.
-    """
+    """Return the members."""
     ivp, n, differing = specification.ivp, specification.members, specification.differing
     raw = base64.b64decode(specification.numbers)
     if len(raw) != 8 * n * (ivp.size + 1 + len(differing)):

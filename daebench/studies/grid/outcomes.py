@@ -122,16 +122,7 @@ def sizes_of(rows: "Mapping[str, Any] | pd.DataFrame") -> Array:
 
 
 def outcomes_of(rows: "Mapping[str, Any] | pd.DataFrame", scales: Array) -> NDArray[Any]:
-    """Return which of :data:`OUTCOMES` each row tells of, shape(n,).
-
-    Parameters
-    ----------
-    rows : mapping of str to array_like, shape(n,)
-        Columns: "failure", and of the metrics "energy", on a constrained problem "manifold", and "jump" where the other branch is to be
-        told.
-    scales : ndarray, shape(n,)
-        By how much g changes where all positions change by one part, NaN on a Poisson system.
-    """
+    """Return which of :data:`OUTCOMES` each row tells of, shape(n,)."""
     failures = np.asarray(rows["failure"], dtype=object)
     words = np.array([word_of(failure) for failure in failures], dtype=object)
     size, nothing = sizes_of(rows), np.zeros(len(failures))

@@ -16,23 +16,12 @@ ALWAYS = ("steps", "failure")
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRuns(GridRun):
-    """Runs of one method with one step size over values of a parameter.
-
-    Parameters
-    ----------
-    varied : str
-        Name of the parameter.
-    values : tuple of float
-        Its values, one for each run.
-
-    Raises
-    ------
-    BadInput
-        If a metric is none of :data:`MEASURED`.
-    """
+    """Runs of one method with one step size over values of a parameter."""
 
     varied: str
+    """Name of the parameter."""
     values: tuple[float, ...]
+    """Its values, one for each run."""
 
     def __post_init__(self) -> None:
         if others := set(self.metrics) - set(MEASURED):

@@ -30,31 +30,21 @@ MOST_STEPS = 1e9
 
 @dataclass(frozen=True)
 class Reproduced:
-    """A run of an archive beside a new one.
-
-    Parameters
-    ----------
-    specification : GridRun
-        The run.
-    verdict : str
-        Equal, within or differs, see :mod:`daebench.records.comparison`.
-    column : str
-        Where the two differ most; "" where they are equal.
-    archived, new : object
-        The values there.
-    difference : float
-        That of the two numbers, relative to the larger; NaN where one is no finite number.
-    absent : tuple of str
-        Columns that the row of another version of daebench lacks, and that are not compared.
-    """
+    """A run of an archive beside a new one."""
 
     specification: GridRun
+    """The run."""
     verdict: str
+    """Equal, within or differs, see :mod:`daebench.records.comparison`."""
     column: str = ""
+    """Where the two differ most; "" where they are equal."""
     archived: Any = None
     new: Any = None
+    """The values there."""
     difference: float = 0.0
+    """That of the two numbers, relative to the larger; NaN where one is no finite number."""
     absent: tuple[str, ...] = ()
+    """Columns that the row of another version of daebench lacks, and that are not compared."""
 
 
 @contextmanager
@@ -78,11 +68,6 @@ def reproduced(
     """Make the runs of an archive again, and give each beside what is archived; ``tell`` is told which fraction of them is done.
 
     Two numbers are within where they differ by no more than ``rtol`` times the larger, or by ``atol``.
-
-    Raises
-    ------
-    BadInput
-        If a run has more steps than :data:`MOST_STEPS`, or cannot be begun.
     """
     executing = nullcontext() if any(not name.is_own for name in foreign_names(archive)) else executing_nothing(UNNAMED)
     with unpacked(archive) as runs, executing:

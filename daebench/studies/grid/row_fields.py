@@ -63,13 +63,7 @@ TIMES = ("seconds", "seconds_least", "seconds_most", "callback_seconds")
 
 
 def require_row(specification: GridRun, row: Mapping[str, Any]) -> None:
-    """Accept a row that can be of a run.
-
-    Raises
-    ------
-    BadInput
-        If a column is missing, or is not of its type or length, or repeats another run.
-    """
+    """Accept a row that can be of a run."""
     try:
         Fields({"problem": Text(LONGEST), **_columns(specification)}, _others(specification, row), open=True).read(row, "row")
         for name, value in _repeated(specification, row).items():

@@ -129,13 +129,7 @@ ONE = Fields(REQUIRED, OPTIONAL)
 
 
 def specification_of(given: Mapping[str, Any]) -> GridRun:
-    """Return a run, or several, with the fields that :meth:`GridRun.plain` gives.
-
-    Raises
-    ------
-    BadInput
-        If a field is missing, is not of its type or range, or is none of a run; nothing that it names is looked at.
-    """
+    """Return a run, or several, with the fields that :meth:`GridRun.plain` gives."""
     try:
         if "distribution" in given:
             return StartRuns.of_plain(STARTS.read(given))

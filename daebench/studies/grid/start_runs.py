@@ -17,31 +17,18 @@ class StartRuns(GridRun):
     """Runs of one method with one step size or tolerance from many starts.
 
     The errors are those at ``outputs`` equidistant times, the same for all methods.
-
-    Parameters
-    ----------
-    members : int
-        Number of starts; fewer of them are the first of more.
-    distribution : str
-        What they are drawn from, see :func:`daebench.starts.draw.draw_starts`.
-    settings : str
-        Its settings, as JSON.
-    seed : int
-        Seeds them.
-    finest : float
-        Smallest step size of the study, s, of which a reference takes a third where heyoka does not make it.
-
-    Raises
-    ------
-    BadInput
-        If there is no member, or a metric is none of :data:`MEASURED`.
     """
 
     members: int
+    """Number of starts; fewer of them are the first of more."""
     distribution: str = "neighbourhood"
+    """What they are drawn from, see :func:`daebench.starts.draw.draw_starts`."""
     settings: str = "{}"
+    """Its settings, as JSON."""
     seed: int = 0
+    """Seeds them."""
     finest: float
+    """Smallest step size of the study, s, of which a reference takes a third where heyoka does not make it."""
 
     def __post_init__(self) -> None:
         if whole("members", self.members) < 1:

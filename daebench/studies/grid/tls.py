@@ -16,26 +16,14 @@ OPTIONS = ("--tls-ca-file", "--tls-cert", "--tls-key")
 
 @dataclass(frozen=True)
 class Tls:
-    """Files of certificates, in PEM.
-
-    Parameters
-    ----------
-    ca_file : Path, optional
-        Certificate of the cluster's own authority.
-    cert : Path, optional
-        Certificate by which this machine is known.
-    key : Path, optional
-        Its key; by default in the same file.
-
-    Raises
-    ------
-    BadInput
-        If one is given without another that it needs, or is not a file.
-    """
+    """Files of certificates, in PEM."""
 
     ca_file: Path | None = None
+    """Certificate of the cluster's own authority."""
     cert: Path | None = None
+    """Certificate by which this machine is known."""
     key: Path | None = None
+    """Its key; by default in the same file."""
 
     def __post_init__(self) -> None:
         if not self:

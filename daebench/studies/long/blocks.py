@@ -16,22 +16,15 @@ MANY = 1024
 
 @dataclass
 class Blocks:
-    """Means of a series, or of several of the same length, over blocks of equal length.
-
-    Parameters
-    ----------
-    length : int
-        Samples of a block, a power of two.
-    means : ndarray, shape(blocks,) or shape(n, blocks)
-        Means of the blocks so far.
-    total, pieces : float or ndarray, shape(n,), and int
-        Sum of the means of the pieces of BLOCK samples that a longer block has so far, and their number.
-    """
+    """Means of a series, or of several of the same length, over blocks of equal length."""
 
     length: int = 1
+    """Samples of a block, a power of two."""
     means: Array = field(default_factory=lambda: np.empty(0))
+    """Means of the blocks so far; shape (blocks,)."""
     total: Any = 0.0
     pieces: int = 0
+    """Sum of the means of the pieces of BLOCK samples that a longer block has so far, and their number; shape (n,)."""
 
     def add(self, values: Array) -> None:
         """Add the next samples, shape(BLOCK,) or shape(n, BLOCK)."""

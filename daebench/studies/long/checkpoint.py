@@ -41,43 +41,29 @@ class _Plain:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A long run as it was left.
-
-    Parameters
-    ----------
-    done : int
-        Steps done.
-    left : int
-        Steps to the next sample.
-    passages : int
-        Number of rank-loss events.
-    seconds : float
-        CPU time of the loop.
-    failure : str
-        Why it stopped; "" if nothing but the end or an interruption stopped it.
-    windows, blocks : Windows, Blocks
-        Statistics of what is reduced.
-    numbers : ndarray, shape(k,)
-        All that the loop carries.
-    waiting : ndarray, shape(n,)
-        Energies H(x) that are sampled and not yet reduced, in the run's number type.
-    first : float
-        H(x0).
-    rank_pending : bool
-        Whether G loses rank in the step after the last one.
-    """
+    """A long run as it was left."""
 
     done: int
+    """Steps done."""
     left: int
+    """Steps to the next sample."""
     passages: int
+    """Number of rank-loss events."""
     seconds: float
+    """CPU time of the loop."""
     failure: str
+    """Why it stopped; "" if nothing but the end or an interruption stopped it."""
     windows: Windows
     blocks: Blocks
+    """Statistics of what is reduced."""
     numbers: Array
+    """All that the loop carries; shape (k,)."""
     waiting: Array
+    """Energies H(x) that are sampled and not yet reduced, in the run's number type; shape (n,)."""
     first: float
+    """H(x0)."""
     rank_pending: bool = False
+    """Whether G loses rank in the step after the last one."""
 
     @property
     def errors(self) -> Array:
@@ -87,34 +73,23 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class GroupCheckpoint:
-    """Members of an ensemble in lanes as they were left, all after as many steps; those that left their lanes have files of their own.
-
-    Parameters
-    ----------
-    members : tuple of int
-        Their numbers.
-    done : int
-        Steps done.
-    seconds : float
-        CPU time of the loop.
-    windows, blocks : Windows, Blocks
-        Statistics of what is reduced, a row for each member.
-    numbers : ndarray, shape(k, n)
-        All that the loop carries.
-    waiting : ndarray, shape(r, n)
-        Energies H(x) that are sampled and not yet reduced.
-    first : ndarray, shape(n,)
-        H(x0).
-    """
+    """Members of an ensemble in lanes as they were left, all after as many steps; those that left their lanes have files of their own."""
 
     members: tuple[int, ...]
+    """Their numbers."""
     done: int
+    """Steps done."""
     seconds: float
+    """CPU time of the loop."""
     windows: Windows
     blocks: Blocks
+    """Statistics of what is reduced, a row for each member."""
     numbers: Array
+    """All that the loop carries; shape (k, n)."""
     waiting: Array
+    """Energies H(x) that are sampled and not yet reduced; shape (r, n)."""
     first: Array
+    """H(x0); shape (n,)."""
 
     def each(self, stride: int) -> dict[int, Checkpoint]:
         """Return the members by number, as they would be left alone but for what the loop carries."""

@@ -210,27 +210,18 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class Piece:
-    """Members that are run together, in lanes, or one that is run by itself.
-
-    Parameters
-    ----------
-    spec : LongRun
-        The run of member 0.
-    members : tuple of int
-        Their numbers.
-    steps : int
-        Steps of each.
-    path : Path
-        The checkpoint.
-    alone : dict of int to Path
-        Where the checkpoint of each is when it is run by itself; a piece whose own it is has one member, and no lanes.
-    """
+    """Members that are run together, in lanes, or one that is run by itself."""
 
     spec: LongRun
+    """The run of member 0."""
     members: tuple[int, ...]
+    """Their numbers."""
     steps: int
+    """Steps of each."""
     path: Path
+    """The checkpoint."""
     alone: dict[int, Path]
+    """Where the checkpoint of each is when it is run by itself; a piece whose own it is has one member, and no lanes."""
 
 
 def _runs(numbers: Sequence[int], most: int) -> list[list[int]]:

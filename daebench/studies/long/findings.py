@@ -20,18 +20,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Findings:
-    """Windows and verdict of what is kept of an ensemble.
-
-    Parameters
-    ----------
-    ensemble : Ensemble
-        The ensemble, of which at least one member has begun.
-    members : dict of int to Checkpoint
-        What is kept of its members.
-    """
+    """Windows and verdict of what is kept of an ensemble."""
 
     ensemble: Ensemble
+    """The ensemble, of which at least one member has begun."""
     members: dict[int, Checkpoint]
+    """What is kept of its members."""
 
     @property
     def name(self) -> str:

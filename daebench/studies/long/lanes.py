@@ -36,17 +36,7 @@ def in_lanes(spec: LongRun) -> bool:
 
 
 class LaneStream:
-    """Long runs of several members under way, each to the bit what :class:`daebench.studies.long.run.Stream` makes of it.
-
-    Parameters
-    ----------
-    spec : LongRun
-        What is run.
-    members : sequence of int
-        Numbers of the members.
-    steps : int
-        Where they end.
-    """
+    """Long runs of several members under way, each to the bit what :class:`daebench.studies.long.run.Stream` makes of it."""
 
     def __init__(self, spec: LongRun, members: Sequence[int], steps: int) -> None:
         self.spec, self.members, self.steps = spec, tuple(members), steps
@@ -88,13 +78,7 @@ class LaneStream:
         self.samples[: self.row, 0, self.columns] = waiting
 
     def advance(self) -> list[Stream | int]:
-        """Take a piece of the runs, of a fifth of a second or up to the end of the buffer.
-
-        Returns
-        -------
-        list of Stream or int
-            Members that left their lanes: as they are, by themselves, after their last good step; or the number of one that did no step.
-        """
+        """Take a piece of the runs, of a fifth of a second or up to the end of the buffer."""
         stride = self.spec.stride
         left = stride - self.done % stride
         taken = min(self._piece, self.steps - self.done, left + (BLOCK - 1 - self.row) * stride)

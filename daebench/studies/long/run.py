@@ -121,13 +121,6 @@ class Stream:
     """A long run under way.
 
     Samples are reduced in blocks of a fixed number, so that nothing depends on where a run was interrupted.
-
-    Parameters
-    ----------
-    spec : LongRun
-        What is run.
-    steps : int
-        Where it ends.
     """
 
     def __init__(self, spec: LongRun, steps: int) -> None:

@@ -24,30 +24,20 @@ FAR_BEHIND = 0.5
 
 @dataclass(frozen=True)
 class Share:
-    """Of which members, and up to when, a verdict is told.
-
-    Parameters
-    ----------
-    asked : int
-        Members of the ensemble.
-    begun : int
-        Those that have begun.
-    failed : int
-        Those that stopped early, which are left out.
-    told : int
-        Those that the verdict is of.
-    until : float
-        Time in seconds up to which all of these are; NaN where there is none.
-    whole : bool
-        Whether these are all members, and each at its end.
-    """
+    """Of which members, and up to when, a verdict is told."""
 
     asked: int
+    """Members of the ensemble."""
     begun: int
+    """Those that have begun."""
     failed: int
+    """Those that stopped early, which are left out."""
     told: int
+    """Those that the verdict is of."""
     until: float
+    """Time in seconds up to which all of these are; NaN where there is none."""
     whole: bool
+    """Whether these are all members, and each at its end."""
 
 
 def counted_members(members: Mapping[int, Checkpoint]) -> dict[int, Checkpoint]:

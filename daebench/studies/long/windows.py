@@ -22,10 +22,7 @@ class Windows:
 
     Moments are merged by the formulas of Chan, Golub and LeVeque, which do not cancel.
 
-    Parameters
-    ----------
-    table : ndarray, shape(windows, 5) or shape(n, windows, 5), optional
-        Moments so far.
+    Shapes: table (windows, 5).
     """
 
     def __init__(self, table: Array | None = None) -> None:

@@ -41,18 +41,7 @@ class Equilibrium:
 
 
 def equilibrium(ivp: ConstrainedIvp) -> Equilibrium:
-    """Return a position of rest that a descent of H(0, q) on the manifold leads to from the case, polished by Newton's method.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem; its initial positions are the beginning of the search.
-
-    Raises
-    ------
-    BadInput
-        If there is none where the descent ends, or a body at rest does not stay at rest there.
-    """
+    """Return a position of rest that a descent of H(0, q) on the manifold leads to from the case, polished by Newton's method."""
     zero = np.zeros(ivp.d)
     on_manifold = {"type": "eq", "fun": lambda q: ivp.value("g", q), "jac": lambda q: ivp.value("G", q)}
     with np.errstate(all="ignore"):

@@ -35,33 +35,20 @@ Spectra = Mapping[str, NDArray[np.complex128]]
 
 @dataclass(frozen=True)
 class Linear:
-    """The system at rest.
-
-    Parameters
-    ----------
-    H_pp, H_pq, K : ndarray, shape(d, d)
-        Second derivatives of H, and of H + lam^T g by q.
-    G : ndarray, shape(m, d)
-        Derivative of the constraints.
-    sizes : ndarray, shape(d, d)
-        Sizes of the terms of K, whose sum may be far smaller.
-    """
+    """The system at rest."""
 
     H_pp: Array
     H_pq: Array
     K: Array
+    """Second derivatives of H, and of H + lam^T g by q; shape (d, d)."""
     G: Array
+    """Derivative of the constraints; shape (m, d)."""
     sizes: Array
+    """Sizes of the terms of K, whose sum may be far smaller; shape (d, d)."""
 
     @classmethod
     def at(cls, ivp: ConstrainedIvp, rest: Equilibrium) -> "Linear":
-        """Return it at an equilibrium.
-
-        Raises
-        ------
-        BadInput
-            If H_pp is not positive definite there, or momenta and positions are coupled.
-        """
+        """Return it at an equilibrium."""
         state = np.zeros(ivp.d), rest.q
         H_pp, H_pq = (np.array(ivp.value(name, *state), dtype=float) for name in ("H_pp", "H_pq"))
         _require_mass_alone(ivp, H_pp, H_pq)
@@ -106,17 +93,7 @@ def _require_mass_alone(ivp: ConstrainedIvp, H_pp: Array, H_pq: Array) -> None:
 
 
 def spectra(system: Linear, *, alpha: float, beta: float, stiff: float) -> Spectra:
-    """Return the eigenvalues of each formulation, 1/s, those with the largest modulus first.
-
-    Parameters
-    ----------
-    system : Linear
-        The system at rest.
-    alpha, beta : float
-        Of Baumgarte's stabilisation, 1/s.
-    stiff : float
-        Stiffness of the penalty in place of the constraints.
-    """
+    """Return the eigenvalues of each formulation, 1/s, those with the largest modulus first."""
     G0 = np.hstack([np.zeros_like(system.G), system.G])
     hidden = system.G @ system.velocity
     free, index2 = system.left_by(G0, hidden), system.left_by(hidden)

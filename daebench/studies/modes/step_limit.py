@@ -52,27 +52,18 @@ HALVINGS = 20
 
 @dataclass(frozen=True)
 class Oscillations:
-    """The natural modes that oscillate at rest.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem.
-    q : ndarray, shape(d,)
-        The position of rest.
-    frequencies : ndarray, shape(n,)
-        Their frequencies, 1/s, positive.
-    shapes : ndarray, shape(n, d)
-        dq of each, largest entry 1.
-    momenta : ndarray, shape(n, d)
-        M dq of each.
-    """
+    """The natural modes that oscillate at rest."""
 
     ivp: ConstrainedIvp
+    """The problem."""
     q: Array
+    """The position of rest; shape (d,)."""
     frequencies: Array
+    """Their frequencies, 1/s, positive; shape (n,)."""
     shapes: Array
+    """dq of each, largest entry 1; shape (n, d)."""
     momenta: Array
+    """M dq of each; shape (n, d)."""
 
     @property
     def fastest(self) -> float:
@@ -86,13 +77,7 @@ class Oscillations:
         return SHIFT * (max(away, NEAREST * largest) or 1.0)
 
     def step(self, name: str, h: float, width: float = 1.0) -> Array:
-        """Return the derivative of one step, shape(2n, 2n), by differences of so many shifts.
-
-        Raises
-        ------
-        DaebenchError
-            If the step cannot be made.
-        """
+        """Return the derivative of one step, shape(2n, 2n), by differences of so many shifts."""
         flow, size = method_of(self.ivp, name).flow(self.ivp, h, 1), width * self.shift
         w, masses = self.frequencies[:, None], np.sum(self.shapes * self.momenta, axis=1)[:, None]
 
@@ -165,13 +150,7 @@ def _surely_grows(matrix: Array, wide: Array) -> bool:
 
 
 def require_usable(ivp: ConstrainedIvp, names: Sequence[str]) -> None:
-    """Refuse methods that choose their steps themselves, and those that are not for the problem, before any work.
-
-    Raises
-    ------
-    BadInput
-        With the first such method, and why.
-    """
+    """Refuse methods that choose their steps themselves, and those that are not for the problem, before any work."""
     for name in names:
         why = _misfit(ivp, name)
         if why:
@@ -192,14 +171,6 @@ def _misfit(ivp: ConstrainedIvp, name: str) -> str | None:
 
 
 def usable_steps(about: Oscillations, names: Sequence[str]) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the step limits of methods, s, and of those that have no step at rest the reasons.
-
-    Parameters
-    ----------
-    about : Oscillations
-        The oscillations at rest.
-    names : sequence of str
-        Names of fixed-step methods.
-    """
+    """Return the step limits of methods, s, and of those that have no step at rest the reasons."""
     left_out = {name: why for name in names if (why := about.obstacle(name))}
     return {name: about.limit(name) for name in names if name not in left_out}, left_out

@@ -26,20 +26,12 @@ MOST_STAGE_MULTIPLIERS = 2e7
 
 @dataclass(frozen=True)
 class Bench(Runs):
-    """Where the runs of one method are made and compared with the reference at the common times.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        What is solved.
-    method : FixedStep or OutsideMethod
-        What is measured.
-    known : ReferenceSolution
-        The reference at the common times.
-    """
+    """Where the runs of one method are made and compared with the reference at the common times."""
 
     ivp: ConstrainedIvp
+    """What is solved."""
     method: FixedStep | OutsideMethod
+    """What is measured."""
     state = ("q", "p", "lam")
     leading = ("q", "p")
 
@@ -120,20 +112,12 @@ class Bench(Runs):
 
 @dataclass(frozen=True)
 class PoissonBench(Runs):
-    """Where the runs of one method are made and compared with the reference at the common times.
-
-    Parameters
-    ----------
-    ivp : PoissonIvp
-        What is solved.
-    method : PoissonScheme
-        What is measured.
-    known : ReferenceSolution
-        The reference at the common times.
-    """
+    """Where the runs of one method are made and compared with the reference at the common times."""
 
     ivp: PoissonIvp
+    """What is solved."""
     method: PoissonScheme
+    """What is measured."""
     state = leading = ("y",)
 
     def _floor(self, name: str, h: Sequence[float], errors: Sequence[float]) -> float:

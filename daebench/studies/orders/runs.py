@@ -44,21 +44,14 @@ SLOW = 1.0
 
 @dataclass(frozen=True)
 class Runs(ABC):
-    """The runs of one method, compared with the reference at the common times.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        What is solved.
-    method : FixedStep, PoissonScheme or OutsideMethod
-        What is measured.
-    known : ReferenceSolution
-        The reference at the common times.
-    """
+    """The runs of one method, compared with the reference at the common times."""
 
     ivp: InitialValueProblem
+    """What is solved."""
     method: FixedStep | PoissonScheme | OutsideMethod
+    """What is measured."""
     known: ReferenceSolution
+    """The reference at the common times."""
     state: ClassVar[tuple[str, ...]]
     """Components that every method has."""
     leading: ClassVar[tuple[str, ...]]

@@ -14,58 +14,38 @@ from daebench.runs.ivp import Ivp
 
 @dataclass(frozen=True)
 class Point:
-    """One run.
-
-    Parameters
-    ----------
-    h : float
-        Step size, s.
-    steps : int
-        Number of steps to the end time.
-    errors : mapping of str to float
-        Error of each component that was measured, none where the run failed.
-    failure : str
-        Why it failed, as a sentence; empty if it did not.
-    seconds : float
-        CPU time it took.
-    bound : float
-        What the reference of the stage multipliers may be wrong by.
-    """
+    """One run."""
 
     h: float
+    """Step size, s."""
     steps: int
+    """Number of steps to the end time."""
     errors: Mapping[str, float]
+    """Error of each component that was measured, none where the run failed."""
     failure: str = ""
+    """Why it failed, as a sentence; empty if it did not."""
     seconds: float = 0.0
+    """CPU time it took."""
     bound: float = 0.0
+    """What the reference of the stage multipliers may be wrong by."""
 
 
 @dataclass(frozen=True)
 class Series:
-    """One component of one method.
-
-    Parameters
-    ----------
-    method : str
-        Name of the method.
-    component : str
-        "q", "p", "lam" or the name of a stage multiplier; "y" of a Poisson system.
-    claimed : int, optional
-        The order that the method claims; a stage multiplier has none.
-    points : tuple of Point
-        The runs in which it was measured or which failed, coarsest first.
-    fit : OrderFit
-        The order, and what became of each point; "plateau" stands for errors that stop falling far above rounding.
-    floor : float
-        Error up to which points count as round-off.
-    """
+    """One component of one method."""
 
     method: str
+    """Name of the method."""
     component: str
+    """"q", "p", "lam" or the name of a stage multiplier; "y" of a Poisson system."""
     claimed: int | None
+    """The order that the method claims; a stage multiplier has none."""
     points: tuple[Point, ...]
+    """The runs in which it was measured or which failed, coarsest first."""
     fit: OrderFit
+    """The order, and what became of each point; "plateau" stands for errors that stop falling far above rounding."""
     floor: float
+    """Error up to which points count as round-off."""
 
     @property
     def errors(self) -> list[float]:
@@ -116,24 +96,16 @@ class Series:
 
 @dataclass(frozen=True)
 class OrderStudy:
-    """Orders of several methods on one initial value problem.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        What was solved.
-    t_end : float
-        End time, s.
-    reference_solution : ReferenceSolution
-        The reference at the common times.
-    series : tuple of Series
-        One for each method and component.
-    """
+    """Orders of several methods on one initial value problem."""
 
     ivp: Ivp
+    """What was solved."""
     t_end: float
+    """End time, s."""
     reference_solution: ReferenceSolution
+    """The reference at the common times."""
     series: tuple[Series, ...]
+    """One for each method and component."""
 
     def table(self) -> pd.DataFrame:
         """Return one row for each method and component, as :meth:`Series.row` gives them."""

@@ -18,24 +18,7 @@ MOST_STEPS = 2**32
 
 
 def step_sizes(t_end: float, claimed: int | None, h: float | None = None, halvings: int | None = None) -> list[int]:
-    """Return the numbers of steps n from one common time to the next, coarsest first: h = t_end/(8 n).
-
-    Parameters
-    ----------
-    t_end : float
-        End time, s.
-    claimed : int, optional
-        Order that the method claims; 2 is assumed of one that claims none.
-    h : float, optional
-        Largest step size, s.
-    halvings : int, optional
-        How often it is halved.
-
-    Raises
-    ------
-    BadInput
-        If h is larger than t_end/8 or not positive, there are less than 2 halvings, or more than 2^32 steps.
-    """
+    """Return the numbers of steps n from one common time to the next, coarsest first: h = t_end/(8 n)."""
     n, times = SEQUENCES.get(claimed or 2, STEEP)
     if h is not None:
         n = _steps_between(t_end, positive("h", h))

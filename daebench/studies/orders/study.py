@@ -110,32 +110,7 @@ def study(
     counts: Sequence[int] | None = None,
     began: Began | None = None,
 ) -> OrderStudy:
-    """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run.
-
-    Parameters
-    ----------
-    ivp : InitialValueProblem
-        A problem with consistent initial values.
-    methods : sequence of str, callable or Method
-        Fixed-step methods, their names, or code from outside.
-    t_end : float, optional
-        End time T, s; by default the power of two that 256 steps of DOP853 at 1e-13 just reach, at most 1024.
-    h : float, optional
-        Largest step size, s, rounded down to T/(8 n). By default it depends on the order that a method claims.
-    halvings : int, optional
-        How often it is halved. By default until round-off is reached, see above.
-    counts : sequence of int, optional
-        Steps between common times, coarsest first, in place of ``h`` and ``halvings``: those of a study that is made again.
-    began : callable, optional
-        Called with the fraction done and a label of the current task.
-
-    Raises
-    ------
-    BadInput
-        If a method is unknown, is not a fixed-step method or refuses the problem, or a number is not what it must be.
-    RunFailed
-        If there is no reference.
-    """
+    """Return the errors and orders of several methods on one initial value problem; all requests are checked before the first run."""
     chosen = [measured(method, ivp, "and has no order in h") for method in several(methods, kind=kind_of(ivp))]
     if not chosen:
         raise BadInput("an order study needs at least one method, for example rattle.")

@@ -23,13 +23,7 @@ SMALLEST = 1e-18
 
 
 def draw(out: Path, stem: str, table: "pd.DataFrame") -> Path:
-    """Write the figure, a row of panels for each method, as SVG, PNG and CSV; return the path of the SVG.
-
-    Raises
-    ------
-    DaebenchError
-        If no run reached its end.
-    """
+    """Write the figure, a row of panels for each method, as SVG, PNG and CSV; return the path of the SVG."""
     if why := endless(table):
         raise DaebenchError(f"there is nothing to draw: {why}.")
     cost, unit = ("seconds", "CPU time [s]") if table["seconds"].notna().any() else ("value", "step size h [s]")

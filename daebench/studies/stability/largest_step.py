@@ -21,27 +21,18 @@ SCAN = 8
 
 @dataclass(frozen=True)
 class Edge:
-    """Where a method stops to get through.
-
-    Parameters
-    ----------
-    h : float
-        Largest step size found that gets through, with all smaller ones that were tried above half of it; 0 if there is none.
-    fails : float
-        Smallest step size above it that does not; infinite if there is none.
-    why : str
-        What happened there.
-    gaps : bool
-        Whether a larger step size gets through again.
-    tried : int
-        Runs that this took.
-    """
+    """Where a method stops to get through."""
 
     h: float
+    """Largest step size found that gets through, with all smaller ones that were tried above half of it; 0 if there is none."""
     fails: float
+    """Smallest step size above it that does not; infinite if there is none."""
     why: str
+    """What happened there."""
     gaps: bool
+    """Whether a larger step size gets through again."""
     tried: int
+    """Runs that this took."""
 
 
 def largest_step(

@@ -155,21 +155,14 @@ def step_for(
 
 @dataclass(frozen=True)
 class _Averaged:
-    """Numbers of the runs at one step size for a test, so that their states need not be kept.
-
-    Parameters
-    ----------
-    h : float
-        The step size.
-    means : ndarray, shape(n,)
-        Mean of the quantity over time, one a member.
-    stopped : str
-        How many members stopped early, and why the first of them did; "" where none did.
-    """
+    """Numbers of the runs at one step size for a test, so that their states need not be kept."""
 
     h: float
+    """The step size."""
     means: Array
+    """Mean of the quantity over time, one a member; shape (n,)."""
     stopped: str
+    """How many members stopped early, and why the first of them did; "" where none did."""
 
 
 def _averaged(run: EnsembleRun, of: Quantity) -> _Averaged:

@@ -56,13 +56,7 @@ def known(ivp: Ivp) -> Mapping[str, Quantity]:
 
 
 def quantity(ivp: Ivp, name: Any) -> Quantity:
-    """Return a quantity by name.
-
-    Raises
-    ------
-    BadInput
-        If the problem has none of this name, or holds its vectors as arrays.
-    """
+    """Return a quantity by name."""
     if ivp.arrays:
         raise BadInput(f"statistics take vectors of few numbers, and those of {ivp.problem} are arrays; choose fewer bodies or sites.")
     quantities = known(ivp)

@@ -47,26 +47,6 @@ def draw_bands(out: Path, table: "pd.DataFrame", families: Mapping[str, list[str
 
     A panel has one family; bands are the middle 90 % and 50 % of starts, lines the medians, those of other families grey. The area in
     which the references of 5 % of the starts or more are no better is hatched, and the median of their errors dotted; a line ends there.
-
-    Parameters
-    ----------
-    out : Path
-        Folder.
-    table : DataFrame
-        That of :func:`bands`.
-    families : mapping of str to list of str
-        Methods of each panel.
-    label : str
-        Label of errors.
-    title : sequence of str
-        Sentences of the title: the answer.
-    stem : str
-        Name of the files without ending.
-
-    Raises
-    ------
-    DaebenchError
-        If there is nothing to draw.
     """
     most = table.iloc[int(table["starts"].argmax())]
     floor, high = float(most["reference"]), float(most["reference_q95"])

@@ -14,20 +14,14 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number that is estimated from starts, and its interval.
-
-    Parameters
-    ----------
-    value, low, high : float
-        The estimate and the ends of its interval.
-    starts : int
-        Number of starts.
-    """
+    """A number that is estimated from starts, and its interval."""
 
     value: float
     low: float
     high: float
+    """The estimate and the ends of its interval."""
     starts: int
+    """Number of starts."""
 
     def columns(self, name: str) -> dict[str, float]:
         """Return the three numbers as columns of a table."""
@@ -45,13 +39,6 @@ def share(wins: float, starts: int) -> Estimate:
         >>> estimate = share(70, 100)
         >>> round(estimate.value, 2), round(estimate.low, 2), round(estimate.high, 2)
         (0.7, 0.6, 0.79)
-
-    Parameters
-    ----------
-    wins : float
-        Starts in which it holds, ties by halves.
-    starts : int
-        Number of starts.
     """
     if not starts:
         return Estimate(np.nan, np.nan, np.nan, 0)
@@ -83,10 +70,7 @@ def median(values: Array) -> Estimate:
     The interval lies between two order statistics: how many of n numbers are below the median of all is binomial. Of fewer than six
     numbers none has this confidence, and the interval is unbounded.
 
-    Parameters
-    ----------
-    values : ndarray, shape(n,)
-        One number a start, none NaN.
+    Shapes: values (n,).
     """
     n = len(values)
     if not n:

@@ -27,30 +27,7 @@ CONSERVED = {
 
 
 def with_conserved(table: "pd.DataFrame", defects: Mapping[str, float], claims: Mapping[str, Collection[str]]) -> "pd.DataFrame":
-    """Return a table of a work-precision study with columns ``keeps_...``: what each run claims to keep and was measured to keep.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As :meth:`daebench.studies.grid.study.Study.table` gives it, with the metrics "energy" and "manifold", or "casimirs".
-    defects : mapping of str to float
-        Defect of the two-form, or of the structure matrix, by method; a method that is not there has none that is known.
-    claims : mapping of str to collection of str
-        What each method claims, as :func:`daebench.studies.grid.claimed.claims_of` gives it: what is measured and not claimed may be
-        chance, or no more than an accurate run over a short time.
-
-    Returns
-    -------
-    DataFrame
-        ``keeps_nothing`` is true wherever a run came to its end. ``keeps_energy`` if the verdict on its energy is kept or bounded, so that
-        the change of its mean has a bound, see :func:`daebench.diagnostics.energy.energy_drift`; also if it is undetermined where the
-        two-form is claimed, and its defect is round-off: such a map bounds the energy, and a short run on a chaotic motion does not refute
-        that. ``keeps_constraints`` if g and G H_p are round-off, ``keeps_casimirs`` likewise, both absolute: held against 1, and against no
-        size of the problem's. These hold for a run only if they hold for all runs of the method with smaller step sizes or tolerances too,
-        and for the three smallest at least. ``keeps_two_form`` if the defect of the method is round-off. All of them but ``keeps_nothing``
-        need the method's claim besides. A column is there for what can be conserved alone. ``claims_energy`` and ``measured_energy`` are
-        the two parts of ``keeps_energy``.
-    """
+    """Return a table of a work-precision study with columns ``keeps_...``: what each run claims to keep and was measured to keep."""
     done = table["failure"] == ""
     two_form = done & (table["method"].map(defects) <= ROUND_OFF)
     unrefuted = two_form & _claiming(table, claims, "two_form") & (table["energy_verdict"] == UNDETERMINED)

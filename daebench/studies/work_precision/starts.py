@@ -46,24 +46,6 @@ def runs_from_starts(
 
     Fixed-step methods are run from all starts; other methods, one by one, from the first ``solver_members`` of them. All errors are taken
     at the same times, which are stored times of every step size; runs end at the last of these.
-
-    Parameters
-    ----------
-    study : Study
-        Methods, step sizes and tolerances, as :func:`daebench.studies.work_precision.study.standard` gives it, with times.
-    members, solver_members : int
-        Numbers of starts.
-    distribution : str
-        What they are drawn from, see :func:`daebench.starts.draw.draw_starts`; no grid.
-    settings : mapping of str, optional
-        Settings of the distribution.
-    seed : int
-        Seeds them.
-
-    Raises
-    ------
-    BadInput
-        If a number is not what it must be, runs are not timed, step sizes have no common multiple before the end, or a run is not possible.
     """
     if distribution == "grid":
         raise BadInput("starts of work-precision must be random; give neighbourhood, liouville or energy.")
@@ -103,18 +85,6 @@ def output_times(sizes: Sequence[float], t_end: float) -> tuple[float, int]:
         >>> from daebench.studies.work_precision.starts import output_times
         >>> output_times([0.1, 0.025], 10.0)
         (10.0, 50)
-
-    Parameters
-    ----------
-    sizes : sequence of float
-        Step sizes, s; none where no method has one.
-    t_end : float
-        End that is asked for, s.
-
-    Raises
-    ------
-    BadInput
-        If there are fewer than three such times.
     """
     if not sizes:
         return t_end, OUTPUTS
@@ -136,35 +106,26 @@ def output_times(sizes: Sequence[float], t_end: float) -> tuple[float, int]:
 
 @dataclass(frozen=True)
 class Curves:
-    """The work-precision curves of one method from n starts, each of m step sizes or tolerances.
-
-    Parameters
-    ----------
-    method, knob : str
-        The method, and its control parameter: "h" or "tol".
-    values : ndarray, shape(m,)
-        Step sizes or tolerances.
-    errors : ndarray, shape(m, n)
-        Errors, infinite where a run stopped early; at least the bound of the start's reference, below which nothing is known.
-    seconds : ndarray, shape(m, n)
-        What a run costs, s, NaN where it is not known.
-    bound : ndarray, shape(n,)
-        What the reference of each start may be wrong by.
-    failed : ndarray of int, shape(m,)
-        Runs that stopped early.
-    scatter : float
-        By which part times differ between the starts that are timed, where all starts have one cost: the median over step sizes of the
-        longest over the shortest, less 1; 0 where each run is timed.
-    """
+    """The work-precision curves of one method from n starts, each of m step sizes or tolerances."""
 
     method: str
     knob: str
+    """The method, and its control parameter: "h" or "tol"."""
     values: Array
+    """Step sizes or tolerances; shape (m,)."""
     errors: Array
+    """Errors, infinite where a run stopped early; at least the bound of the start's reference, below which nothing is known; shape (m, n).
+    """
     seconds: Array
+    """What a run costs, s, NaN where it is not known; shape (m, n)."""
     bound: Array
+    """What the reference of each start may be wrong by; shape (n,)."""
     failed: NDArray[np.int64]
+    """Runs that stopped early; shape (m,)."""
     scatter: float = 0.0
+    """By which part times differ between the starts that are timed, where all starts have one cost: the median over step sizes of the
+    longest over the shortest, less 1; 0 where each run is timed.
+    """
 
     @property
     def starts(self) -> int:

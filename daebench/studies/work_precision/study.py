@@ -196,12 +196,7 @@ def interpolated(errors: Array, costs: Array, level: float) -> tuple[Array, NDAr
     Between two runs, one above the accuracy and one below it, log cost is taken as linear in log error; runs without a finite error or a
     cost are left out.
 
-    Parameters
-    ----------
-    errors, costs : ndarray, shape(m, n)
-        Those of m runs of each curve.
-    level : float
-        The accuracy.
+    Shapes: errors, costs (m, n).
     """
     usable = np.isfinite(errors) & np.isfinite(costs) & (costs > 0)
     order = np.argsort(np.where(usable, costs, np.inf), axis=0, kind="stable")

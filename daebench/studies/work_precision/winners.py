@@ -20,22 +20,16 @@ LEVELS = (1e-3, 1e-6, 1e-9)
 
 @dataclass(frozen=True)
 class Level:
-    """Costs of an accuracy by all methods.
-
-    Parameters
-    ----------
-    level : float
-        The accuracy.
-    prices : mapping of str to ndarray, shape(n,)
-        What it costs by a method from each of its starts, the first of all, s: by interpolation in this start's curve, infinite where
-        it is not reached.
-    known : ndarray of bool, shape(n,)
-        Starts whose reference is that good; the others are not compared.
-    """
+    """Costs of an accuracy by all methods."""
 
     level: float
+    """The accuracy."""
     prices: dict[str, Array]
+    """What it costs by a method from each of its starts, the first of all, s: by interpolation in this start's curve, infinite where it is
+    not reached; shape (n,).
+    """
     known: NDArray[np.bool_]
+    """Starts whose reference is that good; the others are not compared; shape (n,)."""
 
     def of(self, *methods: str) -> tuple[Array, ...]:
         """Return the costs of some methods from the starts that all of them have, which are compared and which one of them reaches."""
@@ -70,26 +64,7 @@ def level_of(curves: Sequence[Curves], level: float) -> Level:
 
 
 def winners(curves: Sequence[Curves], levels: Sequence[float] = LEVELS) -> "pd.DataFrame":
-    """Return for each accuracy the methods, the cheapest first, and in how many starts each is before the next.
-
-    Parameters
-    ----------
-    curves : sequence of Curves
-        Those of each method.
-    levels : sequence of float
-        Accuracies.
-
-    Returns
-    -------
-    DataFrame
-        A row each of accuracy and method, ranked by the median cost from the starts that a method has: level, method, price, that
-        median, s; cheapest, the share of the starts that all methods have in which no other is cheaper, and of, their number; next, the
-        next method; before, the share of starts in which it is cheaper than the next, and starts, the number of those, which both have;
-        ratio, the median of the cost of the next over its own; scatter, by which part the times of the two differ from one timed start
-        to another; and left_out, how many starts are not compared for the error of their reference. price, cheapest, before and ratio
-        have intervals, ..._low and ..._high, see :mod:`daebench.studies.work_precision.intervals`: these are over starts, at costs as
-        they were measured.
-    """
+    """Return for each accuracy the methods, the cheapest first, and in how many starts each is before the next."""
     rows: list[dict[str, Any]] = []
     scatter = {some.method: some.scatter for some in curves}
     for level in levels:

@@ -26,18 +26,12 @@ _VALUE = re.compile(r"\w+(\.\w+)*(:problem)?")
 
 @dataclass(frozen=True)
 class Plugins:
-    """Problems provided by other packages.
-
-    Parameters
-    ----------
-    problems : mapping of str to Problem
-        Problems that can be used.
-    broken : mapping of str to str
-        Reasons why others cannot be used, one sentence each.
-    """
+    """Problems provided by other packages."""
 
     problems: Mapping[str, Problem]
+    """Problems that can be used."""
     broken: Mapping[str, str]
+    """Reasons why others cannot be used, one sentence each."""
 
 
 @cache

@@ -26,43 +26,30 @@ KINDS |= {"PoissonSystem": "poisson", "PoissonLattice": "poisson"}
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem file, read and not yet run.
-
-    Parameters
-    ----------
-    name : str
-        Name by which it is requested: that of a problem of the catalogue, or the path of a file.
-    summary : str
-        First line of its docstring.
-    parameters : mapping of str to float
-        Run-time parameters and their defaults: the arguments of ``problem`` that are annotated float.
-    structure : mapping of str to int
-        Structural parameters and their defaults: the arguments annotated int. Each value gives another definition.
-    kind : str
-        "constrained" or "poisson": the annotated return type of ``problem``.
-    path : Path
-        The file.
-    package : str
-        Its provider: "daebench", a distribution, or "" for a file of the user's own.
-    depends_on : callable
-        Returns the files that may determine the definition, including the file itself.
-    run : callable
-        ``run(problem, structure)`` runs the file and returns the definition; this imports SymPy.
-    again : callable, optional
-        ``again(problem, structure)`` returns the definition again by each of the ways in which it may be requested; nothing
-        for problems of daebench.
-    """
+    """A problem file, read and not yet run."""
 
     name: str
+    """Name by which it is requested: that of a problem of the catalogue, or the path of a file."""
     summary: str
+    """First line of its docstring."""
     parameters: Mapping[str, float]
+    """Run-time parameters and their defaults: the arguments of ``problem`` that are annotated float."""
     structure: Mapping[str, int]
+    """Structural parameters and their defaults: the arguments annotated int. Each value gives another definition."""
     kind: str
+    """"constrained" or "poisson": the annotated return type of ``problem``."""
     path: Path
+    """The file."""
     package: str
+    """Its provider: "daebench", a distribution, or "" for a file of the user's own."""
     depends_on: Callable[["Problem"], Sequence[Path]] = field(repr=False)
+    """Returns the files that may determine the definition, including the file itself."""
     run: "Callable[[Problem, Mapping[str, int]], Definition]" = field(repr=False)
+    """``run(problem, structure)`` runs the file and returns the definition; this imports SymPy."""
     again: "Callable[[Problem, Mapping[str, int]], Iterable[Definition]]" = field(default=lambda *_: (), repr=False)
+    """``again(problem, structure)`` returns the definition again by each of the ways in which it may be requested; nothing for problems of
+    daebench.
+    """
 
     @cached_property
     def digest(self) -> str:

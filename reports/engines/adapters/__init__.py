@@ -9,27 +9,18 @@ from types import ModuleType
 
 @dataclass(frozen=True)
 class Engine:
-    """An engine.
-
-    Parameters
-    ----------
-    name : str
-        Display name.
-    module : str
-        Its adapter beside this file; empty if there is none.
-    package : str
-        Name of the imported package.
-    distribution : str
-        Name of the installed distribution.
-    about : str
-        What it can model here, and what it cannot, as HTML.
-    """
+    """An engine."""
 
     name: str
+    """Display name."""
     module: str
+    """Its adapter beside this file; empty if there is none."""
     package: str
+    """Name of the imported package."""
     distribution: str
+    """Name of the installed distribution."""
     about: str
+    """What it can model here, and what it cannot, as HTML."""
 
     @property
     def installed(self) -> bool:

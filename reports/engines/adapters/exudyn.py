@@ -25,21 +25,14 @@ SPARSE = 60
 
 @dataclass
 class System:
-    """A system, the sensors that are read from it, and how their rows are daebench's p and q.
-
-    Parameters
-    ----------
-    mbs : MainSystem
-        The assembled system.
-    sensors : list of int
-        Sensors, which keep what they see.
-    mapped : callable
-        From rows of the sensors, each without its time, to p and q, shape(n, d) each.
-    """
+    """A system, the sensors that are read from it, and how their rows are daebench's p and q."""
 
     mbs: Any
+    """The assembled system."""
     sensors: list[int]
+    """Sensors, which keep what they see."""
     mapped: Callable[[list[Array]], tuple[Array, Array]]
+    """From rows of the sensors, each without its time, to p and q, shape(n, d) each."""
 
 
 def run(pose: Callable[[ConstrainedIvp], System], solver: str, radius: float, ivp: ConstrainedIvp, h: float, times: Array) -> States:

@@ -71,21 +71,7 @@ def bar(name: str, length: float, mass: float, at: str, *, rest: str = "") -> st
 
 
 class Simulation:
-    """A model, its data, and how its sites are daebench's positions.
-
-    Parameters
-    ----------
-    ivp : ConstrainedIvp
-        The problem.
-    h : float
-        Step size, s.
-    integrator : str
-        One of :data:`TREE`.
-    bodies, rest : str
-        The model's bodies, and its equality constraints and tendons.
-    places : sequence of (str, tuple of int)
-        Sites and those of their coordinates that are in q, in order.
-    """
+    """A model, its data, and how its sites are daebench's positions."""
 
     def __init__(
         self, ivp: ConstrainedIvp, h: float, integrator: str, bodies: str, rest: str, places: Sequence[tuple[str, tuple[int, ...]]]

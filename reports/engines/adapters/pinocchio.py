@@ -24,25 +24,17 @@ PROXIMAL = (1e-12, 1e-10, 20)
 
 @dataclass
 class Robot:
-    """A model, its state, and how its frames are daebench's positions.
-
-    Parameters
-    ----------
-    model : pinocchio.Model
-        The model.
-    q, v : ndarray
-        Configuration and velocity.
-    read : callable
-        From the robot to daebench's p and q.
-    loops : list of RigidConstraintModel
-        What closes its loops.
-    """
+    """A model, its state, and how its frames are daebench's positions."""
 
     model: Any
+    """The model."""
     q: Array
     v: Array
+    """Configuration and velocity."""
     read: Callable[["Robot"], tuple[Array, Array]]
+    """From the robot to daebench's p and q."""
     loops: list[Any] = field(default_factory=list)
+    """What closes its loops."""
 
     def __post_init__(self) -> None:
         import pinocchio as pin

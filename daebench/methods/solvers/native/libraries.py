@@ -81,13 +81,7 @@ class Unavailable(Exception):
 
 
 def paths() -> dict[str, str]:
-    """Return the path of each library of SUNDIALS in the wheel: libsundials_ida-0f.so.7.9.0, libsundials_ida.7.dylib, sundials_ida-0f.dll.
-
-    Raises
-    ------
-    Unavailable
-        If it is not installed.
-    """
+    """Return the paths of libraries of SUNDIALS in the wheel: libsundials_ida-0f.so.7.9.0, libsundials_ida.7.dylib, sundials_ida-0f.dll."""
     pattern = re.compile(r"(?:lib)?sundials_([a-z]+)(?:-[0-9a-f]+)?(?:\.[\d.]+)?\.(?:so(?:\.[\d.]+)?|dylib|dll)")
     try:
         files = metadata.files(DISTRIBUTION) or []
@@ -99,13 +93,7 @@ def paths() -> dict[str, str]:
 
 @cache
 def functions() -> Mapping[str, Any]:
-    """Return all declared functions by name.
-
-    Raises
-    ------
-    Unavailable
-        If a library or function is missing, or of another version.
-    """
+    """Return all declared functions by name."""
     libraries, declared = paths(), {}
     if missing := [name for name in FUNCTIONS if name not in libraries]:
         raise Unavailable(f"{DISTRIBUTION} has no shared library of SUNDIALS for {', '.join(missing)}")

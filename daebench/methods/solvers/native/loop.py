@@ -47,35 +47,7 @@ def advance(
 
     Outputs within a step come before the look at its end, and the last of all after it, as they do with Python callbacks.
 
-    Parameters
-    ----------
-    ida : bool
-        Whether it is IDA.
-    calls : ndarray, shape(7,)
-        Addresses: of the solver's step and of its interpolation, of the look at a step or output, and of what these are given: unknowns,
-        those at an output, the time, and the memory of callbacks. To take them from arrays at each step takes as long as the look.
-    mem : int
-        Address of the solver's memory.
-    vectors : ndarray, shape(3,)
-        Vectors of the unknowns, of their rates or, of CVODE, unused, and of the unknowns at an output.
-    y : ndarray, shape(3, n)
-        Numbers of the unknowns, at an output, and before the step.
-    t : ndarray, shape(4,)
-        Times after and before the last step, at the last whole thousand of steps, and the least that a thousand steps are to cover.
-    times : ndarray, shape(k,)
-        Output times; the last is the end.
-    rows : ndarray, shape(k, n)
-        Unknowns there.
-    counts : ndarray, shape(6,)
-        See ``STEPS``.
-    kept : ndarray, shape(l, n)
-        States now and then over the run: every other one is dropped as soon as there are too many.
-    user : ndarray
-        The memory of callbacks.
-    record : tuple, optional
-        What ``note`` fills, see :class:`daebench.methods.solvers.native.recorder.Recorder`; None where nothing is to be noted.
-    budget : int
-        Most steps, of those that are noted no more than the table has rows.
+    Shapes: calls (7,); vectors (3,); y (3, n); t (4,); times (k,); rows (k, n); counts (6,); kept (l, n).
     """
     for _ in range(budget):
         if t[0] >= times[-1]:

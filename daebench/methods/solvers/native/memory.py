@@ -21,21 +21,14 @@ IDA, ADAMS, BDF = 0, 1, 2
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """Settings of a solver besides its tolerances.
-
-    Parameters
-    ----------
-    projection : Callback, optional
-        What CVODE calls to project a step, and the estimate of its error, see :mod:`daebench.methods.solvers.native.projection`.
-    length : float
-        The length of the initial value problem, which the projection is iterated against.
-    suppressed : ndarray of bool, shape(n,), optional
-        Which unknowns IDA is told to be algebraic, and to leave out of the error test.
-    """
+    """Settings of a solver besides its tolerances."""
 
     projection: Callback | None = None
+    """What CVODE calls to project a step, and the estimate of its error, see :mod:`daebench.methods.solvers.native.projection`."""
     length: float = 0.0
+    """The length of the initial value problem, which the projection is iterated against."""
     suppressed: NDArray[np.bool_] | None = None
+    """Which unknowns IDA is told to be algebraic, and to leave out of the error test; shape (n,)."""
 
 
 PLAIN = Settings()
@@ -50,25 +43,7 @@ class Solver:
 
     Functions of SUNDIALS are called as ``solver("SetStopTime", t)``, under the prefix of the solver.
 
-    Parameters
-    ----------
-    posed : Posed
-        What is solved.
-    family : int
-        :data:`IDA`, or :data:`ADAMS` or :data:`BDF` of CVODE.
-    tol : float
-        Relative tolerance.
-    atol : ndarray, shape(n,)
-        Absolute tolerances, in the order of the residual.
-    user : ndarray
-        The memory of callbacks, which begins with the layout of :mod:`daebench.compiler.callbacks`.
-    settings : Settings
-        What is set besides.
-
-    Raises
-    ------
-    Unavailable
-        If the libraries are not there, or are not those that are declared.
+    Shapes: atol (n,).
     """
 
     def __init__(self, posed: Posed, family: int, tol: float, atol: Array, user: Array, settings: Settings = PLAIN) -> None:
@@ -144,13 +119,7 @@ class Solver:
         return self._hold("N_VDestroy", self.functions["N_VMake_Serial"](len(array), array.ctypes.data, self.context))
 
     def __call__(self, name: str, *arguments: Any) -> None:
-        """Call a function of the solver.
-
-        Raises
-        ------
-        Unavailable
-            If it fails, which none that is declared does where SUNDIALS is what it should be.
-        """
+        """Call a function of the solver."""
         flag = self.functions[self.prefix + name](self.mem, *arguments)
         if flag < 0:
             raise Unavailable(f"{self.prefix}{name} of SUNDIALS returned {flag}")

@@ -31,16 +31,7 @@ ERROR_TEST_FAILED = -3
 class Recorder:
     """Memory that the loop fills with steps.
 
-    Parameters
-    ----------
-    solver : Solver
-        The solver.
-    posed : Posed
-        What is solved.
-    counts : ndarray, shape(6,)
-        The counts of the loop.
-    tol : float
-        The tolerance.
+    Shapes: counts (6,).
     """
 
     def __init__(self, solver: Solver, posed: Posed, counts: Any, tol: float) -> None:
@@ -56,13 +47,7 @@ class Recorder:
         self._refused = 0
 
     def take(self) -> None:
-        """Keep the steps that were noted, and make room.
-
-        Raises
-        ------
-        Stopped
-            If there is no room for more.
-        """
+        """Keep the steps that were noted, and make room."""
         self._keep_noted()
         if self.rows * self._table.shape[1] > MOST_NUMBERS:
             raise Stopped(f"{self.rows} steps are recorded, and there is no room for more", advice="end the run before, or record no steps")

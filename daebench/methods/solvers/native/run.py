@@ -40,25 +40,7 @@ LOOKED_AGAIN = 40
 def begin(posed: Posed, family: int, tol: float, atol: Array, monitor: Monitor, settings: Settings = PLAIN) -> Advance | None:
     """Compile the functions of a run, and return how the solver is advanced over output times; None where that cannot or need not be.
 
-    Parameters
-    ----------
-    posed : Posed
-        What is solved.
-    family : int
-        :data:`IDA`, or :data:`ADAMS` or :data:`BDF` of CVODE.
-    tol : float
-        Relative tolerance.
-    atol : ndarray, shape(n,)
-        Absolute tolerances.
-    monitor : Monitor
-        Where calls and steps are counted.
-    settings : Settings
-        What the solver is told besides.
-
-    Raises
-    ------
-    BadInput
-        If something is asked for that there is with compiled callbacks alone, and these cannot be.
+    Shapes: atol (n,).
     """
     law = monitor.monitored
     compiled = law is not None and law.compiled and hasattr(posed.module, "residual_callback")
@@ -174,13 +156,7 @@ class _Run:
         return reason
 
     def _settle(self, reason: int, rows: Array) -> None:
-        """Tell the monitor how far the run has come, and let it look where something is to be looked at.
-
-        Raises
-        ------
-        Stopped
-            If the run cannot go on.
-        """
+        """Tell the monitor how far the run has come, and let it look where something is to be looked at."""
         whole = reason in (loop.ENDED, loop.BUDGET)
         self._take_over(self.t[0 if whole else 1], self.solver.y[0 if whole else 2])
         if self.recorder:
