@@ -29,6 +29,7 @@ from daebench.errors import BadInput
 from daebench.runs.texts import numbers, pairs, words
 
 if TYPE_CHECKING:
+    from daebench.methods.plan import Plan
     from daebench.runs.ivp import ConstrainedIvp
     from daebench.runs.request import Request
     from daebench.runs.trajectory import Passage
@@ -105,35 +106,29 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early, or its motion is lost: its energy, or a constraint."""
+    from daebench.methods.plan import plan
+    from daebench.methods.warnings_on_runs import losses
+
     _check_place(out, steps_out, raw=raw)
     with bar(f"{method} on {problem}") as progress:
         start = _start(case, param, algebra, q0, p0)
         asked: dict[str, Any] = {"h": h, "tol": tol, "steps": steps, "t_end": t_end, "points": points, "every": every}
-        asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw, "progress": progress}
+        asked |= {"watch": None if watch is None else _monitored(watch), "multipliers": lam, "raw": raw}
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
         asked |= {"callbacks": callbacks.value, "sensitivities": words(sensitivities or "")}
-        ivp, request, trajectory = _solved(problem, steps_out, method=method, **start, **asked)
-    _write(out, steps_out, ivp, request, method, trajectory)
-    _print(ivp, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
-    from daebench.methods.warnings_on_runs import losses
-
-    raise typer.Exit(1 if trajectory.failure or losses(ivp, trajectory) else 0)
+        planned = plan(problem, method=method, solver_steps=steps_out is not None, **start, **asked)
+        steps_files.check_size(steps_out, planned.ivp)
+        trajectory = planned.execute(progress)
+    _write(out, steps_out, planned, trajectory)
+    _print(planned, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
+    raise typer.Exit(1 if trajectory.failure or losses(planned.ivp, trajectory) else 0)
 
 
 def _start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:
     """Return the arguments of an initial value problem, without y0 of a Poisson system."""
     chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
     return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
-
-
-def _solved(problem: str, steps_out: Path | None, **settings: Any) -> tuple[Any, "Request", Any]:
-    """Return the initial value problem, the request, and the trajectory."""
-    from daebench.methods.run import prepare
-
-    method, ivp, request = prepare(problem, solver_steps=steps_out is not None, **settings)
-    steps_files.check_size(steps_out, ivp)
-    return ivp, request, method.solve(ivp, request)
 
 
 def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
@@ -144,7 +139,7 @@ def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":
     return constrained(initial_value_problem(problem, **start, consistent=False))
 
 
-def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request", method: str, trajectory: Any) -> None:
+def _write(out: Path | None, steps_out: Path | None, planned: "Plan", trajectory: Any) -> None:
     """Write a trajectory and a record of steps to the given paths, and beside each file a text on how it was made."""
     from daebench.runs.outputs import described
     from daebench.runs.provenance import definition
@@ -152,7 +147,8 @@ def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request
 
     if out is None and steps_out is None:
         return
-    about = {**definition(ivp), "Method": method, "Run": _settings(request, trajectory.steps, trajectory.failure)}
+    ivp, request = planned.ivp, planned.request
+    about = {**definition(ivp), "Method": trajectory.method, "Run": _settings(request, trajectory.steps, trajectory.failure)}
     files = [] if out is None else written(out, raw=request.raw)
     with described([*files, *steps_files.files(steps_out)], about):
         if out is not None:
@@ -162,18 +158,18 @@ def _write(out: Path | None, steps_out: Path | None, ivp: Any, request: "Request
             steps_files.write(steps_out, trajectory.solver_steps, title)
 
 
-def _print(ivp: Any, trajectory: Any, given: "ConstrainedIvp | None", *, compensated: bool, as_json: bool) -> None:
+def _print(planned: "Plan", trajectory: Any, given: "ConstrainedIvp | None", *, compensated: bool, as_json: bool) -> None:
     """Print the summary of a run; ``given`` has the initial values before the projection."""
     from dataclasses import asdict
 
     from daebench.cli.summary import moved, print_summary, summary_of
     from daebench.draw.scene import named_points
-    from daebench.methods.warnings_on_runs import doubts
 
+    ivp = planned.ivp
     summary = summary_of(ivp, trajectory, compensated=compensated)
     if given is not None:
         summary["projected"] = moved(given, ivp)
-    summary["warnings"] = doubts(ivp, trajectory)
+    summary["warnings"] = planned.doubts(trajectory)
     passages = getattr(trajectory, "passages", None)
     if passages is not None:
         summary["passages"] = [asdict(passage) for passage in passages] if as_json else _passed(passages)

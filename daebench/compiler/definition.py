@@ -42,6 +42,8 @@ class Source:
     """How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests."""
     outside: bool = False
     """Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion."""
+    modules: dict[Any, types.ModuleType] = field(default_factory=dict, init=False, repr=False)
+    """Modules of functions that have been asked for, by their names."""
 
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:

@@ -1,30 +1,18 @@
 """``daebench.run``: one method on one problem, from Python."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from inspect import signature
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, overload
 
-from daebench.compiler.under_way import uncollected
-from daebench.errors import BadInput, LostMotion, positive, real, unknown, whole
-from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.names import Code, method_of
-from daebench.methods.sensitivities import require_differentiable
-from daebench.methods.warnings_on_runs import doubts
-from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp, PoissonIvp
-from daebench.runs.request import CALLBACKS, PRECISIONS, Progress, Request, resolution_value
-from daebench.runs.state import STATES
+from daebench.errors import LostMotion
+from daebench.methods.names import Code
+from daebench.methods.plan import arguments, plan
+from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, PoissonIvp
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
 
 if TYPE_CHECKING:
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
-
-T = TypeVar("T")
-
-LOOKS = 256
-"""States along a fixed-step run that are looked at to judge it, whatever is stored."""
 
 
 @overload
@@ -150,119 +138,11 @@ def run(
     >>> swing.sensitivities["gravity"]["q"][-1].round(4).tolist()
     [-0.2321, -0.429]
     """
-    chosen, ivp, request = prepare(problem, method=method, **settings)
-    trajectory: Trajectory | PoissonTrajectory = replace(chosen.solve(ivp, request), ivp=ivp)
-    for doubt in doubts(ivp, trajectory):
+    made = plan(problem, method=method, **settings)
+    trajectory: Trajectory | PoissonTrajectory = made.execute(settings.get("progress"))
+    for doubt in made.doubts(trajectory):
         warnings.warn(doubt, LostMotion, stacklevel=2)
     return trajectory
 
 
-@uncollected()
-def prepare(
-    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
-    *,
-    case: str | None = None,
-    method: Code,
-    h: float | None = None,
-    tol: float | None = None,
-    steps: int | None = None,
-    t_end: float | None = None,
-    points: int | None = None,
-    every: int | None = None,
-    parameters: Mapping[str, float] | None = None,
-    options: Mapping[str, float] | None = None,
-    p0: Sequence[float] | None = None,
-    q0: Sequence[float] | None = None,
-    y0: Sequence[float] | None = None,
-    watch: Sequence[str] | None = None,
-    project: bool = False,
-    precision: str = "float64",
-    multipliers: bool = False,
-    raw: bool = False,
-    compensated: bool = False,
-    sensitivities: Sequence[str] = (),
-    on_singular: str | None = None,
-    algebra: str = "",
-    anyway: bool = False,
-    count: bool = True,
-    seconds_limit: float | None = None,
-    callbacks: str = "native",
-    solver_steps: bool = False,
-    progress: Progress | None = None,
-) -> tuple[Any, Ivp, Request]:
-    """Return a method of the problem's kind, a consistent initial value problem and a request, all checked, as a run needs them.
-
-    Parameters
-    ----------
-    problem, case, method, ...
-        As for :func:`daebench.run`, which describes all parameters.
-
-    Returns
-    -------
-    method : Method
-        The method.
-    ivp : InitialValueProblem
-        The problem with the numbers of its case.
-    request : Request
-        The request to the method.
-
-    Raises
-    ------
-    BadInput
-        If the request cannot be met.
-    InconsistentStart
-        If the initial values are off the manifold and are not to be projected.
-    """
-    _require_manner(precision, callbacks)
-    start: dict[str, Any] = {"p0": p0, "q0": q0, "y0": y0}
-    ivp = initial_value_problem(problem, case, parameters, **start, project=project, algebra=algebra, on_singular=on_singular)
-    chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
-    value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
-    extent = _extent(t_end=t_end, steps=steps, every=every, points=points, seconds_limit=seconds_limit)
-    results: dict[str, Any] = {"watch": _monitored(ivp, watch), "count": count, "multipliers": multipliers, "raw": raw}
-    results |= {"sensitivities": (sensitivities,) if isinstance(sensitivities, str) else tuple(sensitivities), "solver_steps": solver_steps}
-    manner: dict[str, Any] = {"precision": precision, "on_singular": on_singular, "progress": progress, "keep_interrupted": True}
-    request = Request(value=value, **extent, **results, **manner, callbacks=callbacks, looks=LOOKS)
-    require_differentiable(chosen, ivp, request.sensitivities, problem)
-    chosen.check(ivp, request)
-    return chosen, ivp, request
-
-
-def _show_parameters(function: Any, of: Callable[..., Any]) -> None:
-    """Make help, completion and documentation show the parameters of the function that receives ``settings``."""
-    function.__signature__ = signature(of).replace(return_annotation=signature(function).return_annotation)
-
-
-_show_parameters(run, prepare)
-
-
-def _require_manner(precision: str, callbacks: str) -> None:
-    """Refuse an unknown number type or kind of callbacks."""
-    if precision not in PRECISIONS:
-        raise unknown("precision", precision, PRECISIONS)
-    if callbacks not in CALLBACKS:
-        raise unknown("kind of callbacks", callbacks, CALLBACKS)
-
-
-def _extent(*, seconds_limit: float | None, t_end: float | None, **counts: int | None) -> dict[str, Any]:
-    """Return the extent of a run, in time and in numbers of steps and outputs, each number checked."""
-    wholes = {name: _given(whole, name, count) for name, count in counts.items()}
-    return {"t_end": _given(real, "t_end", t_end), **wholes, "seconds_limit": _given(positive, "seconds_limit", seconds_limit)}
-
-
-def _given(checked: Callable[[str, Any], T], name: str, value: Any) -> T | None:
-    return None if value is None else checked(name, value)
-
-
-def _monitored(ivp: Ivp, watch: Sequence[str] | None) -> tuple[str, ...] | None:
-    if watch is None:
-        return None
-    allowed = ivp.state.monitors
-    wanted = [watch] if isinstance(watch, str) else list(watch)
-    for name in wanted:
-        if name in allowed:
-            continue
-        if any(name in state.monitors for state in STATES.values()):
-            raise BadInput(f"{name} cannot be monitored on {ivp.problem}, which is {ivp.state.words}; monitor any of {', '.join(allowed)}.")
-        raise unknown("quantity to monitor", name, allowed)
-    return tuple(wanted)
+run.__signature__ = arguments().replace(return_annotation=signature(run).return_annotation)  # type: ignore[attr-defined]

@@ -19,15 +19,11 @@ SMALLER = "use a smaller h or tol, or another method"
 """What to do."""
 
 
-def doubts(ivp: Ivp, run: Outcome) -> list[str]:
-    """Return sentences on why a completed run is unreliable; none for a run that failed, which has its own message.
-
-    These are the :func:`losses`; and a negative damping is reported, which is allowed but adds energy.
-    """
-    said = losses(ivp, run)
-    if run.failure is None and ivp.on_manifold and negative_damping(ivp):
-        said.append(f"{run.problem}, case {run.case}: the damping is negative at the start, so that the force feeds energy in.")
-    return said
+def doubts_at_start(ivp: Ivp) -> list[str]:
+    """Return sentences on an initial value problem that is allowed but unusual: a negative damping adds energy."""
+    if not (ivp.on_manifold and negative_damping(ivp)):
+        return []
+    return [f"{ivp.problem}, case {ivp.case}: the damping is negative at the start, so that the force feeds energy in."]
 
 
 def losses(ivp: Ivp, run: Outcome) -> list[str]:

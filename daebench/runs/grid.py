@@ -3,6 +3,7 @@
 import math
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Self
 
@@ -33,7 +34,7 @@ class Grid:
         """Return the times after some steps, by their numbers."""
         return np.asarray(steps * self.h if self.end is None else np.linspace(0.0, self.end, self.steps + 1)[steps])
 
-    @property
+    @cached_property
     def rows(self) -> int:
         """Number of states that the loop stores."""
         return self.steps // self.every if self.every else 0

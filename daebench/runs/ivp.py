@@ -100,6 +100,9 @@ class InitialValueProblem:
 
     def functions(self, *names: str) -> types.ModuleType:
         """Return a module of functions of the problem with these names: of tuples and uncompiled, or, if vectors are arrays, compiled."""
+        modules, asked = self.source.modules, (names, self.singular)
+        if asked in modules:
+            return modules[asked]
 
         def build() -> str:
             from daebench.compiler.link import Linker, Options
@@ -108,7 +111,8 @@ class InitialValueProblem:
             linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=self.singular))
             return linker.module(f"Functions of {self.problem}.", [(LANGUAGE, name) for name in names])
 
-        return generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
+        made = generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
+        return modules.setdefault(asked, made)
 
     def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""

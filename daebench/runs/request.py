@@ -1,10 +1,10 @@
 """Methods and requests: a method solves an initial value problem with a step size or tolerance, and a request says what to compute."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
-from daebench.errors import BadInput, unknown
+from daebench.errors import BadInput, positive, real, require_known, whole
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.state import State
 
@@ -33,6 +33,14 @@ PRECISIONS = {
     "float32": "single precision",
 }
 """Number types of a run of a fixed-step method."""
+
+
+CHECKED: Mapping[str, Callable[[str, Any], Any]] = {
+    **dict.fromkeys(("steps", "every", "points"), whole),
+    "t_end": real,
+    "seconds_limit": positive,
+}
+"""What a number of a request has to be."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +112,7 @@ class Request:
     steps: int | None = None
     every: int | None = None
     points: int | None = None
-    watch: tuple[str, ...] | None = None
+    watch: Sequence[str] | None = None
     count: bool = True
     precision: str = "float64"
     multipliers: bool = False
@@ -115,9 +123,19 @@ class Request:
     on_singular: str | None = None
     callbacks: str = "native"
     solver_steps: bool = False
-    sensitivities: tuple[str, ...] = ()
+    sensitivities: Sequence[str] = ()
     looks: int = 0
     keep_interrupted: bool = False
+
+    def __post_init__(self) -> None:
+        require_known(("precision", self.precision, PRECISIONS))
+        require_known(("kind of callbacks", self.callbacks, CALLBACKS))
+        for name, checked in CHECKED.items():
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, checked(name, value))
+        for name in ("watch", "sensitivities"):
+            if (names := getattr(self, name)) is not None:
+                object.__setattr__(self, name, (names,) if isinstance(names, str) else tuple(names))
 
     def at_rank_loss(self, ivp: ConstrainedIvp) -> str:
         """Return the choice where G loses rank, from the request or else from the initial value problem; one of :data:`ON_SINGULAR`.
@@ -128,8 +146,7 @@ class Request:
             If it is none of :data:`ON_SINGULAR`.
         """
         mode = self.on_singular or ivp.on_singular
-        if mode not in ON_SINGULAR:
-            raise unknown("on_singular", mode, ON_SINGULAR)
+        require_known(("on_singular", mode, ON_SINGULAR))
         return mode
 
     def watched(self, state: State) -> tuple[str, ...]:

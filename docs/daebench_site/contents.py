@@ -34,7 +34,7 @@ TASKS = (
         (
             "daebench.run",
             "daebench.load",
-            "daebench.methods.run.prepare",
+            "daebench.methods.plan.plan",
             "daebench.gradient",
             "daebench.Gradient",
             "daebench.compare",

@@ -12,7 +12,7 @@ import sympy as sp
 import daebench as package
 from daebench.cli.summary import print_summary
 from daebench.errors import BadInput
-from daebench.methods.run import prepare
+from daebench.methods.plan import plan
 
 KEYS = {"problem", "case", "parameters", "method", "h", "tol", "steps", "t", "y", "energy", "energy_error", "max_energy_error", "casimirs"}
 KEYS |= {
@@ -310,7 +310,7 @@ def test_a_system_made_in_the_process_goes_wherever_a_name_goes():
 )
 def test_what_a_poisson_system_does_not_have_cannot_be_asked_for(settings, words):
     with pytest.raises(BadInput, match=words):
-        prepare("lotka_volterra", method="strang", h=0.1, steps=5, **settings)
+        plan("lotka_volterra", method="strang", h=0.1, steps=5, **settings)
 
 
 def test_bench_times_schemes_on_a_poisson_system(daebench, monkeypatch):

@@ -31,9 +31,9 @@ def test_the_examples_of_a_file_print_what_they_show(file):
 
 
 def test_the_parameters_of_a_run_are_those_that_it_takes():
-    from daebench.methods.run import prepare
+    from daebench.methods.plan import arguments
 
     names = [*inspect.signature(daebench.run).parameters]
-    assert names == [*inspect.signature(prepare).parameters]
+    assert names == [*arguments().parameters]
     listed = inspect.getdoc(daebench.run)
     assert [name for name in names if f"\n{name} :" not in listed and f"{name}," not in listed and f", {name} :" not in listed] == []

@@ -14,7 +14,7 @@ from daebench.diagnostics.energy_verdict import LOST, energy_scales, size
 from daebench.diagnostics.integrals import energy_error
 from daebench.errors import InconsistentStart
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.run import prepare
+from daebench.methods.plan import plan
 from daebench.methods.warnings_on_runs import losses
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.constrained import Case, ConstrainedHamiltonian, coordinates
@@ -30,7 +30,8 @@ LOSING = {
 
 
 def solved(problem, method, **settings):
-    chosen, ivp, request = prepare(problem, method=method, **settings)
+    planned = plan(problem, method=method, **settings)
+    chosen, ivp, request = planned.method, planned.ivp, planned.request
     return ivp, (replace(chosen, compiled=False) if hasattr(chosen, "compiled") else chosen).solve(ivp, request)
 
 

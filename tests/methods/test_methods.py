@@ -12,7 +12,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.names import parse, several
-from daebench.methods.run import prepare
+from daebench.methods.plan import plan
 from daebench.runs.request import Request
 
 SEQUENCES = {4: (64, 96, 128, 192), 6: (24, 28, 32, 40, 48), 8: (14, 16, 18, 20, 24), 10: (8, 9, 10, 11, 12)}
@@ -201,7 +201,7 @@ def test_parts_of_a_name_that_do_not_go_together_are_refused_with_a_reason(name,
 )
 def test_a_request_that_a_method_cannot_meet_is_refused_with_a_reason(settings, words):
     with pytest.raises(BadInput, match=words):
-        prepare("spherical_pendulum", h=0.01, steps=5, **settings)
+        plan("spherical_pendulum", h=0.01, steps=5, **settings)
 
 
 def test_an_option_goes_to_the_methods_that_have_it_and_one_that_none_has_is_refused():
@@ -230,6 +230,6 @@ def test_an_option_out_of_range_is_refused(name, option, words):
 
 def test_a_solver_has_neither_raw_multipliers_nor_compensated_sums():
     with pytest.raises(BadInput, match="no stage multipliers"):
-        prepare("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, raw=True)
+        plan("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, raw=True)
     with pytest.raises(BadInput, match="compensated summation is for fixed-step"):
-        prepare("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, compensated=True)
+        plan("spherical_pendulum", method="ida:index2", tol=1e-8, t_end=1.0, compensated=True)

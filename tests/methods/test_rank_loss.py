@@ -19,7 +19,6 @@ from daebench.diagnostics.passage import Crossing, extrapolated
 from daebench.diagnostics.problem.check import held
 from daebench.diagnostics.rank import zero_of
 from daebench.errors import BadInput, DaebenchError, InconsistentStart
-from daebench.methods import run as api
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
 from daebench.runs.make_ivp import make_ivp
@@ -386,9 +385,9 @@ def test_no_alarm_where_the_rank_is_kept():
 
 def test_what_to_do_is_checked():
     with pytest.raises(BadInput, match="unknown on_singular 'contnue'; did you mean continue"):
-        api.prepare("slider_crank", method="rattle", h=0.1, steps=1, on_singular="contnue")
+        plan("slider_crank", method="rattle", h=0.1, steps=1, on_singular="contnue")
     with pytest.raises(BadInput, match="Poisson system, which has no constraints"):
-        api.prepare("lotka_volterra", method="strang", h=0.1, steps=1, on_singular="continue")
+        plan("lotka_volterra", method="strang", h=0.1, steps=1, on_singular="continue")
 
 
 @pytest.mark.slow

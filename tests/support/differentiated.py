@@ -6,7 +6,7 @@ import numpy as np
 
 from daebench.methods.fixed_step.base import _complex_state
 from daebench.methods.fixed_step.complex_step import complex_run
-from daebench.methods.run import prepare
+from daebench.methods.plan import plan
 from daebench.runs.directions import STEP, directions, moved_by
 
 
@@ -25,7 +25,8 @@ def derivatives(trajectory):
 
 def complex_runs(problem, names, *, h, steps, every, **settings):
     """Yield the states of a run, shape(n, size), with their derivative in one direction after the other as the imaginary part."""
-    method, ivp, _ = prepare(problem, h=h, steps=steps, **settings)
+    planned = plan(problem, h=h, steps=steps, **settings)
+    method, ivp = planned.method, planned.ivp
     chosen = directions(ivp, names)
     ends = np.cumsum([len(vector) for vector in ivp.start])[:-1]
     linked = method.linked(ivp, method.kernel(ivp, "complex128", (), count=False, singular=""), h)

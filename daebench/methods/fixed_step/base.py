@@ -20,7 +20,7 @@ from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.runs.directions import directions, require_names, require_tuples
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, PoissonIvp
-from daebench.runs.request import Request
+from daebench.runs.request import Progress, Request
 from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.claims import MAPPED
 
@@ -210,13 +210,26 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
             arrays=ivp.arrays or getattr(kernel, "ARRAYS", False),
         )
 
-    @abstractmethod
     def solve(self, ivp: Ivp, request: Request) -> Result:
         """Return the trajectory; if the scheme stops early, the states so far and the reason."""
+        return self.linked_run(ivp, request)(request.progress)
 
-    @abstractmethod
+    def linked_run(self, ivp: Ivp, request: Request) -> Callable[[Progress | None], Result]:
+        """Return the run of a request that can be met, linked to the problem: called with a progress, it returns the trajectory."""
+        begin = self._ready(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
+        return lambda progress: self._trajectory(ivp, request, begin(progress=progress))
+
     def begin(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
         """Return a run at its start, of the steps of :meth:`grid`; monitored ("samples",), the loop stores H in place of states."""
+        return self._ready(ivp, request, grid, monitored)(progress=request.progress)
+
+    @abstractmethod
+    def _ready(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Callable[..., Run]:
+        """Return what makes a run at its start, with the scheme linked to the problem."""
+
+    @abstractmethod
+    def _trajectory(self, ivp: Ivp, request: Request, run: Run) -> Result:
+        """Return the trajectory of a run that is at its start."""
 
     def check(self, ivp: Ivp, request: Request) -> None:
         """Accept a request that can be met; raise :class:`BadInput` otherwise."""

@@ -14,7 +14,7 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.constraint_structure import require_reached
 from daebench.methods.fixed_step.parts import Parts
-from daebench.methods.fixed_step.rank_loss import RankRun
+from daebench.methods.fixed_step.rank_loss import RankRun, loss_at_start
 from daebench.methods.fixed_step.stepping import REASONS, SIMPLIFIED, Run
 from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.grid import Grid
@@ -87,6 +87,8 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         return self.compiled and not written and in_loops(ivp.facts, precision)
 
     def _coordinates(self, ivp: ConstrainedIvp) -> tuple[Callable[[Sequence[Any]], Any], Callable[[Any], Sequence[Any]]]:
+        if not (self.system.enter and self.system.leave):
+            return _same, _same
         enter, leave = self.system.enter(ivp), self.system.leave(ivp)
         return lambda vectors: enter(*vectors), lambda x: leave(*x)
 
@@ -102,16 +104,14 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
 
     def _scales(self, ivp: ConstrainedIvp, h: float) -> tuple[float, float]:
         scales = constrained_scales(ivp, h, rated=self.rated)
-        if self.form not in CHARTED:
+        if not (self.system.enter and self.system.leave):
             return scales
         return in_coordinates(scales, self.system.leave(ivp), self.system.enter(ivp)(*ivp.start), 1, timed=ivp.facts.EXTENDED)
 
     def _reasons(self, ivp: ConstrainedIvp) -> Mapping[int, tuple[str, str]]:
         return SIMPLIFIED if self.member.simplified and self.form != "stiff" else REASONS
 
-    def solve(self, ivp: ConstrainedIvp, request: Request) -> Trajectory:
-        """Return the trajectory; if the scheme stops early, the states so far and the reason."""
-        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
+    def _trajectory(self, ivp: ConstrainedIvp, request: Request, run: Run) -> Trajectory:
         outcome, (t, rows) = run.outcome(), run.states()
         d, m = int(ivp.facts.D), int(ivp.facts.M)
         p, q = rows[:, :d].copy(), rows[:, d:].copy()
@@ -126,22 +126,23 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
             sensitivities=self._sensitivities(run, len(t), q=slice(d, 2 * d), p=slice(d)),
         )
 
-    def begin(self, ivp: ConstrainedIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
-        """Return a run at its start, which monitors whether G keeps its rank; see :meth:`FixedStepMethod.begin`."""
+    def _ready(self, ivp: ConstrainedIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Callable[..., Run]:
+        """Return what makes a run at its start, which monitors whether G keeps its rank."""
         began = time.perf_counter()
         mode = self.on_singular(ivp, request)
         ivp = replace(ivp, on_singular=mode)
         number = self._number(ivp, request)
         kernel = self.kernel(ivp, number, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)
-        kind: Callable[..., Run] = partial(RankRun, mode) if mode else Run
-        return kind(
+        kind: Callable[..., Run] = partial(RankRun, mode, loss_at_start(ivp, mode, kernel, grid.h)) if mode else Run
+        return partial(
+            kind,
             self._differentiated(ivp, request, grid, kernel),
             ivp,
             request,
             grid,
             names=monitored_names(monitored, ivp),
             stage_multipliers=len(self.member.multipliers()) * ivp.m if request.raw else 0,
-            began=began,
+            linking=[time.perf_counter() - began],
         )
 
     def _require(self, ivp: ConstrainedIvp, request: Request) -> None:
@@ -160,6 +161,10 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         if request.raw and grid.every != 1:
             raise BadInput(f"stage multipliers are stored for every step; leave out every = {grid.every}.")
         return grid
+
+
+def _same(vectors: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(map(tuple, vectors))
 
 
 def accepted(method: Method[ConstrainedIvp, Trajectory], ivp: ConstrainedIvp, why: str) -> FixedStep:

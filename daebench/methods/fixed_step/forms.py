@@ -9,11 +9,7 @@ from daebench.errors import BadInput, positive
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import ConstrainedIvp
-    from daebench.runs.local_flow import Map, State
-
-
-def _same(p: Any, q: Any) -> "State":
-    return tuple(p), tuple(q)
+    from daebench.runs.local_flow import Map
 
 
 def _enter(ivp: "ConstrainedIvp", form: str) -> "Map":
@@ -45,9 +41,9 @@ class Form:
     """Largest value of such a number, if it is limited."""
     instead: str = ""
     """The motion that a run approximates in place of the constrained motion; "" for the constrained motion."""
-    enter: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
-    leave: Callable[["ConstrainedIvp"], "Map"] = lambda ivp: _same
-    """``enter(ivp)`` returns the map from (p, q) to what a scheme computes in, ``leave(ivp)`` the map back."""
+    enter: Callable[["ConstrainedIvp"], "Map"] | None = None
+    leave: Callable[["ConstrainedIvp"], "Map"] | None = None
+    """``enter(ivp)`` returns the map from (p, q) to what a scheme computes in, ``leave(ivp)`` the map back; None if these are p and q."""
 
     def numbers(self, options: Mapping[str, float]) -> tuple[float, ...]:
         """Return the free numbers, as kernels take them; raise :class:`BadInput` if one is not greater than 0, or too large."""

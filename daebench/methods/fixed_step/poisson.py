@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -138,18 +139,15 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
         domain = " and ".join(f"{function} > 0" for function in ivp.facts.DOMAIN)
         return REASONS | {status: (why.replace("{domain}", domain), advice) for status, (why, advice) in LEFT.items()}
 
-    def solve(self, ivp: PoissonIvp, request: Request) -> PoissonTrajectory:
-        """Return the trajectory; if the scheme stops early, the states so far and the reason."""
-        run = self.begin(ivp, request, self.grid(ivp, request), request.watched(ivp.state))
+    def _trajectory(self, ivp: PoissonIvp, request: Request, run: Run) -> PoissonTrajectory:
         outcome, (t, y) = run.outcome(), run.states()
         return PoissonTrajectory(**outcome, t=t, y=y, sensitivities=self._sensitivities(run, len(t), y=slice(ivp.size)))
 
-    def begin(self, ivp: PoissonIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Run:
-        """Return a run at its start; see :meth:`FixedStepMethod.begin`."""
+    def _ready(self, ivp: PoissonIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Callable[..., Run]:
         began = time.perf_counter()
         kernel = self.kernel(ivp, self._number(ivp, request), monitored, count=request.count)
         linked = self._differentiated(ivp, request, grid, kernel)
-        return Run(linked, ivp, request, grid, names=monitored_names(monitored, ivp), began=began)
+        return partial(Run, linked, ivp, request, grid, names=monitored_names(monitored, ivp), linking=[time.perf_counter() - began])
 
 
 def require_poisson(name: str, request: Request) -> None:

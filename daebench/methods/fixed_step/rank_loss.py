@@ -27,6 +27,12 @@ from daebench.schemes.kernels.newton import SINGULAR
 from daebench.schemes.kernels.rank import RANK_LOST
 
 
+def loss_at_start(ivp: ConstrainedIvp, mode: str, kernel: Any, h: float) -> tuple[str | None, float | None]:
+    """Return how constraints depend on each other at the start, and when G loses rank if within the next steps; None for neither."""
+    why = dependence(ivp) if mode != "least-squares" and not kernel.ELEMENTWISE else None
+    return why, upcoming_loss(ivp, ivp.p0, ivp.q0, h, WITHIN)
+
+
 class RankRun(Run):
     """One run that stops where G loses rank within the next step, or goes on and notes which branch it took.
 
@@ -35,8 +41,8 @@ class RankRun(Run):
 
     ivp: ConstrainedIvp
 
-    def __init__(self, mode: str, *settings: Any, **more: Any) -> None:
-        self.mode = mode
+    def __init__(self, mode: str, loss: tuple[str | None, float | None], *settings: Any, **more: Any) -> None:
+        self.mode, self.loss = mode, loss
         super().__init__(*settings, **more)
 
     def _no_pivots(self) -> Any:
@@ -48,12 +54,12 @@ class RankRun(Run):
         return self.pivots[0]
 
     def _prepare(self) -> None:
-        why = dependence(self.ivp) if self.mode != "least-squares" and not self.kernel.ELEMENTWISE else None
+        why, t = self.loss
         super()._prepare()
         if why:
             self.status = RANK_LOST
             self.failure = self._stopped(f"G M^-1 G^T is singular at the start, where {why}")
-        elif self.failure is None and (t := self._upcoming(WITHIN)) is not None:
+        elif self.failure is None and t is not None:
             self._lose_rank(t)
 
     def _upcoming(self, within: int) -> float | None:

@@ -2,17 +2,18 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from daebench.compiler.native import timed
-from daebench.compiler.number_types import number_type
+from daebench.compiler.number_types import NUMBER_TYPES
 from daebench.compiler.under_way import compiling, uncollected
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import InitialValueProblem
-from daebench.runs.request import Request
+from daebench.runs.request import Progress, Request
 from daebench.runs.trajectory import Array, Passage
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.schemes.kernels.loop import ERROR_NOT_FINITE
@@ -139,11 +140,14 @@ class Run:
         *,
         names: Sequence[str],
         stage_multipliers: int = 0,
-        began: float,
+        linking: list[float],
+        progress: Progress | None = None,
     ) -> None:
+        began = time.perf_counter() - sum(linking)
+        self.progress = progress
         self.linked, self.ivp, self.request, self.grid, self.names = linked, ivp, request, grid, names
         self.kernel = linked.kernel
-        self.dtype = np.dtype(number_type(request.precision).dtype)
+        self.dtype = np.dtype(NUMBER_TYPES[request.precision].dtype)
         self.number: Callable[[Any], Any] = float if self.dtype == float else self.dtype.type
         self.zero, self.infinity = self.typed(0.0), self.typed(np.inf)
         self.par, self.h = self.typed(linked.par), self.typed(grid.h)
@@ -163,9 +167,13 @@ class Run:
         self.looks: list[tuple[int, Array]] = []
         self.stride = max(1, -(-grid.steps // _looks(request, ivp.size))) if request.looks else 0
         self.stored = bool(grid.every) and self.stride % grid.every == 0  # what is looked at is among the stored states
-        with np.errstate(all="ignore"), uncollected(), compiling(f"{linked.name} for {ivp.problem}"):
+        with np.errstate(all="ignore"), ExitStack() as first:
+            if linking:
+                first.enter_context(uncollected())
+                first.enter_context(compiling(f"{linked.name} for {ivp.problem}"))
             self._prepare()
         self.compile_seconds = time.perf_counter() - began
+        linking.clear()  # which the first run alone waits for
 
     def typed(self, x: Any) -> Any:
         """Return a number or nested tuple in the run's number type, which is lost when a kernel hands a float32 back to Python."""
@@ -270,8 +278,8 @@ class Run:
             piece = max(piece, next_piece(size, self.piece(size))) if size < piece else next_piece(piece, self.piece(piece))
             if looks and self.done % self.stride == 0:
                 self.looks.append((self.done, self._row()))
-            if self.request.progress:
-                self.request.progress(self.done / self.grid.steps)
+            if self.progress:
+                self.progress(self.done / self.grid.steps)
             if self.failure is None and self.done < self.grid.steps and time.perf_counter() > limit:
                 self.failure = self._stopped(f"the limit of {self.request.seconds_limit:g} s is reached")
 

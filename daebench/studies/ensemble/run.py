@@ -8,7 +8,7 @@ from daebench.errors import BadInput, whole
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
-from daebench.methods.run import prepare
+from daebench.methods.plan import plan
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.request import Progress
 from daebench.starts.draw import distribution_of, draw_starts
@@ -132,7 +132,8 @@ def ensemble(
     where = initial_value_problem(problem, settings.pop("case", None), settings.pop("parameters", None))
     fixed_step_method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False))
     largest = h if sizes is None else float(max(sizes))
-    solver, ivp, request = prepare(where, method=method, h=largest, t_end=t_end, steps=steps, every=0, progress=progress, **settings)
+    planned = plan(where, method=method, h=largest, t_end=t_end, steps=steps, every=0, **settings)
+    solver, ivp, request = planned.method, planned.ivp, replace(planned.request, progress=progress)
     grid = solver.grid(ivp, request)
     every = max(1, grid.steps // (points - 1)) if points > 1 else 0
     if members is None:

@@ -1,0 +1,155 @@
+"""The plan of a run: a method, an initial value problem and a request, in which everything has been checked."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from inspect import Parameter, Signature, signature
+from typing import TYPE_CHECKING, Any
+
+from daebench.compiler.under_way import uncollected
+from daebench.errors import BadInput, real, unknown
+from daebench.methods.catalogue import own_problems
+from daebench.methods.fixed_step.base import FixedStepMethod
+from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.names import Code, method_of
+from daebench.methods.outside.method import OutsideMethod
+from daebench.methods.sensitivities import require_differentiable
+from daebench.methods.warnings_on_runs import doubts_at_start, losses
+from daebench.runs.ivp import InitialValueProblem, Ivp
+from daebench.runs.request import Progress, Request, resolution_value
+from daebench.runs.state import STATES
+from daebench.runs.trajectory import Outcome
+
+if TYPE_CHECKING:
+    from daebench.systems.constrained import ConstrainedHamiltonian
+    from daebench.systems.poisson import PoissonSystem
+
+LOOKS = 256
+"""States along a fixed-step run that are looked at to judge it, whatever is stored."""
+
+OWN = ("value", "on_singular", "looks", "keep_interrupted", "work_limit")
+"""Fields of a request that a caller of :func:`plan` does not name."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A method, a problem with the numbers of a case, and a request that can be met."""
+
+    method: Any
+    """The method, of the problem's kind."""
+    ivp: Ivp
+    """The problem with its numbers, which are consistent."""
+    request: Request
+    """The request to the method."""
+
+    @cached_property
+    def _linked(self) -> Callable[[Progress | None], Any] | None:
+        """The run linked to the problem, of a method with fixed steps."""
+        return self.method.linked_run(self.ivp, self.request) if isinstance(self.method, FixedStepMethod) else None
+
+    @cached_property
+    def _at_start(self) -> list[str]:
+        return doubts_at_start(self.ivp)
+
+    def execute(self, progress: Progress | None = None) -> Any:
+        """Return the trajectory; if the method stops early, the states so far and the reason."""
+        if self._linked:
+            return replace(self._linked(progress), ivp=self.ivp)
+        return replace(self.method.solve(self.ivp, replace(self.request, progress=progress)), ivp=self.ivp)
+
+    def doubts(self, run: Outcome) -> list[str]:
+        """Return sentences on why a run that reached its end is unreliable; none for a run that failed, which has its own message."""
+        return [] if run.failure else [*losses(self.ivp, run), *self._at_start]
+
+
+_plans: dict[str, Plan] = {}
+"""The latest plans on problems and with methods of daebench's own, by the arguments of :func:`plan`."""
+
+MOST = 32
+"""Number of plans that are kept."""
+
+
+def plan(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem", *, progress: Progress | None = None, **settings: Any
+) -> Plan:
+    """Return the plan of a run; what is asked again is not checked and linked again, if problem and method are daebench's own.
+
+    Parameters
+    ----------
+    problem, case, method, ...
+        As for :func:`daebench.run`, which describes all parameters.
+
+    Raises
+    ------
+    BadInput
+        If the request cannot be met.
+    InconsistentStart
+        If the initial values are off the manifold and are not to be projected.
+    """
+    key = repr((problem, settings)) if isinstance(problem, str) and all(map(_plain, settings.values())) else ""
+    if key in _plans:
+        return _plans[key]
+    made = _planned(problem, **settings)
+    if key and problem in own_problems() and not isinstance(made.method, OutsideMethod):
+        if len(_plans) == MOST:
+            del _plans[next(iter(_plans))]
+        _plans[key] = made
+    return made
+
+
+def _plain(value: Any) -> bool:
+    """Return whether a value is one of those that Python writes with all their digits."""
+    if isinstance(value, list | tuple):
+        return all(map(_plain, value))
+    return value is None or type(value) in (bool, int, float, str) or (type(value) is dict and all(map(_plain, value.values())))
+
+
+@uncollected()
+def _planned(
+    problem: "str | ConstrainedHamiltonian | PoissonSystem | InitialValueProblem",
+    *,
+    case: str | None = None,
+    method: Code,
+    h: float | None = None,
+    tol: float | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
+    p0: Sequence[float] | None = None,
+    q0: Sequence[float] | None = None,
+    y0: Sequence[float] | None = None,
+    project: bool = False,
+    compensated: bool = False,
+    on_singular: str | None = None,
+    algebra: str = "",
+    anyway: bool = False,
+    **asked: Any,
+) -> Plan:
+    """Return the plan of a run; the rest of the arguments are fields of the request."""
+    start: Mapping[str, Any] = {"p0": p0, "q0": q0, "y0": y0}
+    ivp = initial_value_problem(problem, case, parameters, **start, project=project, algebra=algebra, on_singular=on_singular)
+    chosen = method_of(ivp, method, options, compensated=compensated, anyway=anyway)
+    value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
+    request = Request(value=value, on_singular=on_singular, looks=LOOKS, keep_interrupted=True, **asked)
+    _require_monitors(ivp, request.watch or ())
+    require_differentiable(chosen, ivp, request.sensitivities, problem)
+    chosen.check(ivp, request)
+    return Plan(chosen, ivp, request)
+
+
+def arguments() -> Signature:
+    """Return the arguments of :func:`plan`: for help, completion and documentation, and to refuse others."""
+    *own, _ = signature(_planned).parameters.values()
+    request = [field for field in fields(Request) if field.name not in OWN]
+    asked = [Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=field.type) for field in request]
+    return Signature([*own, *asked])
+
+
+def _require_monitors(ivp: Ivp, names: Sequence[str]) -> None:
+    """Refuse to monitor what the problem does not have."""
+    allowed = ivp.state.monitors
+    for name in names:
+        if name in allowed:
+            continue
+        if any(name in state.monitors for state in STATES.values()):
+            raise BadInput(f"{name} cannot be monitored on {ivp.problem}, which is {ivp.state.words}; monitor any of {', '.join(allowed)}.")
+        raise unknown("quantity to monitor", name, allowed)

@@ -1,0 +1,115 @@
+"""Plans: everything is checked where one is made, what is asked again is not made again, and a run goes through few files."""
+
+import contextlib
+import io
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import daebench
+from daebench.cli.app import main
+from daebench.errors import BadInput
+from daebench.methods import plan as plans
+from daebench.methods.plan import plan
+
+QUESTION = {"problem": "spherical_pendulum", "method": "rattle", "h": 0.01, "t_end": 1}
+ROOT = Path(daebench.__file__).parent
+
+
+def entered(call):
+    """Return the files of the package in which functions are entered by a call; bodies of modules and generated code do not count."""
+    files = set()
+
+    def look(frame, event, _):
+        path = Path(frame.f_code.co_filename)
+        if event == "call" and frame.f_code.co_name != "<module>" and path.is_relative_to(ROOT):
+            files.add(str(path.relative_to(ROOT)))
+
+    before = sys.getprofile()
+    sys.setprofile(look)
+    try:
+        call()
+    finally:
+        sys.setprofile(before)
+    return files
+
+
+def command():
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+        main()
+
+
+def test_the_second_run_of_a_process_goes_through_fifteen_files():
+    daebench.run(**QUESTION)
+    files = entered(lambda: daebench.run(**QUESTION))
+    assert {"methods/run.py", "methods/plan.py", "methods/fixed_step/stepping.py"} <= files
+    assert len(files) <= 15, sorted(files)
+
+
+def test_the_second_command_of_a_process_goes_through_twenty_two_files(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["daebench", "run", "spherical_pendulum", "--method", "rattle", "--h", "0.01", "--t-end", "1"])
+    command()
+    files = entered(command)
+    assert {"cli/run.py", "methods/plan.py", "cli/summary.py"} <= files
+    assert len(files) <= 22, sorted(files)
+
+
+def test_what_is_asked_again_has_the_same_plan_and_the_same_numbers():
+    plans._plans.clear()
+    first, second = daebench.run(**QUESTION), daebench.run(**QUESTION)
+    assert len(plans._plans) == 1
+    assert first.q.tobytes() == second.q.tobytes()
+    assert first.work == second.work
+    assert first.q is not second.q
+    assert plan(**QUESTION) is plan(**QUESTION)
+    assert 0 < second.compile_seconds < first.compile_seconds
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"h": 0.02}, {"method": "shake"}, {"parameters": {"gravity": 2.0}}, {"t_end": 2}, {"q0": [0.0, 0.6, -0.8], "p0": [0.1, 0, 0]}],
+    ids=["step", "method", "parameter", "end", "start"],
+)
+def test_another_question_has_another_plan(other):
+    asked = plan(**QUESTION)
+    assert plan(**QUESTION | other) is not asked
+    assert not np.array_equal(daebench.run(**QUESTION | other).q, daebench.run(**QUESTION).q)
+
+
+def test_equal_numbers_of_another_type_are_another_question():
+    count = {name: value for name, value in QUESTION.items() if name != "t_end"}
+    plan(**count, steps=1)
+    with pytest.raises(BadInput, match="steps = True must be a whole number"):
+        plan(**count, steps=True)
+
+
+def test_what_can_change_between_two_questions_is_asked_anew(tmp_path, monkeypatch):
+    text = (ROOT / "problems" / "planar_pendulum.py").resolve().read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(text, encoding="utf-8")
+    Path("code.py").write_text("def step(p, q, h):\n    return p, q\n", encoding="utf-8")
+    q0 = np.array(plan("planar_pendulum", method="rattle", h=0.1, steps=1).ivp.q0)
+    for settings in ({"problem": "./mine.py"}, {"method": "./code.py:step"}, {"q0": q0}):
+        asked = {"problem": "planar_pendulum", "method": "rattle", "h": 0.1, "steps": 1} | settings
+        assert plan(**asked) is not plan(**asked)
+
+
+def test_only_the_latest_plans_are_kept():
+    for k in range(plans.MOST + 5):
+        plan(**QUESTION | {"h": 0.01 + k / 1000})
+    assert len(plans._plans) == plans.MOST
+    assert plan(**QUESTION | {"h": 0.01 + k / 1000}) in plans._plans.values()
+
+
+def test_a_progress_is_told_by_a_plan_that_is_kept():
+    for _ in range(2):
+        told = []
+        daebench.run(**QUESTION, progress=told.append)
+        assert told[-1] == 1.0
+
+
+def test_an_argument_that_there_is_not_is_refused_with_its_name():
+    with pytest.raises(TypeError, match="tend"):
+        daebench.run("spherical_pendulum", method="rattle", h=0.01, tend=1)
