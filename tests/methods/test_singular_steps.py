@@ -20,7 +20,7 @@ from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitored import Monitored
 from daebench.methods.solvers.scipy_ode import ScipyOde
 from daebench.methods.solvers.variants import SCIPY as IMPLICIT
-from daebench.methods.warnings_on_runs import doubts
+from daebench.methods.warnings_on_runs import losses
 from daebench.runs.request import Request
 
 METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]
@@ -42,7 +42,7 @@ def compiled():
 def said(where, method, tol):
     """Return what is said of a run through the singularity."""
     run = method.solve(where, Request(value=tol, t_end=3.0, points=101, seconds_limit=20.0))
-    return run.failure or " ".join(doubts(where, run))
+    return run.failure or " ".join(losses(where, run))
 
 
 HARDLY_MORE = {("passing", 1e-4), ("cusp", 1e-4), ("cusp", 1e-6, "scipy:RK23"), ("cusp", 1e-6, "scipy:RK45")}
@@ -63,7 +63,7 @@ def test_a_step_over_a_singularity_is_said(name, tol):
 def test_an_ordinary_motion_is_never_stopped_nor_doubted(name, tol):
     for method in METHODS:
         run = method.solve(ivp(name), Request(value=tol, t_end=2.0, points=21)).complete()
-        assert not doubts(ivp(name), run), method.name
+        assert not losses(ivp(name), run), method.name
 
 
 def test_the_change_that_is_explained_is_that_of_errors_within_the_tolerance():
@@ -92,7 +92,7 @@ def test_a_motion_that_is_lost_is_warned_of_with_the_time(method):
     case, h, t_end = LOST[method]
     where = initial_value_problem("spherical_pendulum", case)
     run = FixedStep(method, compiled=False).solve(where, Request(value=h, t_end=t_end)).complete()
-    told = doubts(where, run)[0]
+    told = losses(where, run)[0]
     assert told.startswith(f"{method} on spherical_pendulum, case {case}: the motion is lost from t = ")
     kinetic = float(told.rsplit("kinetic energy, ", 1)[1].split(";")[0])
     since = float(told.split("from t = ")[1].split(" ")[0])
@@ -106,7 +106,7 @@ def test_a_motion_that_is_lost_is_warned_of_with_the_time(method):
 @pytest.mark.parametrize("method", ["rattle", "lobatto3", "energy_momentum", "generalized_alpha"])
 def test_a_motion_that_is_not_lost_is_not_warned_of(method):
     where = initial_value_problem("spherical_pendulum", "fig1.2")
-    assert not doubts(where, FixedStep(method, compiled=False).solve(where, Request(value=0.002, t_end=2.0)).complete())
+    assert not losses(where, FixedStep(method, compiled=False).solve(where, Request(value=0.002, t_end=2.0)).complete())
 
 
 def test_a_run_from_python_warns():
@@ -128,7 +128,7 @@ def test_the_command_warns_in_words_and_in_json(daebench):
 def test_a_constraint_that_is_broken_is_warned_of():
     cusp = singular("cusp")
     run = ScipyOde("DOP853").solve(cusp, Request(value=1e-2, t_end=3.0, points=301)).complete()
-    assert any("g1 = 0 is broken from t = " in each for each in doubts(cusp, run))
+    assert any("g1 = 0 is broken from t = " in each for each in losses(cusp, run))
     assert np.max(np.abs(cusp.along("g", run.q))) > 1
 
 
@@ -137,4 +137,4 @@ def test_a_constraint_that_is_broken_is_warned_of():
 def test_generalized_alpha_loses_a_pendulum_where_its_page_says(rate, turn, lost):
     where = initial_value_problem("planar_pendulum", "rotating", q0=[0, -1], p0=[rate, 0])
     run = FixedStep("generalized_alpha", compiled=False).solve(where, Request(value=turn / rate, steps=1000)).complete()
-    assert bool(doubts(where, run)) == lost
+    assert bool(losses(where, run)) == lost

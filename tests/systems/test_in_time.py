@@ -13,7 +13,7 @@ from daebench.diagnostics.negative_damping import negative_damping
 from daebench.errors import BadInput, InvalidProblem
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.warnings_on_runs import doubts
+from daebench.methods.warnings_on_runs import doubts_at_start
 from daebench.runs.request import Request
 from daebench.studies.claims.check import check
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
@@ -238,6 +238,6 @@ def test_a_run_under_negative_damping_is_allowed_and_it_is_said(damping, said):
     ivp = initial_value_problem(pendulum("H", DRAG, parameters={gravity: 9.81, c: damping}))
     run = FixedStep("rattle", compiled=False).solve(ivp, Request(value=0.01, steps=10, every=1))
     assert run.failure is None
-    told = doubts(ivp, run)
+    told = doubts_at_start(ivp)
     assert len(told) == len(said)
     assert all(sentence in line for sentence, line in zip(said, told, strict=True))
