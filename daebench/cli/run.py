@@ -106,9 +106,6 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run one method on one problem; exit 1 if it stops early, or its motion is lost: its energy, or a constraint."""
-    from daebench.methods.plan import plan
-    from daebench.methods.warnings_on_runs import losses
-
     _check_place(out, steps_out, raw=raw)
     with bar(f"{method} on {problem}") as progress:
         start = _start(case, param, algebra, q0, p0)
@@ -117,18 +114,26 @@ def run(
         asked |= {"options": pairs("option", option or []), "compensated": compensated, "precision": precision, "anyway": anyway}
         asked |= {"y0": numbers("--y0", y0), "project": project, "on_singular": on_singular, "seconds_limit": seconds_limit}
         asked |= {"callbacks": callbacks.value, "sensitivities": words(sensitivities or "")}
-        planned = plan(problem, method=method, solver_steps=steps_out is not None, **start, **asked)
-        steps_files.check_size(steps_out, planned.ivp)
+        planned = _planned(problem, steps_out, method=method, **start, **asked)
         trajectory = planned.execute(progress)
     _write(out, steps_out, planned, trajectory)
     _print(planned, trajectory, _given(problem, start) if project else None, compensated=compensated, as_json=as_json)
-    raise typer.Exit(1 if trajectory.failure or losses(planned.ivp, trajectory) else 0)
+    raise typer.Exit(1 if trajectory.failure or planned.losses(trajectory) else 0)
 
 
 def _start(case: str | None, param: list[str] | None, algebra: str, q0: str | None, p0: str | None) -> dict[str, Any]:
     """Return the arguments of an initial value problem, without y0 of a Poisson system."""
     chosen: dict[str, Any] = {"case": case, "parameters": pairs("param", param or []), "algebra": algebra}
     return chosen | {"q0": numbers("--q0", q0), "p0": numbers("--p0", p0)}
+
+
+def _planned(problem: str, steps_out: Path | None, **settings: Any) -> "Plan":
+    """Return the plan of the run; a record of steps that has too many columns for a table is refused."""
+    from daebench.methods.plan import plan
+
+    planned = plan(problem, solver_steps=steps_out is not None, **settings)
+    steps_files.check_size(steps_out, planned.ivp)
+    return planned
 
 
 def _given(problem: str, start: dict[str, Any]) -> "ConstrainedIvp":

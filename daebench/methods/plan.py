@@ -1,5 +1,6 @@
 """The plan of a run: a method, an initial value problem and a request, in which everything has been checked."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -8,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from daebench.compiler.under_way import uncollected
 from daebench.errors import BadInput, real, unknown
-from daebench.methods.catalogue import own_problems
+from daebench.methods.catalogue import find_problem, own_problems
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, method_of
 from daebench.methods.outside.method import OutsideMethod
-from daebench.methods.sensitivities import require_differentiable
 from daebench.methods.warnings_on_runs import doubts_at_start, losses
+from daebench.runs.directions import require_names
 from daebench.runs.ivp import InitialValueProblem, Ivp
-from daebench.runs.request import Progress, Request, resolution_value
+from daebench.runs.request import Method, Progress, Request, resolution_value
 from daebench.runs.state import STATES
 from daebench.runs.trajectory import Outcome
 
@@ -57,9 +58,13 @@ class Plan:
             return replace(self._linked(progress), ivp=self.ivp)
         return replace(self.method.solve(self.ivp, replace(self.request, progress=progress)), ivp=self.ivp)
 
+    def losses(self, run: Outcome) -> list[str]:
+        """Return sentences on why the motion of a run that reached its end is lost; none for a run that failed, which says why itself."""
+        return losses(self.ivp, run)
+
     def doubts(self, run: Outcome) -> list[str]:
-        """Return sentences on why a run that reached its end is unreliable; none for a run that failed, which has its own message."""
-        return [] if run.failure else [*losses(self.ivp, run), *self._at_start]
+        """Return its :meth:`losses`, and what is unusual at the start."""
+        return [] if run.failure else [*self.losses(run), *self._at_start]
 
 
 _plans: dict[str, Plan] = {}
@@ -89,12 +94,12 @@ def plan(
     key = repr((problem, settings)) if isinstance(problem, str) and all(map(_plain, settings.values())) else ""
     if key in _plans:
         return _plans[key]
-    made = _planned(problem, **settings)
-    if key and problem in own_problems() and not isinstance(made.method, OutsideMethod):
+    planned = _planned(problem, **settings)
+    if key and problem in own_problems() and not isinstance(planned.method, OutsideMethod):
         if len(_plans) == MOST:
             del _plans[next(iter(_plans))]
-        _plans[key] = made
-    return made
+        _plans[key] = planned
+    return planned
 
 
 def _plain(value: Any) -> bool:
@@ -131,17 +136,17 @@ def _planned(
     value = real(chosen.knob, resolution_value(chosen, h=h, tol=tol))
     request = Request(value=value, on_singular=on_singular, looks=LOOKS, keep_interrupted=True, **asked)
     _require_monitors(ivp, request.watch or ())
-    require_differentiable(chosen, ivp, request.sensitivities, problem)
+    _require_differentiable(chosen, ivp, request.sensitivities, problem)
     chosen.check(ivp, request)
     return Plan(chosen, ivp, request)
 
 
 def arguments() -> Signature:
     """Return the arguments of :func:`plan`: for help, completion and documentation, and to refuse others."""
-    *own, _ = signature(_planned).parameters.values()
+    *explicit, _ = signature(_planned).parameters.values()
     request = [field for field in fields(Request) if field.name not in OWN]
     asked = [Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=field.type) for field in request]
-    return Signature([*own, *asked])
+    return Signature([*explicit, *asked])
 
 
 def _require_monitors(ivp: Ivp, names: Sequence[str]) -> None:
@@ -153,3 +158,19 @@ def _require_monitors(ivp: Ivp, names: Sequence[str]) -> None:
         if any(name in state.monitors for state in STATES.values()):
             raise BadInput(f"{name} cannot be monitored on {ivp.problem}, which is {ivp.state.words}; monitor any of {', '.join(allowed)}.")
         raise unknown("quantity to monitor", name, allowed)
+
+
+def _require_differentiable(method: Method[Any, Any], ivp: Ivp, names: Sequence[str], problem: Any) -> None:
+    """Accept the quantities to differentiate a run by."""
+    if not names:
+        return
+    structure = find_problem(os.fspath(problem)).structure if isinstance(problem, str | os.PathLike) else {}
+    for name in names:
+        if name in structure:
+            raise BadInput(f"{name} of {ivp.problem} is a whole number, so there is no derivative with respect to it; leave it out.")
+    require_names(ivp, names)
+    if not getattr(method, "differentiable", False):
+        raise BadInput(
+            f"{method.name} has no sensitivities; schemes of daebench such as rattle differentiate their steps, and ida:index2 solves "
+            "variational equations."
+        )

@@ -138,9 +138,9 @@ def run(
     >>> swing.sensitivities["gravity"]["q"][-1].round(4).tolist()
     [-0.2321, -0.429]
     """
-    made = plan(problem, method=method, **settings)
-    trajectory: Trajectory | PoissonTrajectory = made.execute(settings.get("progress"))
-    for doubt in made.doubts(trajectory):
+    planned = plan(problem, method=method, **settings)
+    trajectory: Trajectory | PoissonTrajectory = planned.execute(settings.get("progress"))
+    for doubt in planned.doubts(trajectory):
         warnings.warn(doubt, LostMotion, stacklevel=2)
     return trajectory
 

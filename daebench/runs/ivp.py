@@ -111,8 +111,8 @@ class InitialValueProblem:
             linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=self.singular))
             return linker.module(f"Functions of {self.problem}.", [(LANGUAGE, name) for name in names])
 
-        made = generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
-        return modules.setdefault(asked, made)
+        module = generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
+        return modules.setdefault(asked, module)
 
     def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""

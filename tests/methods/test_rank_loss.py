@@ -21,6 +21,7 @@ from daebench.diagnostics.rank import zero_of
 from daebench.errors import BadInput, DaebenchError, InconsistentStart
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
+from daebench.methods.plan import plan
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request
 

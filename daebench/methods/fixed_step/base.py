@@ -225,7 +225,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     @abstractmethod
     def _ready(self, ivp: Ivp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Callable[..., Run]:
-        """Return what makes a run at its start, with the scheme linked to the problem."""
+        """Link the scheme to the problem, and return the maker of a run at its start."""
 
     @abstractmethod
     def _trajectory(self, ivp: Ivp, request: Request, run: Run) -> Result:

@@ -127,7 +127,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         )
 
     def _ready(self, ivp: ConstrainedIvp, request: Request, grid: Grid, monitored: tuple[str, ...]) -> Callable[..., Run]:
-        """Return what makes a run at its start, which monitors whether G keeps its rank."""
+        """Return the maker of a run at its start, which monitors whether G keeps its rank."""
         began = time.perf_counter()
         mode = self.on_singular(ivp, request)
         ivp = replace(ivp, on_singular=mode)
