@@ -7,10 +7,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from daebench.compiler.under_way import under_way
 from daebench.errors import BadInput
 from daebench.runs.json_values import plain
 from daebench.runs.texts import words
 from daebench.systems.lazily import pandas as pd
+from daebench.systems.lazily import rich
 
 PATIENCE = 2.0
 """Seconds before a progress bar appears."""
@@ -55,19 +57,15 @@ def printable(text: str) -> str:
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], title: str = "", *, width: int = 0) -> None:
     """Print a table, within a width in characters if one is given."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
     narrow = bool(width)
-    heading = Text(printable(title)) if title else None
-    table = Table(title=heading, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow)
+    heading = rich.text.Text(printable(title)) if title else None
+    table = rich.table.Table(title=heading, title_justify="left", title_style="bold", pad_edge=False, collapse_padding=narrow)
+    table.box = rich.box.SIMPLE_HEAD
     for column in columns:
-        table.add_column(Text(printable(column)), overflow="fold")
+        table.add_column(rich.text.Text(printable(column)), overflow="fold")
     for row in rows:
-        table.add_row(*map(Text, map(printable, row)))
-    console = Console()
+        table.add_row(*map(rich.text.Text, map(printable, row)))
+    console = rich.console.Console()
     if not console.is_terminal:
         console.width = 200
     if width:
@@ -102,22 +100,19 @@ class Bar:
     @property
     def _work(self) -> str:
         """The current work: what is compiled, if anything is."""
-        from daebench.compiler.under_way import under_way
-
         return under_way() or self._label
 
     def _show(self) -> None:
         """Show the bar after its delay."""
         if self._over.wait(PATIENCE):
             return
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-        columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn(compact=True))
-        with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-            task = progress.add_task(self._work)
+        progress = rich.progress
+        described, remaining = progress.TextColumn("{task.description}", markup=False), progress.TimeRemainingColumn(compact=True)
+        columns = (described, progress.BarColumn(), progress.TaskProgressColumn(), remaining)
+        with progress.Progress(*columns, console=rich.console.Console(stderr=True), transient=True) as shown:
+            task = shown.add_task(self._work)
             while not self._over.wait(REFRESH):
-                progress.update(task, description=self._work, completed=self._fraction, total=1.0 if self._fraction else None)
+                shown.update(task, description=self._work, completed=self._fraction, total=1.0 if self._fraction else None)
 
     def _tell(self) -> None:
         """Print the current work after a while, and again after twice the time."""

@@ -6,12 +6,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from daebench.compiler.constrained.derivation import Derivation
+from daebench.compiler.constrained.local import LocalDerivation
+from daebench.compiler.trigonometry import shortened
 from daebench.diagnostics.symplecticity import tangent_basis
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.runs.make_ivp import initial_values
+from daebench.systems.constrained import ConstrainedHamiltonian
 from daebench.systems.lazily import sympy
 from daebench.systems.lazily import sympy as sp
+from daebench.systems.poisson import PoissonCase, PoissonSystem
 
 if TYPE_CHECKING:
     from daebench.compiler.constrained.local import LocalDerivation
@@ -59,11 +64,6 @@ def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
     [                 0, -1/(length**2*mass)],
     [1/(length**2*mass),                   0]])
     """
-    from daebench.compiler.constrained.derivation import Derivation
-    from daebench.compiler.constrained.local import LocalDerivation
-    from daebench.systems.constrained import ConstrainedHamiltonian
-    from daebench.systems.poisson import PoissonSystem
-
     if not isinstance(problem, ConstrainedHamiltonian):
         raise BadInput(f"as_poisson takes a ConstrainedHamiltonian, such as a problem file's problem() returns, not {problem!r}.")
     if problem.chart is None:
@@ -115,15 +115,11 @@ def _carried(F: "sp.Expr", chi: Mapping["sp.Symbol", "sp.Expr"]) -> "sp.Expr":
 
 def _short(F: "sp.Expr") -> "sp.Expr":
     """Return an expression shortened, unless it is so long that this takes longer than anything it is used for."""
-    from daebench.compiler.trigonometry import shortened
-
     return shortened(F) if F.count_ops() <= SHORT else F
 
 
 def _cases(problem: "ConstrainedHamiltonian") -> dict[str, "PoissonCase"]:
     """Return the cases in the chart."""
-    from daebench.systems.poisson import PoissonCase
-
     assert problem.chart is not None
     cases = {}
     for name, case in problem.cases.items():

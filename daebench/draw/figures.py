@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
 from daebench.runs.outputs import described
+from daebench.systems.lazily import matplotlib as mpl
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -161,8 +162,6 @@ def drawing(scale: float = 1.0) -> Iterator[None]:
 
     ``scale`` enlarges letters and lines, for figures that are wider than the text of a page.
     """
-    import matplotlib as mpl
-
     with mpl.rc_context(_STYLE | {name: scale * _STYLE[name] for name in SCALED}):
         yield
 

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.systems.lazily import matplotlib as mpl
+
 Array = NDArray[np.float64]
 
 
@@ -38,15 +40,13 @@ def hatch(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], pattern:
 
 def _add(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], **look: Any) -> None:
     """Draw the tiles of a mask as one area."""
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path
-
+    path = mpl.path.Path
     boxes = np.array(list(rectangles(mask)))
     x, y = across[boxes[:, 2:]], up[boxes[:, :2]]
     corners = np.stack([x[:, [0, 1, 1, 0, 0]], y[:, [0, 0, 1, 1, 0]]], axis=2)
-    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
-    area = Path(corners.reshape(-1, 2), np.tile(np.array(codes, dtype=np.uint8), len(boxes)))
-    axis.add_patch(PathPatch(area, linewidth=0, **look))
+    codes = [path.MOVETO, path.LINETO, path.LINETO, path.LINETO, path.CLOSEPOLY]
+    area = path(corners.reshape(-1, 2), np.tile(np.array(codes, dtype=np.uint8), len(boxes)))
+    axis.add_patch(mpl.patches.PathPatch(area, linewidth=0, **look))
 
 
 def rectangles(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:

@@ -8,8 +8,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import jinja2 as jinja2
+    import matplotlib as matplotlib
     import mpmath as mpmath
     import pandas as pandas
+    import rich as rich
+    import rich.progress
     import scipy as scipy
     import sympy as sympy
 else:
@@ -30,4 +34,6 @@ else:
             setattr(self, attribute, value)
             return value
 
-    mpmath, pandas, scipy, sympy = map(Later, ("mpmath", "pandas", "scipy", "sympy"))
+    jinja2, matplotlib, mpmath, pandas, rich, scipy, sympy = map(
+        Later, ("jinja2", "matplotlib", "mpmath", "pandas", "rich", "scipy", "sympy")
+    )

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from daebench.draw.figures import QUIET, grid_of_axes, save
 from daebench.draw.methods import name_of, stroke_of
@@ -196,9 +198,6 @@ def _finish(figure: Any, ax: Any, ticks: dict[float, str], colors: list[tuple[st
 
 def legend(place: Any, colors: list[tuple[str, str, str]], mark: str, **settings: Any) -> None:
     """Draw the legend of the parts of bars, and of the mark of the case."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     handles: list[Any] = [Patch(facecolor=color, edgecolor="white", hatch=hatch, linewidth=0, label=name) for name, color, hatch in colors]
     handles.append(Line2D([], [], **CASE, label=mark))
     place.legend(handles=handles, **settings)

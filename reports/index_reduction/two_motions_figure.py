@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from daebench.draw.figures import QUIET, WIDTH, save
 from daebench.draw.methods import stroke_of
@@ -39,8 +40,6 @@ BOTTOM, TOP = {TORUS.problem: 1e-7, PENDULUM.problem: 1e-10}, 30.0
 
 def draw_motions(runs: Mapping[str, Mapping[str, Run]], facts: SimpleNamespace, folder: Path) -> Path:
     """Draw the picture into a folder, with its numbers beside it; return the path of the SVG."""
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(WIDTH, 6.6))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 2.2))
     for row, motion in enumerate((TORUS, PENDULUM)):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.lines import Line2D
 
 from daebench.diagnostics.drift import BOUNDED, DRIFTS, UNDETERMINED
 from daebench.draw.figures import BLACK, BLUE, QUIET, VERMILION, grid_of_axes, save
@@ -155,8 +156,6 @@ def ida_rows(solvers: pd.DataFrame) -> dict[str, dict[str, Any]]:
 
 def draw_key(figure: Any, states: Set[str]) -> None:
     """Draw the legend of the signs of these states, below all rows."""
-    from matplotlib.lines import Line2D
-
     handles = [Line2D([], [], linestyle="none", label=LABELS[state], **style) for state, style in SIGNS.items() if state in states]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, handletextpad=0.2, columnspacing=1.2)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.lines import Line2D
 
 from daebench.diagnostics.random_walk import WALK
 from daebench.draw.figures import QUIET, grid_of_axes, save
@@ -194,8 +195,6 @@ def _steps_curve(ax: Any, rows: pd.DataFrame, scheme: str, filled: bool) -> None
 
 
 def _steps_legend(figure: Any) -> None:
-    from matplotlib.lines import Line2D
-
     schemes = [
         Line2D([], [], color=stroke_of(s).color, marker=MARKERS[s], markerfacecolor="white", label=name_of(s)) for s in SINGLE_SCHEMES
     ]

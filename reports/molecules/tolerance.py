@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.lines import Line2D
 
 from daebench.draw.figures import GREEN, QUIET, STROKES, grid_of_axes, save
 from daebench.draw.methods import name_of, stroke_of
@@ -285,8 +286,6 @@ MARKERS = {GAUSS_SEIDEL: "o", ILVES: "^", LINCS: "D", SETTLE: "s"}
 
 
 def _legend(figure: Any, schemes: tuple[str, ...]) -> None:
-    from matplotlib.lines import Line2D
-
     handles = []
     for scheme in schemes:
         look = stroke_of(scheme).points() | {"marker": MARKERS[scheme]}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.patches import Circle
 
 from daebench.draw.figures import BLUE, GREEN, VERMILION, grid_of_axes, save
 from daebench.draw.orthographic import seen
@@ -117,8 +118,6 @@ def draw_sphere(trajectories: pd.DataFrame, polhodes: pd.DataFrame, folder: Path
 
 def globe(ax: Any) -> None:
     """Draw the outline of the sphere and the axes of the body, named, in units of |y0|."""
-    from matplotlib.patches import Circle
-
     ax.add_patch(Circle((0, 0), 1, facecolor="#f6f6f3", edgecolor="#777777", linewidth=0.8, zorder=0))
     for axis, name in zip(np.eye(3), ("$y_1$", "$y_2$", "$y_3$"), strict=True):
         tip, pole = seen(REACH * axis[None])[0], seen(axis[None])[0]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from daebench.diagnostics.drift import LAWS
 from daebench.draw.figures import BLACK, QUIET, grid_of_axes, save
@@ -110,8 +111,6 @@ def draw_heat_map(runs: pd.DataFrame, folder: Path) -> Path:
     folder : Path
         Folder of the figures.
     """
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
     problems, methods = (list(dict.fromkeys(runs[name])) for name in ("problem", "method"))
     table = runs.set_index(["method", "problem"])["energy"].unstack().reindex(index=methods, columns=problems)
     figure, axes = grid_of_axes(1, 1, 1.6 + 0.2 * len(methods))

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array
+from daebench.systems.lazily import matplotlib as mpl
 
 TICKS = 5
 """Approximate maximum number of ticks on an axis."""
@@ -64,14 +65,12 @@ class Axis:
 
     def ticks(self, most: int = TICKS) -> tuple[list[tuple[float, Markup]], int]:
         """Return values of ticks, about ``most`` at most, with their labels, and the exponent of the common power of ten."""
-        from matplotlib.ticker import MaxNLocator
-
         if self.log:
             decades = range(math.ceil(math.log10(self.low) - 1e-9), math.floor(math.log10(self.high) + 1e-9) + 1)
             if len(decades) >= 2:
                 stride = math.ceil(len(decades) / most)
                 return [(10.0**k, power(k)) for k in decades if k % stride == 0], 0
-        inside = [float(x) for x in MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]).tick_values(self.low, self.high)]
+        inside = [float(x) for x in mpl.ticker.MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]).tick_values(self.low, self.high)]
         slack = 1e-9 * (self.high - self.low)
         values = [x for x in inside if self.low - slack <= x <= self.high + slack and not (self.log and x <= 0)]
         texts, exponent = labels(values)

@@ -18,6 +18,7 @@ from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.panels import GRAPH, SCENE, graph_panel, scene_panel
 from daebench.runs.files import atomic
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import jinja2
 
 SCALE = 50
 """Steps to a pixel in which places are kept, as whole numbers of 16 bits."""
@@ -39,11 +40,9 @@ def most_frames(points: int, runs: int, columns: int) -> int:
 
 def write(path: Path, animated: AnimatedRuns) -> None:
     """Write an animation as a page."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     folder = Path(str(resources.files("daebench.pages.animation")))
-    environment = Environment(
-        loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     style = _text("daebench.pages.animation", "page.css") + _text("daebench.draw.svg", "panels.css")
     text = environment.get_template("page.html").render(

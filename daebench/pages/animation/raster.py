@@ -14,6 +14,7 @@ from daebench.draw.orthographic import projected
 from daebench.pages.animation.animated_runs import AnimatedRuns
 from daebench.pages.animation.panels import lines_at
 from daebench.runs.trajectory import Array
+from daebench.systems.lazily import matplotlib as mpl
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -70,8 +71,6 @@ def frames(animated: AnimatedRuns) -> Iterator[Pixels]:
 
 def _axes(animated: AnimatedRuns) -> tuple[Any, list[Any], list[Any]]:
     """Return a figure, the axes of the scenes and those of the curves."""
-    from matplotlib.figure import Figure
-
     columns = min(len(animated.runs), ACROSS)
     rows, across = math.ceil(len(animated.runs) / columns), max(columns, 2)
     abreast = min(len(animated.columns), ACROSS if animated.size else across)
@@ -80,7 +79,7 @@ def _axes(animated: AnimatedRuns) -> tuple[Any, list[Any], list[Any]]:
     width, height = INCHES * across, head + INCHES * rows + GRAPH * lines + CAPTION
     pixels = animated.size or (2 * round(width * DPI / 2), 2 * round(height * DPI / 2))
     dpi = min(pixels[0] / width, pixels[1] / height)
-    figure = Figure(figsize=(pixels[0] / dpi, pixels[1] / dpi), dpi=dpi)
+    figure = mpl.figure.Figure(figsize=(pixels[0] / dpi, pixels[1] / dpi), dpi=dpi)
     parts: Any = figure.subfigures(3, 1, height_ratios=[head + INCHES * rows, GRAPH * lines, CAPTION])
     upper, lower, _ = parts
     if animated.title:

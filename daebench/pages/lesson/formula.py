@@ -3,13 +3,13 @@
 import html
 import re
 
+from latex2mathml.converter import convert
+
 NUMBER = re.compile(r"\\tag\{(.*?)\}")
 
 
 def formula(latex: str, *, display: bool = False) -> str:
     r"""Return a formula as MathML; one that stands alone has its number, written \\tag{...}, at the side."""
-    from latex2mathml.converter import convert
-
     number = NUMBER.search(latex)
     mathml: str = convert(NUMBER.sub("", latex).strip(), display="block" if display else "inline")
     mathml = mathml.replace(' xmlns="http://www.w3.org/1998/Math/MathML"', "")

@@ -8,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import jinja2
 from markupsafe import Markup
 
 from daebench.methods.catalogue import lessons
@@ -80,8 +81,6 @@ def export(name: str, folder: Path, progress: Progress | None = None) -> Path:
 
 def body(file: str, content: Content) -> Markup:
     """Return the screens of a page as HTML."""
-    import jinja2
-
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text_of(PACKAGE, f"{file}.html"))
     return Markup(template.render(tex=tex, **content.text))
 

@@ -19,6 +19,7 @@ from daebench.pages.report.sentences import at_least, at_most, count, listing, n
 from daebench.pages.report.tables import Table, write_tables
 from daebench.runs.files import atomic
 from daebench.runs.machine import machine
+from daebench.systems.lazily import jinja2
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,13 +45,11 @@ def write_page(template: str, path: Path, command: str, **content: Any) -> Path:
     **content
         What else the template names.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     folder = Path(str(resources.files("daebench.pages.report")))
-    environment = Environment(
-        loader=FileSystemLoader([folder, str(resources.files("daebench.reports"))]),
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader([folder, str(resources.files("daebench.reports"))]),
         autoescape=True,
-        undefined=StrictUndefined,
+        undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )

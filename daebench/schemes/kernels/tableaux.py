@@ -13,6 +13,7 @@ from math import comb, factorial
 from typing import Any
 
 from daebench.errors import BadInput, whole
+from daebench.systems.lazily import mpmath as mp
 
 FLOATS = 40
 """Digits to which a tableau is computed before it is rounded, once, to floating-point numbers."""
@@ -88,15 +89,11 @@ def _stages(family: str, s: Any, least: int) -> int:
 
 def _guarded(s: int, digits: int) -> Any:
     """Return mpmath's context of enough digits: the monomials lose about one for each stage, and zeros of their sums two."""
-    import mpmath as mp
-
     return mp.workdps(digits + 3 * s + 10)
 
 
 def _nodes(s: int, a: int, b: int) -> list[Any]:
     """Return the nodes of highest quadrature order, including 0 if a = 1, and 1 if b = 1."""
-    import mpmath as mp
-
     n = s - a - b
     falling = [(-1) ** k * comb(n, k) * factorial(n + a + b + k) // factorial(a + k) for k in range(n, -1, -1)]
     interior = mp.polyroots(falling, maxsteps=50 + 20 * n, extraprec=mp.mp.prec) if n else []
@@ -106,8 +103,6 @@ def _nodes(s: int, a: int, b: int) -> list[Any]:
 @cache
 def _collocation(s: int, a: int, b: int, digits: int) -> Tableau:
     """Return the collocation tableau with the guard digits still on."""
-    import mpmath as mp
-
     with _guarded(s, digits):
         c = _nodes(s, a, b)
         to_weights = mp.matrix([[x**k for k in range(s)] for x in c]) ** -1
@@ -127,8 +122,6 @@ def _iiib(s: int, digits: int) -> Tableau:
 
 def _rounded(tableau: Tableau, digits: int | None) -> Tableau:
     """Return the tableau without its guard digits, as floats or as mpmath numbers."""
-    import mpmath as mp
-
     with mp.workdps(digits or FLOATS):
         number = float if digits is None else mp.mpf.__pos__
         return Tableau(tuple(tuple(map(number, row)) for row in tableau.A), tuple(map(number, tableau.b)), tuple(map(number, tableau.c)))
