@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from daebench.compiler.constrained.local import LocalDerivation
+    from daebench.compiler.link import Linker
     from daebench.systems.files.read import Definition, Problem
 
 
@@ -42,8 +43,8 @@ class Source:
     """How a chain's vectors are held: one of :data:`ALGEBRAS`, see ``chain.derivation``; "" as its size suggests."""
     outside: bool = False
     """Whether it is in a file outside of the package, of which name, place and text are in ``key`` and do not decide a motion."""
-    modules: dict[Any, types.ModuleType] = field(default_factory=dict, init=False, repr=False)
-    """Modules of functions that have been asked for, by their names."""
+    modules: dict[str, types.ModuleType] = field(default_factory=dict, init=False, repr=False)
+    """Modules of functions that have been asked for."""
 
     def __post_init__(self) -> None:
         if self.algebra and self.algebra not in ALGEBRAS:
@@ -115,17 +116,28 @@ class Source:
         **options: Any,
     ) -> types.ModuleType:
         """Return a generated module of functions of the problem."""
+        asked = f"functions {roots} {form} {wrapper} {sorted(options.items())}"
+        if asked not in self.modules:
 
-        def build() -> str:
-            from daebench.compiler.link import Linker, Options  # which imports SymPy; a module from the cache needs neither
+            def build() -> str:
+                return self.text(title, roots, form=form, wrapper=wrapper, **options)
 
-            derivation = self.form(form)
-            linker = Linker(derivation, Options(form=form, **options))
-            named = [(LANGUAGE, root) if isinstance(root, str) else root for root in roots]
-            return linker.module(title, named, wrapper)
+            self.modules[asked] = generated(f"{self.problem}_{stem}", f"{self.key} {asked}", build)
+        return self.modules[asked]
 
-        key = f"{self.key} functions {roots} {form} {wrapper} {sorted(options.items())}"
-        return generated(f"{self.problem}_{stem}", key, build)
+    def text(
+        self, title: str, roots: Sequence[str | tuple[str, str]], *, form: str = "", wrapper: Wrapper | None = None, **options: Any
+    ) -> str:
+        """Return the text of such a module."""
+        named = [(LANGUAGE, root) if isinstance(root, str) else root for root in roots]
+        return linker(self.form(form), form=form, **options).module(title, named, wrapper)
+
+
+def linker(derivation: Any, scheme: str = "", **options: Any) -> "Linker":
+    """Return a linker; ``options`` are those of :class:`daebench.compiler.link.Options`."""
+    from daebench.compiler.link import Linker, Options  # which imports SymPy; a module from the cache needs neither
+
+    return Linker(derivation, Options(**options), scheme or None)
 
 
 def _derivation(problem: "Definition", algebra: str) -> Any:

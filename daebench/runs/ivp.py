@@ -8,7 +8,6 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.compiler.cache import generated
 from daebench.compiler.definition import Source
 from daebench.runs.state import CONSTRAINED, POISSON, State
 from daebench.runs.trajectory import Array as Array
@@ -100,19 +99,8 @@ class InitialValueProblem:
 
     def functions(self, *names: str) -> types.ModuleType:
         """Return a module of functions of the problem with these names: of tuples and uncompiled, or, if vectors are arrays, compiled."""
-        modules, asked = self.source.modules, (names, self.singular)
-        if asked in modules:
-            return modules[asked]
-
-        def build() -> str:
-            from daebench.compiler.link import Linker, Options
-            from daebench.compiler.syntax import LANGUAGE
-
-            linker = Linker(self.source.derivation, Options(compiled=self.arrays, singular=self.singular))
-            return linker.module(f"Functions of {self.problem}.", [(LANGUAGE, name) for name in names])
-
-        module = generated(f"{self.problem}_{'_'.join(names)}", f"{self.source.key} functions {names} {self.singular}", build)
-        return modules.setdefault(asked, module)
+        title, stem = f"Functions of {self.problem}.", "_".join(names)
+        return self.source.linked(stem, title, names, compiled=self.arrays, singular=self.singular)
 
     def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""

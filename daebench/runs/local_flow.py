@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.compiler.cache import generated
 from daebench.errors import BadInput
 from daebench.runs.ivp import ConstrainedIvp
 
@@ -20,15 +19,8 @@ def functions(ivp: ConstrainedIvp, form: str = "local") -> types.ModuleType:
     if not ivp.facts.CHART:
         raise BadInput(f"{ivp.problem} declares no chart of its manifold; add one to its definition.")
 
-    def build() -> str:
-        from daebench.compiler.link import Linker, Options
-        from daebench.compiler.syntax import LANGUAGE
-
-        linker = Linker(ivp.source.form(form), Options(compiled=False, form=form))
-        roots = [(LANGUAGE, name) for name in ("chart", "inverse_chart", *["two_form"] * (form == "local"))]
-        return linker.module(f"Chart of {ivp.problem}.", roots)
-
-    return generated(f"{ivp.problem}_chart", f"{ivp.source.key} {form} chart", build)
+    roots = ("chart", "inverse_chart", *["two_form"] * (form == "local"))
+    return ivp.source.linked("chart", f"Chart of {ivp.problem}.", roots, form=form, compiled=False)
 
 
 def enter(ivp: ConstrainedIvp, form: str = "local") -> Map:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
+from daebench.compiler.definition import linker
 from daebench.compiler.under_way import compiling
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.fixed_step.complex_step import complex_run
@@ -152,12 +153,12 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def printable(self, ivp: Ivp, h: float, precision: str) -> tuple[str, Any, Any]:
         """Return the text of a generated module with one step by itself, a state that the scheme computes in, and the run-time data."""
         options = self._options(ivp, precision, (), count=False, stage_multipliers=True, singular=ivp.singular)
-        linker, roots = self._linker(ivp, options)
+        linking, roots = self._linker(ivp, options)
         linked = self.linked(ivp, types.ModuleType("none"), h)
         state, held = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
         state = tuple(map(held, state)) if isinstance(state, tuple) and np.ndim(state[0]) else held(state)
         output = [("daebench.schemes.kernels.language", "output")] * (self.form in MAPPED)
-        return linker.module(f"{self.name} on {ivp.problem}.", [*roots, ALONE, *output]), state, _tuples(linked.par)
+        return linking.module(f"{self.name} on {ivp.problem}.", [*roots, ALONE, *output]), state, _tuples(linked.par)
 
     def _options(
         self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, count: bool, stage_multipliers: bool, singular: str
@@ -169,16 +170,14 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def _module(self, ivp: Ivp, options: Mapping[str, Any]) -> str:
         """Return the text of a generated module."""
-        linker, roots = self._linker(ivp, options)
-        return linker.module(f"{self.name} on {ivp.problem}, {options['precision']}.", roots)
+        linking, roots = self._linker(ivp, options)
+        return linking.module(f"{self.name} on {ivp.problem}, {options['precision']}.", roots)
 
     def _linker(self, ivp: Ivp, options: Mapping[str, Any]) -> tuple["Linker", Sequence[tuple[str, str]]]:
         """Return the linker of a generated module, and the functions that the module needs."""
-        from daebench.compiler.link import Linker, Options
-
-        linker = Linker(self._derivation(ivp), Options(**options), self.scheme_module)
-        remembers = linker.constants["MULTISTEP"] or self.compensated
-        return linker, [INTEGRATE, *[FIRST] * bool(linker.monitored.conserved), *[INITIALISE] * bool(remembers)]
+        linked = linker(self._derivation(ivp), self.scheme_module, **options)
+        remembers = linked.constants["MULTISTEP"] or self.compensated
+        return linked, [INTEGRATE, *[FIRST] * bool(linked.monitored.conserved), *[INITIALISE] * bool(remembers)]
 
     def iterated(self, ivp: Ivp) -> frozenset[str]:
         """Return the kinds of work, as in ``Trajectory.work``, that are done in the iterations of a step."""
@@ -190,10 +189,10 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def read(self, ivp: Ivp) -> "Linker":
         """Return the linker of a module, which has read the files of the scheme and of what surrounds it."""
-        linker, roots = self._linker(ivp, self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular=""))
+        linking, roots = self._linker(ivp, self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular=""))
         for file, name in roots:
-            linker.resolve(file, name)
-        return linker
+            linking.resolve(file, name)
+        return linking
 
     def linked(self, ivp: Ivp, kernel: types.ModuleType, h: float) -> Linked:
         """Return the scheme linked to a problem with its numbers, to run with a kernel."""

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from daebench.compiler.cache import generated
+from daebench.compiler.definition import linker
 from daebench.errors import BadInput, InvalidProblem, real, require_known, unknown
 from daebench.methods.fixed_step.compositions import COMPOSITIONS
 from daebench.methods.fixed_step.forms import FORMS, OWN, Form
@@ -187,12 +188,11 @@ def _unwritten(ivp: "ConstrainedIvp", file: str, **structure: Any) -> str:
     """Return why a scheme's file cannot be written as loops over the nodes of a chain, or ""; kept with generated modules."""
 
     def build() -> str:
-        from daebench.compiler.link import Linker, Options
-
-        linker = Linker(ivp.source.derivation, Options(**structure), f"daebench.schemes.{file}")
         why = ""
         try:
-            linker.module("", [("daebench.schemes.kernels.loop", "integrate")])
+            linker(ivp.source.derivation, f"daebench.schemes.{file}", **structure).module(
+                "", [("daebench.schemes.kernels.loop", "integrate")]
+            )
         except InvalidProblem as error:
             why = str(error)
         return f'"""Whether {file} is loops over nodes of {ivp.problem}."""\n\nWHY = {why!r}\n'

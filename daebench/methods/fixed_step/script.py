@@ -69,11 +69,7 @@ def _numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: flo
 
 def script_of_functions(ivp: InitialValueProblem, names: Sequence[str]) -> str:
     """Return functions of a problem, H or g for example, as methods ``name(S, P, O)`` of a JavaScript object."""
-    from daebench.compiler.link import Linker, Options
-    from daebench.compiler.syntax import LANGUAGE
-
-    linker = Linker(ivp.source.form(""), Options())
-    source = linker.module(f"Functions of {ivp.problem}.", [(LANGUAGE, name) for name in names])
+    source = ivp.source.text(f"Functions of {ivp.problem}.", names)
     return functions(source, names, [len(vector) for vector in ivp.start], nested(ivp.par))
 
 
