@@ -6,6 +6,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, cast, overload
 
 from daebench.compiler.definition import source_in, source_of
+from daebench.diagnostics.consistency import projected, require_consistent
+from daebench.diagnostics.freedom import require_freedom
+from daebench.diagnostics.second_order import require_motion
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem, whole_structure
 from daebench.runs.ivp import ConstrainedIvp, InitialValueProblem, Ivp
@@ -107,10 +110,6 @@ def initial_value_problem(
     if not (ivp.on_manifold or project):
         return ivp
     ivp = constrained(ivp, "which has no manifold to project onto; leave out project")
-    from daebench.diagnostics.consistency import projected, require_consistent
-    from daebench.diagnostics.freedom import require_freedom
-    from daebench.diagnostics.second_order import require_motion
-
     if project:
         ivp = projected(ivp)[0]
     elif consistent:

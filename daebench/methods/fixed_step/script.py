@@ -1,5 +1,6 @@
 """A method and a problem as a script for a page: the linked module in JavaScript, and the numbers to run it with."""
 
+import types
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -88,6 +89,4 @@ def flat(x: Any) -> tuple[float, ...]:
 
 def _no_module() -> Any:
     """Return a module in place of the compiled one where nothing of it is called."""
-    import types
-
     return types.ModuleType("none")

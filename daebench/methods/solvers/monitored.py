@@ -12,8 +12,10 @@ from daebench.compiler import callbacks
 from daebench.compiler.constrained.representation import in_loops
 from daebench.compiler.memory import Memory
 from daebench.compiler.native import Native, no_machine_code
+from daebench.compiler.wrapper import Wrapper
 from daebench.compiler.written import constants, text_of
 from daebench.methods.formulations.constrained import Dae, Posed
+from daebench.methods.solvers import step_check
 
 KERNEL = "daebench.schemes.kernels.conserved"
 
@@ -79,8 +81,6 @@ class Monitored:
     @cached_property
     def functions(self) -> types.ModuleType:
         """The generated module: ``conserved``, ``independent`` and ``explained``, or ``look_callback`` where they are compiled."""
-        from daebench.compiler.wrapper import Wrapper
-
         ivp, constrained = self.posed.ivp, isinstance(self.posed, Dae)
         roots: list[str | tuple[str, str]] = [(KERNEL, self._kernel)]
         if constrained:
@@ -171,6 +171,4 @@ def _tuple(name: str, places: range) -> str:
 @cache
 def _looks() -> str:
     """Return the source of what is the same for all problems: the look at steps."""
-    from daebench.methods.solvers import step_check
-
     return "\n\n".join([constants(step_check), *map(text_of, step_check.WRITTEN)])
