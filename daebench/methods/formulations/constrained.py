@@ -4,6 +4,7 @@ import math
 import types
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -61,32 +62,17 @@ class Posed:
         """Number of repetitions of the blocks: more than one if derivatives of the unknowns are also unknowns."""
         return 1
 
-    @property
-    def residual(self) -> Kernel:
-        """Compiled ``residual(t, y, yp, res, par)``: fills res, shape(n,), with F.
+    residual = property(attrgetter("module.residual"))
+    """Compiled ``residual(t, y, yp, res, par)``: fills res, shape(n,), with F.
 
-        It returns the smallest relative pivot of the linear solves (1 without any), NaN if a value is not finite.
-        """
-        kernel: Kernel = self.module.residual
-        return kernel
-
-    @property
-    def jacobian(self) -> Kernel:
-        """Compiled ``jacobian(t, y, yp, res, cj, JJ, par)``: fills JJ, shape(n, n), with dF/dy + cj dF/dy'; returns as ``residual``."""
-        kernel: Kernel = self.module.jacobian
-        return kernel
-
-    @property
-    def rhs(self) -> Kernel:
-        """Compiled ``rhs(t, y, out, par)`` of ``ode``: fills out, shape(n,), with f; returns as ``residual``."""
-        kernel: Kernel = self.module.rhs
-        return kernel
-
-    @property
-    def rhs_jacobian(self) -> Kernel:
-        """Compiled ``rhs_jacobian(t, y, JJ, par)`` of ``ode``: fills JJ, shape(n, n), with f_y; returns as ``residual``."""
-        kernel: Kernel = self.module.rhs_jacobian
-        return kernel
+    It returns the smallest relative pivot of the linear solves (1 without any), NaN if a value is not finite.
+    """
+    jacobian = property(attrgetter("module.jacobian"))
+    """Compiled ``jacobian(t, y, yp, res, cj, JJ, par)``: fills JJ, shape(n, n), with dF/dy + cj dF/dy'; returns as ``residual``."""
+    rhs = property(attrgetter("module.rhs"))
+    """Compiled ``rhs(t, y, out, par)`` of ``ode``: fills out, shape(n,), with f; returns as ``residual``."""
+    rhs_jacobian = property(attrgetter("module.rhs_jacobian"))
+    """Compiled ``rhs_jacobian(t, y, JJ, par)`` of ``ode``: fills JJ, shape(n, n), with f_y; returns as ``residual``."""
 
     @property
     def blocks(self) -> dict[str, slice]:

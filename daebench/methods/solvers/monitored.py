@@ -55,15 +55,11 @@ class Monitored:
         """Return the constants of a motion at a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
         if self.compiled:
             return tuple(self._looked(callbacks.VALUES, 0.0, y)[: self.count])
-        with np.errstate(all="ignore"):
-            return tuple(self.functions.conserved(y, self.par))
+        return tuple(self._evaluated("conserved", y))
 
     def independence(self, y: Any) -> float:
         """Return the square of what goes to zero where G loses rank; 1 on Poisson systems."""
-        if self.compiled:
-            return self._looked(callbacks.VALUES, 0.0, y)[3]
-        with np.errstate(all="ignore"):
-            return float(self.functions.independent(y, self.par))
+        return self._looked(callbacks.VALUES, 0.0, y)[3] if self.compiled else float(self._evaluated("independent", y))
 
     def explained(self, y: Any, h: float) -> tuple[float, float]:
         """Return the change of the first and of the last of the values by errors of tol (1 + |y_j|) in all unknowns.
@@ -72,11 +68,13 @@ class Monitored:
         """
         if self.size > MOST_UNKNOWNS:
             return float("inf"), float("inf")
-        if self.compiled:
-            first, last = self._looked(callbacks.CHANGES, h, y)[:2]
-            return first, last
+        looked = self._looked(callbacks.CHANGES, h, y) if self.compiled else self._evaluated("explained", y, h, self.tol, self.positions)
+        return looked[0], looked[1]
+
+    def _evaluated(self, name: str, y: Any, *arguments: Any) -> Any:
+        """Return a value of a function that Python executes."""
         with np.errstate(all="ignore"):
-            return tuple(self.functions.explained(y, h, self.tol, self.positions, self.par))
+            return getattr(self.functions, name)(y, *arguments, self.par)
 
     @cached_property
     def functions(self) -> types.ModuleType:
