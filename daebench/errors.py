@@ -64,6 +64,14 @@ class RunFailed(DaebenchError):
     """A run that stopped before its end, raised where a whole trajectory is required."""
 
 
+class Stopped(Exception):
+    """A run that cannot go on; the text says why, ``t`` where, and ``advice`` what to do."""
+
+    def __init__(self, why: str, t: float | None = None, advice: str | None = None) -> None:
+        super().__init__(why)
+        self.t, self.advice = t, advice
+
+
 class LostMotion(UserWarning):
     """A run that reached its end but is of no use: its energy or its constraints are lost."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import daebench
 from daebench.methods import catalogue
-from daebench.reference.keep import folders, store
+from daebench.reference.keep import form, store
 from daebench.systems.files import package as package_files
 
 APART = package_files.APART
@@ -32,7 +32,7 @@ sys.meta_path.insert(0, Editable)
 import daebench
 from daebench.methods import catalogue
 from daebench.systems.files import package as package_files
-from daebench.reference.keep import folders, store
+from daebench.reference.keep import form, store
 from daebench.pages.report.index import write_index
 
 assert Path(daebench.__file__).is_relative_to(ROOT)
@@ -43,7 +43,7 @@ print(json.dumps({
     "defined": catalogue.find_problem("torus").define().fingerprint != "",
     "reports": sorted(catalogue.reports()),
     "lessons": sorted(catalogue.lessons()),
-    "references": store.names(folders.DATA),
+    "references": store.names(form.DATA),
     "files": sorted(package_files.files(".py", ".c", ".html", ".csv")),
     "page": written.read_text(encoding="utf-8").startswith("<!"),
     "light": light,
@@ -60,7 +60,7 @@ def test_everything_is_found_in_a_checkout_without_symbolic_links(tmp_path):
         "defined": True,
         "reports": sorted(catalogue.reports()),
         "lessons": sorted(catalogue.lessons()),
-        "references": list(store.names(folders.DATA)),
+        "references": list(store.names(form.DATA)),
         "files": sorted(package_files.files(".py", ".c", ".html", ".csv")),
         "page": True,
         "light": True,

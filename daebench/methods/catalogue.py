@@ -11,15 +11,17 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from daebench.compiler.same_definition import require_same
 from daebench.errors import BadInput, real, unknown
 from daebench.methods.registry import registry
 from daebench.systems.files.execute import is_path
 from daebench.systems.files.package import folder
+from daebench.systems.files.plugins import Plugins
+from daebench.systems.files.plugins import plugins as of_packages
 from daebench.systems.files.read import Problem, read, summary
 from daebench.systems.files.user import find as find_file
 
 if TYPE_CHECKING:
-    from daebench.systems.files.plugins import Plugins
     from daebench.systems.files.read import Definition
 
 MOST = 1_000_000
@@ -44,11 +46,9 @@ def own_problems() -> frozenset[str]:
     return frozenset(path.stem for path in _files("daebench.problems"))
 
 
-def plugins() -> "Plugins":
+def plugins() -> Plugins:
     """Return the problems of other packages, and why some of them cannot be used."""
-    from daebench.systems.files.plugins import plugins
-
-    return plugins(tuple(path.stem for path in _files("daebench.problems")))
+    return of_packages(tuple(path.stem for path in _files("daebench.problems")))
 
 
 @cache
@@ -95,8 +95,6 @@ def _checked(problem: Problem) -> Problem:
     """Return a problem that is not part of daebench; it is refused if each reading gives another system."""
 
     def run(asked: Problem, structure: Mapping[str, int]) -> "Definition":
-        from daebench.compiler.same_definition import require_same
-
         definition = problem.run(asked, structure)
         require_same(asked, structure, definition, lambda: problem.again(asked, structure))
         return definition

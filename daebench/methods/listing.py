@@ -2,10 +2,13 @@
 
 import warnings
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
+from daebench.compiler.definition import source_in
 from daebench.errors import DaebenchError
-from daebench.methods import names
+from daebench.methods import catalogue, names
+from daebench.methods.registry import poisson_registry, registry
 from daebench.systems.lazily import pandas as pd
 
 
@@ -24,9 +27,6 @@ def list_problems() -> "pd.DataFrame":
     >>> problems.loc["spherical_pendulum", "cases"]
     ['fig1.1', 'fig1.2', 'fig1.2b']
     """
-    from daebench.compiler.definition import source_in
-    from daebench.methods import catalogue
-
     others = catalogue.plugins()
     broken, rows = list(others.broken.values()), []
     for name, file in {**catalogue.problems(), **others.problems}.items():
@@ -61,10 +61,6 @@ def list_methods() -> "pd.DataFrame":
     >>> int(rattle["order"]), bool(rattle["symplectic"]), rattle["source"]
     (2, True, 'HLW (1.25), (1.26)')
     """
-    from dataclasses import asdict
-
-    from daebench.methods.registry import poisson_registry, registry
-
     claims: dict[str, Mapping[str, Any]] = {
         "constrained": {name: member.claims for name, (_, member) in registry().items()},
         "poisson": poisson_registry(),

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from daebench.errors import BadInput, DaebenchError
+from daebench.methods.ensemble.lanes import WIDTHS, best_width
 from daebench.methods.ensemble.run import run_members
-from daebench.methods.ensemble.width import WIDTHS, best_width
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.ivp import Ivp

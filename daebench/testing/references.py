@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from daebench.diagnostics.order import SLACK
 from daebench.errors import DaebenchError, positive, real
-from daebench.reference.check.agreement import agreement
-from daebench.reference.check.convergence import Solve, convergence
+from daebench.reference.check.convergence import Solve, agreement, convergence
 from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
 from daebench.runs.external_state import external_state

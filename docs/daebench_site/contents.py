@@ -54,7 +54,7 @@ TASKS = (
             "daebench.runs.request",
             "daebench.methods.names",
             "daebench.methods.outside.callables.method_of_callable",
-            "daebench.methods.outside.place.method_at",
+            "daebench.methods.outside.read.method_at",
             "daebench.methods.outside.program.method_of_program",
             "daebench.methods.outside.method.Stated",
         ),

@@ -8,8 +8,7 @@ import numpy as np
 
 from daebench.reference.check.recomputation import ida_names, solved
 from daebench.reference.keep.record import EPS
-from daebench.reference.make.amplification import LOST
-from daebench.reference.make.certify import NotCertified
+from daebench.reference.make.certify import LOST, NotCertified
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request, WorkLimit
 

@@ -8,9 +8,11 @@ import numpy as np
 
 from daebench.reference.check.recomputation import (
     WORTH,
+    Check,
     Parts,
     Recomputed,
     Solution,
+    at_most,
     coarsest,
     followed,
     ida_names,
@@ -20,7 +22,6 @@ from daebench.reference.check.recomputation import (
     solved,
     suffered,
 )
-from daebench.reference.check.verification import Check, at_most
 from daebench.reference.keep.record import EPS, Reference
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request

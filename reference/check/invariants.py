@@ -8,13 +8,11 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from daebench.reference.check.recomputation import suffered
-from daebench.reference.check.verification import Check, agreed, at_most
+from daebench.reference.check.recomputation import Check, agreed, at_most, suffered
 from daebench.reference.keep.definition import Definition
 from daebench.reference.keep.record import Reference
 from daebench.reference.make.certify import BARELY, SINGULAR, STORED_DIGITS, WORTH
-from daebench.reference.make.mathematics import Mathematics, mathematics
-from daebench.reference.make.rank_loss import rank_losses
+from daebench.reference.make.mathematics import Mathematics, mathematics, rank_losses
 from daebench.runs.ivp import Array
 
 DIGITS = 60

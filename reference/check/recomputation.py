@@ -1,4 +1,4 @@
-"""Runs in double precision with which references are compared: their methods, error estimates, and the digits that agree."""
+"""Runs in double precision with which references are compared, and the records of a verification."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -6,11 +6,75 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from daebench.diagnostics.unit_rows import condition
-from daebench.reference.check.verification import Check, Digits, at_most
+from daebench.methods.names import kind_of, parse
 from daebench.reference.keep.record import EPS, Reference
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check."""
+
+    what: str
+    """The checked quantity."""
+    expected: str
+    found: str
+    """Its required value, and its actual value."""
+    ok: bool
+    """Whether the check holds."""
+
+
+@dataclass(frozen=True)
+class Digits:
+    """Digits in which a recomputation agrees with the stored numbers of a part."""
+
+    method: str
+    """The method that recomputed the numbers."""
+    part: str
+    """"q", "p" or "lam"; or "y"."""
+    at: tuple[tuple[float, float], ...]
+    """A time, s, and the digits up to that time: -log10 of the largest error in units of the part's largest modulus. The last time is that
+    of the whole comparison.
+    """
+    visible: float
+    """Smallest alteration of a stored number that the comparison is certain to detect up to that last time, in units of the part."""
+
+    @property
+    def overall(self) -> float:
+        """Digits of the whole comparison."""
+        return self.at[-1][1]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Result of the verification of one reference."""
+
+    name: str
+    """PROBLEM-CASE."""
+    checks: tuple[Check, ...]
+    """The checks, in order."""
+    digits: tuple[Digits, ...] = ()
+    """Digits in which recomputations agree."""
+    unseen: str = ""
+    """Alterations that no check can detect, as a sentence."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether every check holds."""
+        return all(check.ok for check in self.checks)
+
+
+def agreed(what: str, expected: object, actual: object) -> Check:
+    """Return the check that two values are equal."""
+    return Check(what, str(expected), str(actual), expected == actual)
+
+
+def at_most(what: str, limit: float, value: float, place: str = "") -> Check:
+    """Return the check that a number does not exceed a limit; NaN fails."""
+    return Check(what, f"<= {limit:.2e}", f"{value:.2e}{place}", bool(value <= limit))
+
 
 Solution = Trajectory | PoissonTrajectory
 
@@ -49,8 +113,6 @@ def solved(ivp: Ivp, name: str, request: Request) -> Solution:
 
     A method for Poisson systems is used even if it is not a Poisson integrator for this system, because only its accuracy matters here.
     """
-    from daebench.methods.names import kind_of, parse
-
     method = parse(name, kind=kind_of(ivp), compensated=name == RATTLE, anyway=True)
     run: Solution = method.solve(ivp, replace(request, multipliers=ivp.on_manifold))
     return run

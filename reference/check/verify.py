@@ -14,12 +14,11 @@ from daebench.methods.foreign import ForeignName, Trust, admit
 from daebench.reference.check import invariants
 from daebench.reference.check.independent_runs import by_ida, method_of, row_by_row, throughout
 from daebench.reference.check.invariants import SLACK
-from daebench.reference.check.recomputation import ida_names
-from daebench.reference.check.verification import Check, Digits, Verification, agreed
+from daebench.reference.check.recomputation import Check, Digits, Verification, agreed, ida_names
 from daebench.reference.keep import store
 from daebench.reference.keep.definition import Definition, define, hash_of
 from daebench.reference.keep.record import EPS, Reference
-from daebench.reference.make.amplification import LOST
+from daebench.reference.make.certify import LOST
 from daebench.reference.make.mathematics import mathematics
 
 Progress = Callable[[float, str], None]

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.records.seals import checksum, sealed, sha256, words
-from daebench.reference.keep.folders import NAME, folders, require_name
-from daebench.reference.keep.form import require_form
+from daebench.reference.keep.form import NAME, folders, require_form, require_name
 from daebench.reference.keep.record import Reference
 from daebench.runs.files import named
 from daebench.runs.json_values import strict
@@ -135,8 +135,6 @@ def find(problem: str, case: str | None = None, folder: Path | None = None) -> R
     Damaged
         As in :func:`load`.
     """
-    from daebench.methods.initial_value_problem import initial_value_problem
-
     ivp = initial_value_problem(problem, case)
     name = f"{ivp.problem}-{ivp.case}"
     if name not in names(folder):

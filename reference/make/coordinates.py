@@ -2,36 +2,18 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import mpmath as mp
 import numpy as np
 import sympy as sp
 
 from daebench.errors import BadInput
-from daebench.methods.solvers.quadruple import Translation, dotted, library, orthogonally, solved
-from daebench.methods.solvers.taylor_equations import Equations
+from daebench.methods.solvers.taylor_equations import Equations, Translation, dotted, orthogonally, solved
 from daebench.reference.keep.definition import Definition
 from daebench.reference.make.stages import Rows, Vector
 from daebench.systems.extended import force, hamiltonian
-
-
-class Coordinates(Protocol):
-    """Coordinates of a motion."""
-
-    @property
-    def name(self) -> str:
-        """Description that can follow "in"."""
-
-    @property
-    def equations(self) -> Equations:
-        """Variables and their rates."""
-
-    def entered(self, x: Vector) -> Vector:
-        """Return the coordinates of a state."""
-
-    def left(self, rows: Rows) -> Rows:
-        """Return the states of rows of the coordinates."""
+from daebench.systems.lazily import heyoka as hy
 
 
 class Own:
@@ -82,7 +64,7 @@ class Local:
     def equations(self) -> Equations:
         """Variables eta, xi and their rates."""
         eta, xi = list(self.chart.eta), list(self.chart.xi)
-        y = [library().make_vars(str(x)) for x in (*eta, *xi)]
+        y = [hy.make_vars(str(x)) for x in (*eta, *xi)]
         say = Translation(dict(zip([*eta, *xi], y, strict=True)))
         P, Q = (sp.Matrix(self.definition.settled(part)) for part in (self.chart.p, self.chart.q))
         P_eta, P_xi, Q_xi = P.jacobian(eta), P.jacobian(xi), Q.jacobian(xi)
@@ -176,7 +158,7 @@ class Along:
     @cached_property
     def equations(self) -> Equations:
         """Variables q and u and their rates, with X and X^T M X as parameters of heyoka."""
-        hy, d, n = library(), self.d, self.n
+        d, n = self.d, self.n
         q, u = ([hy.make_vars(f"{part}{k + 1}") for k in range(size)] for part, size in (("q", d), ("u", n)))
         X = [[hy.par[i * n + k] for k in range(n)] for i in range(d)]
         XMX = [[hy.par[d * n + j * n + k] for k in range(n)] for j in range(n)]

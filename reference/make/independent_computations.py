@@ -1,5 +1,6 @@
-"""Several computations of the same motion: closed form, Taylor series in the first coordinates, and in others."""
+"""Several computations of the same motion: closed form, Taylor series in quadruple precision in the first coordinates, and in others."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,12 +10,59 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
+from daebench.errors import RunFailed
+from daebench.methods.solvers.taylor_equations import Equations, multiple, quad
 from daebench.reference.keep.definition import Definition
-from daebench.reference.make.coordinates import Along, Coordinates
+from daebench.reference.make.coordinates import Along, Local, Own
 from daebench.reference.make.mathematics import Mathematics, mathematics
+from daebench.reference.make.poisson import Mapped
 from daebench.reference.make.stages import Rows
-from daebench.reference.make.taylor import integrated
 from daebench.runs.ivp import Array
+from daebench.systems.lazily import heyoka as hy
+
+MOST_STEPS = 100_000
+"""Largest number of steps from output to output."""
+
+
+def integrated(
+    equations: Equations,
+    start: Sequence[Any],
+    times: Sequence[Any],
+    *,
+    tolerance: str = "1e-34",
+    parts: int = 1,
+    pieces: Along | None = None,
+) -> list[list[Any]]:
+    """Return the unknowns at ascending times as mpmath numbers, shape(n, unknowns).
+
+    The step never exceeds the distance of outputs. heyoka's step control reads the last two Taylor coefficients, which vanish for
+    symmetric starts at rest; it would then silently take a step that is far too long. Two runs whose steps end at the same times
+    have the same rounding, so their difference does not show it.
+    """
+    begun, parameters = (list(start), []) if pieces is None else pieces.begun(list(start))
+    initial, settings = [quad(x) for x in begun], {"pars": [quad(x) for x in parameters]} if parameters else {}
+    solver = hy.taylor_adaptive(equations, initial, fp_type=hy.real128, tol=hy.real128(tolerance), compact_mode=True, **settings)
+    solver.time = quad(times[0])
+    rows = [list(start)]
+    for last, t in pairwise(times):
+        if pieces is not None:
+            begun, parameters = pieces.begun(rows[-1])
+            _put(solver.state, begun)
+            _put(solver.pars, parameters)
+        outcome = solver.propagate_until(quad(t), max_delta_t=quad((t - last) / parts), max_steps=MOST_STEPS)[0]
+        if outcome != hy.taylor_outcome.time_limit or not all(math.isfinite(float(x)) for x in solver.state):
+            where = f"between t = {mp.nstr(last, 9)} and {mp.nstr(t, 9)}"
+            raise RunFailed(f"the Taylor series stopped {where}: {outcome}; choose a shorter end time.")
+        row = [multiple(x) for x in solver.state]
+        rows.append(row if pieces is None else pieces.ended(row, parameters))
+    return rows
+
+
+def _put(array: Any, values: Sequence[Any]) -> None:
+    """Write numbers into an array of heyoka."""
+    for k, x in enumerate(values):
+        array[k] = quad(x)
+
 
 PIECES = 8
 """Number of times from output to output that velocities along the manifold are chosen anew: a crank may turn by more than 90 degrees."""
@@ -78,7 +126,7 @@ class Computations:
 
         return self._states(self.keep("other", make))
 
-    def _series(self, coordinates: Coordinates, start: list[Any], **options: Any) -> Rows:
+    def _series(self, coordinates: Own | Local | Along | Mapped, start: list[Any], **options: Any) -> Rows:
         pieces, n = (coordinates, PIECES) if isinstance(coordinates, Along) else (None, 1)
         times = [last + k * (t - last) / n for last, t in pairwise(self.times) for k in range(n)]
         rows = integrated(coordinates.equations, coordinates.entered(start), [*times, self.times[-1]], pieces=pieces, **options)

@@ -1,6 +1,7 @@
 """Mathematics of a Poisson system for certification: y' = B(y) grad H(y), other coordinates, energy and Casimir functions."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -22,93 +23,71 @@ def compiled(definition: Definition, arguments: Sequence[sp.Symbol], expressions
     return sp.lambdify(list(arguments), definition.settled(expressions), modules="mpmath")  # type: ignore[no-any-return]
 
 
-class Canonical:
-    """The problem's canonical coordinates z = (Q, P, C), HLW Corollary 3.6: Q' = K_P, P' = -K_Q, C' = 0, with K(z) = H(y(z))."""
+@dataclass(frozen=True)
+class Mapped:
+    """Coordinates of a Poisson system, with the map into them, and its inverse where that is one of expressions in them."""
 
-    name = "canonical coordinates"
-
-    def __init__(self, definition: Definition) -> None:
-        self.definition, self.map = definition, definition.problem.darboux
-        self.z = [*self.map.q, *self.map.p, *self.map.c]
-
-    @cached_property
-    def equations(self) -> Equations:
-        """Variables Q, P, C and their rates."""
-        system, m = self.definition.problem, len(self.map.q)
-        K = system.H.subs(dict(zip(system.y, self.map.y, strict=True)), simultaneous=True)
-        B = sp.zeros(len(self.z), len(self.z))
-        B[:m, m : 2 * m], B[m : 2 * m, :m] = sp.eye(m), -sp.eye(m)
-        return hamiltonian(self.definition, self.z, B, K)
+    name: str
+    definition: Definition
+    equations: Equations
+    """Variables and their rates."""
+    forward: Sequence[Any]
+    """The coordinates as expressions in y."""
+    back: Callable[[Vector], Vector]
+    """From the coordinates to y."""
 
     def entered(self, x: Vector) -> Vector:
-        """Return z of a state."""
-        return compiled(self.definition, self.definition.problem.y, [*self.map.Q, *self.map.P, *self.map.C])(*x)
+        """Return the coordinates of a state."""
+        return compiled(self.definition, self.definition.problem.y, self.forward)(*x)
 
     def left(self, rows: Rows) -> Rows:
-        """Return y of rows of z."""
-        back = compiled(self.definition, self.z, self.map.y)
-        return [back(*row) for row in rows]
+        """Return y of rows of the coordinates."""
+        return list(map(self.back, rows))
 
 
-class Lifted:
-    """The constrained system that is mapped to a Poisson system: its index-reduced equation, HLW (1.18), and the map of its states to y."""
-
-    def __init__(self, definition: Definition) -> None:
-        self.definition, self.lift = definition, definition.problem.lift
-
-    @property
-    def name(self) -> str:
-        """The name of the constrained problem."""
-        return f"the constrained problem {self.lift.problem}"
-
-    @cached_property
-    def equations(self) -> Equations:
-        """Variables q and p and their rates."""
-        source = source_in(find_problem(self.lift.problem), {})
-        case, ivp = next(iter(source.facts.CASES)), self.definition.ivp
-        parameters = {name: value for name, value in ivp.parameters.items() if name in source.facts.PARAMETERS}
-        return own_coordinates(Definition(make_ivp(source, case, parameters), {}))
-
-    def entered(self, x: Vector) -> Vector:
-        """Return a state q and p that is mapped to y."""
-        return compiled(self.definition, self.definition.problem.y, [*self.lift.q, *self.lift.p])(*x)
-
-    def left(self, rows: Rows) -> Rows:
-        """Return y of rows of q and p."""
-        values, d = self.definition.values(), len(self.lift.q)
-        return [list(self.lift.y(row[d:], row[:d], values)) for row in rows]
+def transformed(
+    definition: Definition, name: str, z: Sequence[sp.Symbol], B: sp.Matrix, y: Sequence[Any], forward: Sequence[Any]
+) -> Mapped:
+    """Return coordinates z, in which z' = B grad K with K(z) = H(y(z)); B and y are expressions in z, and ``forward`` is z(y)."""
+    system, back = definition.problem, compiled(definition, z, y)
+    K = system.H.subs(dict(zip(system.y, y, strict=True)), simultaneous=True)
+    return Mapped(name, definition, hamiltonian(definition, z, B, K), forward, lambda row: back(*row))
 
 
-class Skewed:
-    """The coordinates z = A y, where A is 1 on the diagonal and 1/2 beside it: z' = A B A^T grad K(z), with K(z) = H(A^-1 z)."""
+def canonical(definition: Definition) -> Mapped:
+    """Return the problem's canonical coordinates z = (Q, P, C), HLW Corollary 3.6: Q' = K_P, P' = -K_Q, C' = 0, with K(z) = H(y(z))."""
+    chart = definition.problem.darboux
+    z, m = [*chart.q, *chart.p, *chart.c], len(chart.q)
+    B = sp.zeros(len(z), len(z))
+    B[:m, m : 2 * m], B[m : 2 * m, :m] = sp.eye(m), -sp.eye(m)
+    return transformed(definition, "canonical coordinates", z, B, chart.y, [*chart.Q, *chart.P, *chart.C])
 
-    name = "skewed coordinates z = A y"
 
-    def __init__(self, definition: Definition) -> None:
-        self.definition, n = definition, definition.problem.n
-        self.z = sp.symbols(f"z1:{n + 1}", cls=sp.Dummy, real=True)
-        self.A = sp.Matrix(n, n, lambda i, j: sp.Rational(1, 2) ** (j - i) if j - i in (0, 1) else 0)
+def skewed(definition: Definition) -> Mapped:
+    """Return z = A y, where A is 1 on the diagonal and 1/2 beside it: z' = A B A^T grad K(z), with K(z) = H(A^-1 z)."""
+    system, n = definition.problem, definition.problem.n
+    z = sp.symbols(f"z1:{n + 1}", cls=sp.Dummy, real=True)
+    A = sp.Matrix(n, n, lambda i, j: sp.Rational(1, 2) ** (j - i) if j - i in (0, 1) else 0)
+    y = list(A.inv() * sp.Matrix(z))
+    B = (A * sp.Matrix(system.B) * A.T).subs(dict(zip(system.y, y, strict=True)), simultaneous=True)
+    return transformed(definition, "skewed coordinates z = A y", z, B, y, list(A * sp.Matrix(system.y)))
 
-    @cached_property
-    def equations(self) -> Equations:
-        """Variables z and their rates."""
-        system = self.definition.problem
-        at = dict(zip(system.y, self.A.inv() * sp.Matrix(self.z), strict=True))
-        B = (self.A * sp.Matrix(system.B) * self.A.T).subs(at, simultaneous=True)
-        return hamiltonian(self.definition, self.z, B, system.H.subs(at, simultaneous=True))
 
-    def entered(self, x: Vector) -> Vector:
-        """Return z of a state."""
-        return compiled(self.definition, self.definition.problem.y, list(self.A * sp.Matrix(self.definition.problem.y)))(*x)
+def lifted(definition: Definition) -> Mapped:
+    """Return the constrained system that is mapped to a Poisson system: its index-reduced equation, HLW (1.18), and the map to y."""
+    lift, ivp, d = definition.problem.lift, definition.ivp, len(definition.problem.lift.q)
+    source = source_in(find_problem(lift.problem), {})
+    parameters = {name: value for name, value in ivp.parameters.items() if name in source.facts.PARAMETERS}
+    equations = own_coordinates(Definition(make_ivp(source, next(iter(source.facts.CASES)), parameters), {}))
 
-    def left(self, rows: Rows) -> Rows:
-        """Return y of rows of z."""
-        back = compiled(self.definition, self.z, list(self.A.inv() * sp.Matrix(self.z)))
-        return [back(*row) for row in rows]
+    def back(row: Vector) -> Vector:
+        return list(lift.y(row[d:], row[:d], definition.values()))
+
+    return Mapped(f"the constrained problem {lift.problem}", definition, equations, [*lift.q, *lift.p], back)
 
 
 class Poisson:
-    """See :class:`daebench.reference.make.mathematics.Mathematics`; a state is y."""
+    """A Poisson system, with the members of :class:`daebench.reference.make.constrained.Constrained`; a state is y."""
 
     series = "Taylor series of y' = B(y) grad H(y) in quadruple precision"
     zero: tuple[str, ...] = ()
@@ -133,12 +112,11 @@ class Poisson:
         return Own(hamiltonian(self.definition, list(system.y), sp.Matrix(system.B), system.H))
 
     @cached_property
-    def other(self) -> Canonical | Lifted | Skewed:
+    def other(self) -> Mapped:
         """Canonical coordinates if the problem declares them, else the constrained system that is mapped to it, else skewed ones."""
         system = self.definition.problem
-        if system.darboux is not None:
-            return Canonical(self.definition)
-        return Skewed(self.definition) if system.lift is None else Lifted(self.definition)
+        make = canonical if system.darboux is not None else skewed if system.lift is None else lifted
+        return make(self.definition)
 
     @cached_property
     def directions(self) -> Array:

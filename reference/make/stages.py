@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,9 @@ import mpmath as mp
 
 from daebench.errors import BadInput
 from daebench.runs.files import atomic
+
+if sys.platform != "win32":
+    import fcntl
 
 Vector = list[Any]
 Rows = list[Vector]
@@ -22,8 +26,6 @@ KEPT_DIGITS = 60
 @contextmanager
 def alone(path: Path, name: str) -> Iterator[None]:
     """Hold a lock on a file while a reference is built; it vanishes with this process."""
-    import fcntl
-
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a") as file:  # a file that it may link to is not changed
         try:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daebench.errors import Stopped
 from daebench.methods.outside.callables import outputs
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.record import Block
-from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.request import Request

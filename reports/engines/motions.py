@@ -10,8 +10,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.reference.keep import store
 from daebench.reference.keep.dense_evaluation import states_at
-from daebench.reference.motion import certified_for
-from daebench.reference.solution import SAFETY, reference_solution
+from daebench.reference.solution import SAFETY, certified_for, reference_solution
 from daebench.reports.engines.contender import Array
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request

@@ -15,7 +15,7 @@ from daebench.methods.catalogue import find_problem
 from daebench.pages.report import MINUS, NONE, TIMES, count
 from daebench.pages.report.tables import Of, Table
 from daebench.reference.keep import store
-from daebench.reference.keep.folders import DATA
+from daebench.reference.keep.form import DATA
 from daebench.reports.problems.ivps import definition, horizon, ivp_of, step_size
 from daebench.systems.lazily import sympy as sp
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from daebench.methods.initial_value_problem import initial_value_problem
+from daebench.methods.solvers.error_test import TREATMENTS
 from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
-from daebench.methods.solvers.multiplier_treatment import TREATMENTS
 from daebench.reports.tolerances.exact import Exact, exact, refined
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.make_ivp import constrained

@@ -12,7 +12,7 @@ from daebench.pages.report import NONE, THIN, count, number, power_of_ten
 from daebench.pages.report.claims import require
 from daebench.pages.report.tables import Of, Table, code, long, part, text, tiny
 from daebench.reference.keep import store
-from daebench.reference.keep.folders import DATA
+from daebench.reference.keep.form import DATA
 from daebench.reports.work_precision.works import COARSE, WANTED, Numbers, Work
 from daebench.studies.work_precision.recommend import CONSERVED, ROUND_OFF, recommended
 from daebench.studies.work_precision.study import LEVELS, at_least, cheapest, front

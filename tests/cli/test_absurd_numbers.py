@@ -6,7 +6,7 @@ import pytest
 from daebench.cli.integer import whole as whole_option
 from daebench.errors import LONGEST, BadInput, Overdue, RunFailed, bounded, positive, real, whole
 from daebench.methods.outside.call import Code
-from daebench.methods.outside.limit import Limit
+from daebench.methods.outside.ending import Limit
 from daebench.methods.run import run
 from daebench.methods.solvers.native import run as native
 from daebench.reference.solution import reference_solution

@@ -136,6 +136,6 @@ def test_without_pyarrow_there_is_the_command_that_installs_it(reference, tmp_pa
 
 
 def test_build_writes_a_reference(daebench, tmp_path, monkeypatch):
-    monkeypatch.setattr("daebench.reference.keep.certificate.ida_errors", lambda *_: [])
+    monkeypatch.setattr("daebench.reference.make.build.ida_errors", lambda *_: [])
     status, out, _ = daebench("reference", "build", "planar_pendulum-horizontal", "--t-end", 2, "--folder", tmp_path)
     assert (status, out) == (0, f"written: {tmp_path / 'planar_pendulum-horizontal'}\n")

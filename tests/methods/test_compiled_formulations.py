@@ -10,8 +10,7 @@ from ivps import ivp
 from measures import residual, somewhere
 
 from daebench.compiler.linear.health import SINGULAR
-from daebench.methods.formulations.constrained import pose
-from daebench.methods.formulations.table import FORMULATIONS
+from daebench.methods.formulations.constrained import FORMULATIONS, pose
 from daebench.methods.solvers.ida import Ida
 from daebench.runs.request import Request
 

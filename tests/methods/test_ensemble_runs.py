@@ -10,7 +10,7 @@ from memberwise import differences, moving, request
 
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput
-from daebench.methods.ensemble import width
+from daebench.methods.ensemble import lanes as width
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of

@@ -14,9 +14,8 @@ from daebench.compiler.linear.health import SINGULAR
 from daebench.errors import BadInput, DaebenchError, RunFailed
 from daebench.methods.formulations import constrained as posing
 from daebench.methods.formulations import residuals
-from daebench.methods.formulations.constrained import pose
-from daebench.methods.formulations.equations import Equations
-from daebench.methods.formulations.table import FORMULATIONS
+from daebench.methods.formulations.constrained import FORMULATIONS, pose
+from daebench.methods.formulations.residuals import Equations
 from daebench.methods.solvers.ida import Ida
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.request import Request

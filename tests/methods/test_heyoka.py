@@ -8,7 +8,7 @@ import sympy as sp
 
 from daebench.errors import BadInput
 from daebench.methods import run as api
-from daebench.methods.solvers import heyoka_ode, optional
+from daebench.methods.solvers import drive, heyoka_ode
 from daebench.reference.keep.store import load
 from daebench.studies.work_precision.study import standard, with_costs
 from daebench.systems.poisson import PoissonCase, PoissonSystem
@@ -118,7 +118,7 @@ def test_least_squares_are_refused():
 
 
 def test_without_heyoka_there_is_the_command_that_installs_it(daebench, monkeypatch):
-    monkeypatch.setattr(optional, "find_spec", lambda name: None)
+    monkeypatch.setattr(drive, "find_spec", lambda name: None)
     sentence = "heyoka:taylor needs heyoka, which is not installed; install it by pip install 'daebench[peers]'."
     for problem, case in (("planar_pendulum", "rotating"), ("lotka_volterra", "4,2")):
         status, out, err = daebench("run", problem, "--case", case, "--method", "heyoka:taylor", "--tol", 1e-6, "--t-end", 1)

@@ -11,7 +11,7 @@ from daebench.errors import BadInput
 from daebench.methods.ensemble import heyoka_batches
 from daebench.methods.ensemble.heyoka_batches import batch_of, in_batches
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.methods.solvers import heyoka_ode, optional
+from daebench.methods.solvers import drive, heyoka_ode
 from daebench.methods.solvers.heyoka_ode import equations_of
 from daebench.reference.keep.store import load
 from daebench.runs.members import Members
@@ -99,7 +99,7 @@ def test_members_with_parameters_of_their_own_are_refused():
 
 
 def test_without_heyoka_there_is_the_command_that_installs_it(monkeypatch):
-    monkeypatch.setattr(optional, "find_spec", lambda name: None)
+    monkeypatch.setattr(drive, "find_spec", lambda name: None)
     members = draw_starts(initial_value_problem("planar_pendulum"), members=2, h=0.1).members
     with pytest.raises(BadInput, match=r"pip install 'daebench\[peers\]'"):
         heyoka_batches.in_batches(members, np.linspace(0, 1, 3), 1e-10)

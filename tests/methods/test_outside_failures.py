@@ -13,7 +13,7 @@ from outside_code import BALL, RATTLE, run, script
 import daebench as package
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.names import parse
-from daebench.methods.outside import call, callables, limit
+from daebench.methods.outside import call, callables, ending
 from daebench.methods.outside.callables import method_of_callable
 from daebench.runs.request import Request
 
@@ -183,7 +183,7 @@ def test_a_callable_that_hangs_is_ended_at_the_limit_and_its_line_is_named(mine,
 
 
 def test_without_a_limit_code_that_gives_no_state_for_long_is_ended(mine, library, folder, monkeypatch):
-    monkeypatch.setattr(limit, "SILENCE", 0.3)
+    monkeypatch.setattr(ending, "SILENCE", 0.3)
     for method in ("./mine.py:hangs", f"{library}:hangs", script(folder, "sleep 60")):
         assert "the code has given no state for 0.3 s; check whether it hangs" in run(method).failure
 

@@ -14,8 +14,8 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.listing import list_methods
 from daebench.methods.names import method_of, parse
 from daebench.methods.run import run
+from daebench.methods.solvers import cvode as called_back
 from daebench.methods.solvers.native import libraries, memory
-from daebench.methods.solvers.native import projection as called_back
 from daebench.runs.request import Request
 
 NAME = "cvode:bdf:projected"

@@ -7,7 +7,7 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.methods import run
-from daebench.methods.solvers import optional
+from daebench.methods.solvers import drive
 from daebench.reference.keep.store import load
 
 needs_solve_dae = pytest.mark.skipif(find_spec("solve_dae") is None, reason="solve_dae, of the extra peers, is not installed")
@@ -35,13 +35,13 @@ def test_it_converges_to_the_certified_motion(name):
     ids=["chain", "poisson"],
 )
 def test_what_it_cannot_solve_is_refused(problem, more, sentence, monkeypatch):
-    monkeypatch.setattr(optional, "find_spec", lambda name: True)
+    monkeypatch.setattr(drive, "find_spec", lambda name: True)
     with pytest.raises(BadInput, match=sentence):
         run.run(problem, method="solve_dae:Radau", tol=1e-6, t_end=1.0, **more)
 
 
 def test_bad_input_is_one_sentence(daebench, monkeypatch):
-    monkeypatch.setattr(optional, "find_spec", lambda name: None)
+    monkeypatch.setattr(drive, "find_spec", lambda name: None)
     words = ("run", "planar_pendulum", "--case", "rotating", "--t-end", 1, "--tol", 1e-6, "--method")
     missing = "solve_dae:Radau needs solve_dae, which is not installed; install it by pip install 'daebench[peers]'."
     for method, sentence in {"solve_dae:Radau": missing, "solve_dae:BDF": "unknown method of solve_dae 'BDF'; known: Radau."}.items():

@@ -11,16 +11,15 @@ from ivps import ivp
 from oracles import solution
 
 from daebench.compiler.native import Callback, Native
-from daebench.errors import BadInput, DaebenchError, RunFailed
+from daebench.errors import BadInput, DaebenchError, RunFailed, Stopped
 from daebench.methods.formulations import constrained as posing
-from daebench.methods.formulations.constrained import pose
-from daebench.methods.formulations.table import FORMULATIONS
+from daebench.methods.formulations.constrained import FORMULATIONS, pose
 from daebench.methods.solvers.cvode import Cvode
+from daebench.methods.solvers.error_test import TREATMENTS
 from daebench.methods.solvers.ida import Ida
-from daebench.methods.solvers.monitor import Monitor, Stopped
-from daebench.methods.solvers.multiplier_treatment import TREATMENTS
+from daebench.methods.solvers.monitor import Monitor
+from daebench.methods.solvers.scipy_ode import SCIPY as IMPLICIT
 from daebench.methods.solvers.scipy_ode import ScipyOde
-from daebench.methods.solvers.variants import SCIPY as IMPLICIT
 from daebench.runs.request import Request, WorkLimit
 
 METHODS = [*map(Ida, FORMULATIONS), *map(Cvode, Cvode.variants), *map(ScipyOde, IMPLICIT)]

@@ -13,21 +13,22 @@ from scipy.integrate import solve_ivp
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import parse
-from daebench.methods.solvers.quadruple import library
 from daebench.methods.solvers.scipy_ode import ScipyOde
+from daebench.methods.solvers.taylor_equations import library
 from daebench.problems.four_bar import closed_form
 from daebench.reference.check.independent_runs import method_of
 from daebench.reference.check.invariants import Stored, checks
 from daebench.reference.check.verify import _outside
-from daebench.reference.keep import certificate, store
-from daebench.reference.keep.certificate import certified_text
+from daebench.reference.keep import store
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.keep.dense_evaluation import states_at
-from daebench.reference.make import constrained, taylor
+from daebench.reference.make import build as building
+from daebench.reference.make import constrained, independent_computations
+from daebench.reference.make.build import certified_text
 from daebench.reference.make.certify import NotCertified, certify
+from daebench.reference.make.constrained import Functions
 from daebench.reference.make.coordinates import Local
 from daebench.reference.make.independent_computations import Computations
-from daebench.reference.make.multiprecision import Functions
 from daebench.reference.make.stages import Stages
 from daebench.runs.local_flow import enter, leave
 from daebench.runs.request import Request
@@ -226,7 +227,7 @@ def folder(tmp_path_factory):
     """Certify the motion up to t = 1, with one rank loss and without runs of IDA, and return the folder it is stored in."""
     place = tmp_path_factory.mktemp("references")
     with pytest.MonkeyPatch.context() as patch, mp.workdps(80):
-        patch.setattr(certificate, "ida_errors", lambda *_: [])
+        patch.setattr(building, "ida_errors", lambda *_: [])
         times = [mp.mpf(k) / 8 for k in range(9)]
         found, text = certified_text(define("four_bar", "iftomm"), times, Stages(place / ".stages", "key", lambda stage: None))
         store.save(NAME, found | {"versions": {}}, text, place)
@@ -301,7 +302,7 @@ def test_nothing_but_multipliers_goes_through_the_index_reduced_equation(monkeyp
 
 def test_without_minimal_coordinates_rank_loss_is_refused(monkeypatch):
     monkeypatch.setattr(Definition, "crosses", False)
-    monkeypatch.setattr(taylor, "MOST_STEPS", 500)
+    monkeypatch.setattr(independent_computations, "MOST_STEPS", 500)
     with mp.workdps(80), pytest.raises(RunFailed, match=r"the Taylor series stopped between t = 0.625 and 0.75"):
         certify(computations())
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from daebench.errors import BadInput
-from daebench.methods.solvers.quadruple import library
+from daebench.methods.solvers.taylor_equations import library
 from daebench.problems.planar_pendulum import closed_form
 from daebench.reference.check.ida_errors import ida_errors
-from daebench.reference.keep import certificate
 from daebench.reference.keep.store import load, names
 from daebench.reference.make import build as building
 from daebench.reference.make import constrained, independent_computations
@@ -89,12 +88,12 @@ def test_an_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):
 
     monkeypatch.setattr(independent_computations, "integrated", counted)
     with monkeypatch.context() as patch:
-        patch.setattr(certificate, "ida_errors", interrupted)
+        patch.setattr(building, "ida_errors", interrupted)
         with pytest.raises(KeyboardInterrupt):
             build(NAME, folder=tmp_path, t_end=2)
     assert names(tmp_path) == ()
     assert len(done) == 4
-    monkeypatch.setattr(certificate, "ida_errors", lambda *_: [])
+    monkeypatch.setattr(building, "ida_errors", lambda *_: [])
     build(NAME, folder=tmp_path, t_end=2)
     assert len(done) == 4
     assert load(NAME, tmp_path).horizon == 2
@@ -116,7 +115,7 @@ def test_what_other_code_made_is_not_used(tmp_path, monkeypatch):
 
     done, integrated = [], independent_computations.integrated
     monkeypatch.setattr(independent_computations, "integrated", lambda *a, **k: done.append(1) or integrated(*a, **k))
-    monkeypatch.setattr(certificate, "ida_errors", interrupted)
+    monkeypatch.setattr(building, "ida_errors", interrupted)
     for code in ("one", "other"):
         monkeypatch.setattr(building, "_code", lambda problem, code=code: [code])
         with pytest.raises(KeyboardInterrupt):
@@ -130,7 +129,7 @@ def test_a_reference_that_is_being_built_is_not_built_twice_at_once(tmp_path, mo
             build(NAME, folder=tmp_path, t_end=2)
         return []
 
-    monkeypatch.setattr(certificate, "ida_errors", meanwhile)
+    monkeypatch.setattr(building, "ida_errors", meanwhile)
     build(NAME, folder=tmp_path, t_end=2)
     assert [path.name for path in tmp_path.iterdir()] == [NAME]
 
@@ -140,10 +139,10 @@ def test_stages_of_another_request_are_not_used(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(certificate, "ida_errors", interrupted)
+        patch.setattr(building, "ida_errors", interrupted)
         with pytest.raises(KeyboardInterrupt):
             build(NAME, folder=tmp_path, t_end=2)
-    monkeypatch.setattr(certificate, "ida_errors", lambda *_: [])
+    monkeypatch.setattr(building, "ida_errors", lambda *_: [])
     build(NAME, folder=tmp_path, t_end=4)
     assert load(NAME, tmp_path).horizon == 4
 

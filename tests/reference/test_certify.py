@@ -12,15 +12,14 @@ from ivps import ivp
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput, RunFailed
 from daebench.methods.solvers import taylor_equations
-from daebench.methods.solvers.quadruple import Translation, library, orthogonally
+from daebench.methods.solvers.taylor_equations import Translation, library, orthogonally
 from daebench.reference.keep.definition import Definition, define
-from daebench.reference.make import constrained, coordinates, taylor
-from daebench.reference.make.amplification import amplification, double_horizon
-from daebench.reference.make.amplification import growth as growth_of
-from daebench.reference.make.certify import NotCertified, certify, largest_so_far, smallest_singular_values
+from daebench.reference.make import constrained, coordinates
+from daebench.reference.make.certify import NotCertified, amplification, certify, double_horizon, largest_so_far, smallest_singular_values
+from daebench.reference.make.certify import growth as growth_of
+from daebench.reference.make.constrained import Functions
 from daebench.reference.make.coordinates import Along, Local
-from daebench.reference.make.independent_computations import Computations
-from daebench.reference.make.multiprecision import Functions
+from daebench.reference.make.independent_computations import Computations, integrated
 from daebench.runs.make_ivp import make_ivp
 
 
@@ -89,7 +88,7 @@ def test_velocities_along_the_manifold_give_the_motion_written_by_hand_through_m
     found = computations("double_pendulum", "horizontal", t_end=1)
     along = Along(found.definition)
     start = along.entered([x for part in found.definition.start_numbers() for x in part])
-    rows = along.left(taylor.integrated(along.equations, start, found.times, pieces=along))
+    rows = along.left(integrated(along.equations, start, found.times, pieces=along))
     expected = double_pendulum_in_angles(mp.mpf(1), mp.pi / 2)
     assert expected[0] < 0  # the upper rod, horizontal at the start, has passed the vertical
     assert max(abs(x - y) for x, y in zip(rows[-1][:4], expected, strict=True)) < 1e-31
@@ -149,13 +148,13 @@ def test_the_hash_changes_with_the_mathematics_and_not_with_the_other_cases():
 def test_constants_are_divided_in_quadruple_precision():
     hy, x = library(), sp.Symbol("x")
     say = Translation({x: hy.make_vars("x")})
-    rows = taylor.integrated([(hy.make_vars("x"), say(x / 5 + sp.Rational(1, 3)))], [mp.mpf(1)], [mp.mpf(0), mp.mpf(1)])
+    rows = integrated([(hy.make_vars("x"), say(x / 5 + sp.Rational(1, 3)))], [mp.mpf(1)], [mp.mpf(0), mp.mpf(1)])
     assert abs(rows[-1][0] - ((1 + mp.mpf(5) / 3) * mp.exp(mp.mpf(1) / 5) - mp.mpf(5) / 3)) < 1e-33
 
 
 def test_the_second_run_has_other_rounding_and_the_start_has_none():
     found = computations("double_pendulum", "swing", t_end=1)
-    again = taylor.integrated(taylor_equations.own_coordinates(found.definition), found.own().rows[0], found.times, parts=3)
+    again = integrated(taylor_equations.own_coordinates(found.definition), found.own().rows[0], found.times, parts=3)
     apart = max(abs(x - y) for x, y in zip(found.own().rows[-1], again[-1], strict=True))
     assert 0 < apart < 1e-31
     assert [found.own().parts[part][0] for part in "qp"] == found.definition.start_numbers()
@@ -206,7 +205,7 @@ def test_a_function_without_a_counterpart_is_named():
 def test_a_series_that_blows_up_says_where():
     x = library().make_vars("x")
     with pytest.raises(RunFailed, match=r"between t = 1.0 and 1.125.*choose a shorter end time"):
-        taylor.integrated([(x, x * x)], [mp.mpf(1)], times(2, 16))
+        integrated([(x, x * x)], [mp.mpf(1)], times(2, 16))
 
 
 # ---- wrong motions -------------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.reference.motion import certified_for, own_run
+from daebench.reference.solution import certified_for, own_run
 
 
 @pytest.mark.parametrize(("problem", "t_end"), [("bricard", 5.0), ("cyclohexane_ring", 8.0)])

@@ -9,7 +9,7 @@ import pytest
 from daebench.errors import BadInput
 from daebench.reference.check import verify as verification
 from daebench.reference.check.verify import verify
-from daebench.reference.keep import folders, store
+from daebench.reference.keep import form, store
 
 SEED = 45
 FEW, MANY = 40, 1500
@@ -23,7 +23,7 @@ def forge(request, tmp_path, monkeypatch, uncompiled_schemes):
     """Give a reference in the place of those of daebench: its folder, certificate and digits; it is not recomputed."""
     place = forged.cut_reference(request.param, tmp_path / "references")
     certificate, digits = json.loads((place / "certificate.json").read_text()), (place / f"{place.name}.csv").read_bytes()
-    monkeypatch.setattr(folders, "DATA", place.parent)
+    monkeypatch.setattr(form, "DATA", place.parent)
     monkeypatch.chdir(tmp_path)
     for name in ("throughout", "row_by_row", "by_ida"):
         monkeypatch.setattr(verification, name, lambda reference: (None, []))

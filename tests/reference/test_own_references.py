@@ -12,7 +12,7 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.records import seals
-from daebench.reference.keep import folders, store
+from daebench.reference.keep import form, store
 from daebench.reference.make.build import build
 from daebench.testing import reference_trajectory
 
@@ -55,9 +55,9 @@ def _content(found):
 def test_a_folder_of_ones_own_is_in_the_users_data(monkeypatch):
     monkeypatch.delenv("DAEBENCH_REFERENCES")
     package = Path(store.__file__).parents[2].resolve()
-    assert folders.own_folder().is_relative_to(platformdirs.user_data_path("daebench"))
-    assert not folders.own_folder().resolve().is_relative_to(package)
-    assert folders.folders()[0] == folders.DATA
+    assert form.own_folder().is_relative_to(platformdirs.user_data_path("daebench"))
+    assert not form.own_folder().resolve().is_relative_to(package)
+    assert form.folders()[0] == form.DATA
 
 
 @pytest.mark.parametrize("name", PATHS, ids=ascii)
@@ -78,9 +78,9 @@ def test_no_name_is_a_path(name, references, tmp_path, monkeypatch, daebench):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", store.names(folders.DATA))
+@pytest.mark.parametrize("name", store.names(form.DATA))
 def test_every_reference_of_daebench_has_a_name(name):
-    folders.require_name(name)
+    form.require_name(name)
     with pytest.raises(BadInput, match=f"{re.escape(name)} comes with daebench; .* with --out DIR"):
         build(name)
 
@@ -98,12 +98,12 @@ def test_a_certificate_names_no_other_file(copied):
 
 def test_a_reference_is_built_in_the_folder_of_ones_own(daebench, tmp_path, monkeypatch):
     monkeypatch.setenv("DAEBENCH_REFERENCES", str(tmp_path / "made" / "own"))
-    monkeypatch.setattr("daebench.reference.keep.certificate.ida_errors", lambda *_: [])
-    before = sorted(folders.DATA.rglob("*"))
+    monkeypatch.setattr("daebench.reference.make.build.ida_errors", lambda *_: [])
+    before = sorted(form.DATA.rglob("*"))
     name = "torus-inner"
     status, out, _ = daebench("reference", "build", name, "--t-end", 2)
     assert (status, out) == (0, f"written: {tmp_path / 'made' / 'own' / name}\n")
-    assert sorted(folders.DATA.rglob("*")) == before
+    assert sorted(form.DATA.rglob("*")) == before
     assert [path.name for path in (tmp_path / "made" / "own").iterdir()] == [name]
     assert store.find("torus", "inner").horizon == 2
 
@@ -140,7 +140,7 @@ def test_every_command_finds_ones_own_and_says_whose_it_is(daebench, own):
     rows = {row["name"]: row["kept_in"] for row in json.loads(daebench("reference", "list", "--json")[1])}
     assert rows[NAME] == str(own)
     assert {place for name, place in rows.items() if name != NAME} == {"daebench"}
-    assert len(rows) == len(store.names(folders.DATA)) + 1
+    assert len(rows) == len(store.names(form.DATA)) + 1
     assert json.loads(daebench("reference", "show", NAME, "--json")[1])["kept_in"] == str(own)
     assert json.loads(daebench("reference", "show", SHIPPED, "--json")[1])["kept_in"] == "daebench"
     assert str(own) in daebench("reference", "show", NAME)[1]
@@ -153,7 +153,7 @@ def test_every_command_finds_ones_own_and_says_whose_it_is(daebench, own):
 
 def test_one_that_daebench_has_is_not_hidden_by_ones_own_and_the_list_says_so(daebench, own, references):
     shutil.copytree(references / SHIPPED, own / SHIPPED)
-    assert store.kept_in(SHIPPED) == folders.DATA
+    assert store.kept_in(SHIPPED) == form.DATA
     assert store.load(SHIPPED).horizon > store.load(SHIPPED, own).horizon == 4
     assert store.names().count(SHIPPED) == 1
     assert f"{SHIPPED} of {own} is not listed, because daebench has one of this name" in daebench("reference", "list")[1]

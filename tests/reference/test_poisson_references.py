@@ -15,19 +15,19 @@ import tampered
 from daebench.compiler.definition import source_of
 from daebench.errors import BadInput
 from daebench.methods.fixed_step.poisson import PoissonStep
-from daebench.methods.solvers.quadruple import Translation, library
+from daebench.methods.solvers.taylor_equations import Translation, library
 from daebench.reference.check.file_agreement import agreement
 from daebench.reference.check.ida_errors import ida_errors
 from daebench.reference.check.verify import verify
 from daebench.reference.keep.definition import Definition, define
 from daebench.reference.keep.dense_evaluation import states_at
+from daebench.reference.make import poisson
 from daebench.reference.make.build import build
 from daebench.reference.make.certify import NotCertified, certify
 from daebench.reference.make.coordinates import Own
-from daebench.reference.make.independent_computations import Computations
+from daebench.reference.make.independent_computations import Computations, integrated
 from daebench.reference.make.mathematics import mathematics
-from daebench.reference.make.poisson import Canonical, Lifted, Poisson, Skewed
-from daebench.reference.make.taylor import integrated
+from daebench.reference.make.poisson import Poisson, canonical, lifted, skewed
 from daebench.runs.make_ivp import make_ivp
 from daebench.systems.poisson import PoissonCase, PoissonSystem
 from daebench.testing import assert_agrees, assert_converges, assert_solver_converges, reference_trajectory
@@ -139,10 +139,10 @@ def test_the_hash_changes_with_the_structure_matrix():
 # ---- other coordinates ---------------------------------------------------------------------------------------------------
 
 COORDINATES = {
-    "canonical": ("lotka_volterra", "4,2", Canonical),
-    "canonical, with a Casimir function": ("lotka_volterra_3d", "late", Canonical),
-    "lifted": ("free_rigid_body", "hlw", Lifted),
-    "skewed": ("heavy_top_lie_poisson", "lagrange", Skewed),
+    "canonical": ("lotka_volterra", "4,2", canonical),
+    "canonical, with a Casimir function": ("lotka_volterra_3d", "late", canonical),
+    "lifted": ("free_rigid_body", "hlw", lifted),
+    "skewed": ("heavy_top_lie_poisson", "lagrange", skewed),
 }
 
 
@@ -207,8 +207,11 @@ def test_an_equation_that_is_wrong_by_a_little_is_refused(place, monkeypatch, fo
 
 
 def test_canonical_coordinates_that_are_not_are_refused(monkeypatch, forty_digits):
-    right = Canonical.equations.func
-    monkeypatch.setattr(Canonical, "equations", property(lambda self: spoiled(right(self), "1e-26")))
+    def off(definition):
+        right = canonical(definition)
+        return replace(right, equations=spoiled(right.equations, "1e-26"))
+
+    monkeypatch.setattr(poisson, "canonical", off)
     with pytest.raises(NotCertified, match="the Taylor series in canonical coordinates differs in y"):
         certify(computations("lotka_volterra", "4,2"))
 

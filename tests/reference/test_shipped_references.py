@@ -10,7 +10,7 @@ from daebench.methods.catalogue import find_problem, problems
 from daebench.reference.check.verify import verify
 from daebench.reference.keep.definition import define
 from daebench.reference.keep.dense_evaluation import states_at
-from daebench.reference.keep.folders import DATA
+from daebench.reference.keep.form import DATA
 from daebench.reference.keep.record import EPS
 from daebench.reference.keep.store import load, names
 from daebench.reports.problems.facts import description

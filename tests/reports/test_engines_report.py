@@ -16,8 +16,7 @@ from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.pages.report.tables import write_tables
 from daebench.reference.keep.dense_evaluation import states_at
-from daebench.reference.motion import certified_for
-from daebench.reference.solution import integrated
+from daebench.reference.solution import certified_for, integrated
 from daebench.reports import engines
 from daebench.reports.engines import motions, tables
 from daebench.reports.engines.adapters import ENGINES, Engine

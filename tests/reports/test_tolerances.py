@@ -12,8 +12,8 @@ from published import CVPENDULUM
 from reported import page_of, require_figures, require_refused, rows_of, stems_of
 
 from daebench.errors import RunFailed
+from daebench.methods.solvers.error_test import TREATMENTS
 from daebench.methods.solvers.ida import DEFAULT_TREATMENTS, Ida
-from daebench.methods.solvers.multiplier_treatment import TREATMENTS
 from daebench.pages.report import build
 from daebench.pages.report.claims import ClaimRefuted
 from daebench.reference.keep import store

@@ -7,7 +7,7 @@ import pytest
 from outside_code import RATTLE
 
 from daebench.errors import BadInput
-from daebench.methods.outside import limit
+from daebench.methods.outside import ending
 from daebench.studies.long import blocks, interrupts
 from daebench.studies.long import run as long_run
 from daebench.studies.long.checkpoint import identity, load, resumed, save
@@ -98,7 +98,7 @@ def test_a_run_that_goes_wrong_keeps_its_samples_and_says_where(mine, library):
 
 def test_what_hangs_is_ended_by_a_second_interruption_that_comes_later(mine, monkeypatch, tmp_path):
     monkeypatch.setattr(interrupts, "PATIENCE", 0.2)
-    monkeypatch.setattr(limit, "SILENCE", 120.0)  # its end is no interruption
+    monkeypatch.setattr(ending, "SILENCE", 120.0)  # its end is no interruption
     spec, began = long_of("./mine.py:interrupted"), time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         run_member(spec, STEPS, tmp_path / "run.npz")

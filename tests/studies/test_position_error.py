@@ -10,7 +10,7 @@ import sympy as sp
 import daebench as package
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.methods.initial_value_problem import initial_value_problem
-from daebench.reference.motion import certified_for, own_run
+from daebench.reference.solution import certified_for, own_run
 
 pytestmark = pytest.mark.usefixtures("plain_functions", "uncompiled_schemes")
 

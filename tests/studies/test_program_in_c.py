@@ -8,7 +8,7 @@ import textwrap
 import pytest
 
 from daebench import testing
-from daebench.reference.keep.folders import DATA
+from daebench.reference.keep.form import DATA
 
 RATTLE = """
 void step(double *p, double *q, double h) {

@@ -10,7 +10,7 @@ from daebench.errors import CannotShow
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names_tables import CONSTRAINED
-from daebench.methods.outside.stated import Stated
+from daebench.methods.outside.call import Stated
 from daebench.runs.make_ivp import make_ivp
 from daebench.studies.claims.bench import FALLS_SHORT, OK
 from daebench.studies.claims.second import constant_force, curved, judged, on_second, unseen

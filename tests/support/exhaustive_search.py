@@ -36,7 +36,7 @@ from scipy.stats import beta
 import daebench
 from daebench.errors import DaebenchError
 from daebench.methods.names import method_of
-from daebench.reference.motion import certified_for
+from daebench.reference.solution import certified_for
 from daebench.runs.ivp import PoissonIvp
 from daebench.runs.request import Request, WorkLimit
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from daebench.reference.keep.folders import DATA
+from daebench.reference.keep.form import DATA
 
 Name = Annotated[str, typer.Argument(help="Name of a reference, PROBLEM-CASE.")]
 Folder = Annotated[

@@ -7,8 +7,7 @@ import typer
 from daebench.cli.arguments import Case, Json, Problem
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
-from daebench.reference.keep.dense_evaluation import states_at
-from daebench.reference.keep.export import text_of
+from daebench.reference.keep.dense_evaluation import states_at, text_of
 from daebench.reference.keep.store import find, kept_in
 
 if TYPE_CHECKING:

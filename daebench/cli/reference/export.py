@@ -9,8 +9,8 @@ from daebench.cli.arguments import Json, Overwrite
 from daebench.cli.console import print_written
 from daebench.cli.reference.arguments import Folder, Name
 from daebench.errors import BadInput, unknown
-from daebench.reference.keep.export import WRITERS, write
-from daebench.reference.keep.folders import require_name
+from daebench.reference.keep.dense_evaluation import WRITERS, write
+from daebench.reference.keep.form import require_name
 from daebench.reference.keep.store import load
 from daebench.runs.files import check_place
 from daebench.runs.outputs import described, require_own

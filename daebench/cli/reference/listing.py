@@ -8,7 +8,7 @@ import typer
 from daebench.cli.arguments import Json
 from daebench.cli.console import print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
-from daebench.reference.keep.folders import folders
+from daebench.reference.keep.form import folders
 from daebench.reference.keep.store import Damaged, kept_in, load, names
 
 

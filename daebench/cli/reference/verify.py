@@ -10,11 +10,11 @@ from daebench.cli.arguments import Json
 from daebench.cli.console import bar, print_json, print_table
 from daebench.cli.reference.arguments import Folder, whose
 from daebench.errors import BadInput
-from daebench.reference.check.verification import Check, Verification
+from daebench.reference.check.recomputation import Check, Verification
 from daebench.reference.keep.store import Damaged, kept_in, names
 
 if TYPE_CHECKING:
-    from daebench.reference.check.verification import Digits, Verification
+    from daebench.reference.check.recomputation import Digits, Verification
 
 METHODS = 3
 """Recomputations: by daebench over the whole time, by daebench from row to row, by IDA."""

@@ -10,6 +10,7 @@ from daebench.methods.names import method_of
 from daebench.methods.solvers.heyoka_ode import FIRST, compact, equations_of
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
+from daebench.systems.lazily import heyoka as hy
 
 MOST_STEPS = 100_000
 """Steps after which a member is given up."""
@@ -30,8 +31,6 @@ def batch_of(ivp: Ivp, tol: float) -> Any:
     Its unknowns are q and p, or y; large problems are compiled as loops, as :data:`daebench.methods.solvers.heyoka_ode.COMPACT` says.
     Constraints that are redundant for good are combined, where they are to be solved by least squares.
     """
-    import heyoka as hy
-
     ivp = combined(ivp) if ivp.on_manifold and ivp.singular else ivp
     zeros = np.zeros((ivp.size, hy.recommended_simd_size()))
     return hy.taylor_adaptive_batch(equations_of(ivp), zeros, tol=tol, compact_mode=compact(ivp.size))

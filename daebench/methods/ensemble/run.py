@@ -11,10 +11,8 @@ from daebench.compiler.lane_entries import DONE, RESIDUAL, STATUS, TRIED
 from daebench.compiler.native import no_machine_code
 from daebench.diagnostics.rank import AFTER_FAILURE, may_lose_rank, upcoming_losses
 from daebench.errors import BadInput
-from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, form_of, nested
-from daebench.methods.ensemble.result import EnsembleRun
-from daebench.methods.ensemble.table import Table
-from daebench.methods.ensemble.width import width_for
+from daebench.methods.ensemble.lanes import REFUSED, Carried, LaneRun, form_of, nested, width_for
+from daebench.methods.ensemble.result import EnsembleRun, Table
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.stepping import Linked, Run
 from daebench.methods.monitored_errors import monitored_names

@@ -4,20 +4,34 @@ import math
 import types
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.cache import generated
+from daebench.compiler.linear.compiled_solvers import eliminate
 from daebench.compiler.linear.health import SINGULAR
 from daebench.diagnostics.freedom import dependence
 from daebench.errors import BadInput, DaebenchError, unknown
-from daebench.methods.formulations.table import FORMULATIONS, OPTIONS
 from daebench.runs.ivp import ConstrainedIvp, Ivp
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., float]
+
+FORMULATIONS = {
+    "index3": "(1.9) as it stands: q, p (or v), lam with 0 = g(q)",
+    "index2": "(1.9) with 0 = G H_p, HLW (1.11), in place of g = 0",
+    "index1": "(1.9) with HLW (1.12) in place of g = 0",
+    "ggl": "Gear-Gupta-Leimkuhler: both g = 0 and G H_p = 0, with a second multiplier",
+    "baumgarte": "index1 with (1.12) + 2 alpha G H_p + beta^2 g = 0; alpha = beta = 10 by default",
+    "ode": "HLW (1.18): lam(p, q) is computed and inserted",
+}
+"""Those of constrained problems."""
+
+OPTIONS: dict[str, dict[str, float]] = {"baumgarte": {"alpha": 10.0, "beta": 10.0}}
+"""Free numbers of the formulations that have any, with their defaults, 1/s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,32 +62,17 @@ class Posed:
         """Number of repetitions of the blocks: more than one if derivatives of the unknowns are also unknowns."""
         return 1
 
-    @property
-    def residual(self) -> Kernel:
-        """Compiled ``residual(t, y, yp, res, par)``: fills res, shape(n,), with F.
+    residual = property(attrgetter("module.residual"))
+    """Compiled ``residual(t, y, yp, res, par)``: fills res, shape(n,), with F.
 
-        It returns the smallest relative pivot of the linear solves (1 without any), NaN if a value is not finite.
-        """
-        kernel: Kernel = self.module.residual
-        return kernel
-
-    @property
-    def jacobian(self) -> Kernel:
-        """Compiled ``jacobian(t, y, yp, res, cj, JJ, par)``: fills JJ, shape(n, n), with dF/dy + cj dF/dy'; returns as ``residual``."""
-        kernel: Kernel = self.module.jacobian
-        return kernel
-
-    @property
-    def rhs(self) -> Kernel:
-        """Compiled ``rhs(t, y, out, par)`` of ``ode``: fills out, shape(n,), with f; returns as ``residual``."""
-        kernel: Kernel = self.module.rhs
-        return kernel
-
-    @property
-    def rhs_jacobian(self) -> Kernel:
-        """Compiled ``rhs_jacobian(t, y, JJ, par)`` of ``ode``: fills JJ, shape(n, n), with f_y; returns as ``residual``."""
-        kernel: Kernel = self.module.rhs_jacobian
-        return kernel
+    It returns the smallest relative pivot of the linear solves (1 without any), NaN if a value is not finite.
+    """
+    jacobian = property(attrgetter("module.jacobian"))
+    """Compiled ``jacobian(t, y, yp, res, cj, JJ, par)``: fills JJ, shape(n, n), with dF/dy + cj dF/dy'; returns as ``residual``."""
+    rhs = property(attrgetter("module.rhs"))
+    """Compiled ``rhs(t, y, out, par)`` of ``ode``: fills out, shape(n,), with f; returns as ``residual``."""
+    rhs_jacobian = property(attrgetter("module.rhs_jacobian"))
+    """Compiled ``rhs_jacobian(t, y, JJ, par)`` of ``ode``: fills JJ, shape(n, n), with f_y; returns as ``residual``."""
 
     @property
     def blocks(self) -> dict[str, slice]:
@@ -167,7 +166,7 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
         return state, rates
     A, b = np.empty((module.K, module.K)), np.empty((module.K, 1))
     module.system(state, A, b[:, 0], par)
-    require_determined(ivp, solved(A, b))
+    require_determined(ivp, eliminate(A, b))
     module.slope(state, b[:, 0], rates, par)
     lam = b[-ivp.m :, 0]
     mu: Any = np.zeros(ivp.m * (len(_multiplier_names(formulation)) - 1))
@@ -180,16 +179,9 @@ def _start(ivp: ConstrainedIvp, formulation: str, multipliers: str, module: type
 def _velocity(ivp: ConstrainedIvp) -> Array:
     """Return v0 with M(q0) v0 = p0."""
     M, v = ivp.value("M", ivp.q0).astype(float), ivp.p0[:, None].copy()
-    if not solved(M, v) > SINGULAR:
+    if not eliminate(M, v) > SINGULAR:
         raise DaebenchError(f"the mass matrix of {ivp.problem}, case {ivp.case}, is singular at the start; give other masses.")
     return v[:, 0]
-
-
-def solved(A: Array, B: Array) -> float:
-    """Replace B, shape(n, k), by X with A X = B, for A, shape(n, n); return the smallest relative pivot, NaN if a value is not finite."""
-    from daebench.compiler.linear.compiled_solvers import eliminate  # llvmlite, which a list of methods does without
-
-    return eliminate(A, B)
 
 
 def require_determined(ivp: ConstrainedIvp, health: float) -> None:

@@ -8,11 +8,17 @@ from typing import Any
 import numpy as np
 
 from daebench.compiler.cache import generated
+from daebench.compiler.linear.compiled_solvers import eliminate
 from daebench.compiler.linear.health import SINGULAR
 from daebench.errors import BadInput, DaebenchError, unknown
-from daebench.methods.formulations.constrained import Array, Posed, solved
-from daebench.methods.formulations.table import POISSON_FORMULATIONS
+from daebench.methods.formulations.constrained import Array, Posed
 from daebench.runs.ivp import PoissonIvp
+
+POISSON_FORMULATIONS = {
+    "casimirs": "y' = B H_y + C_y^T mu with 0 = C(y) - C(y0): index 2, with a multiplier for each Casimir function",
+    "ode": "HLW (2.12): y' = B H_y",
+}
+"""Those of Poisson systems."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +87,7 @@ def _kept(ivp: PoissonIvp) -> Array:
     """Return the values of the Casimir functions at the start, shape(k,), where their gradients are independent there."""
     C, C_y = (ivp.value(name, ivp.y0).astype(float) for name in ("casimirs", "C_y"))
     _require_finite(ivp, C, C_y)
-    pivot = solved(C_y @ C_y.T, np.zeros((len(C), 1)))
+    pivot = eliminate(C_y @ C_y.T, np.zeros((len(C), 1)))
     if not pivot > SINGULAR:
         raise DaebenchError(
             f"the gradients of the Casimir functions of {ivp.problem} are dependent at y0 = {ivp.y0.tolist()} (relative pivot "

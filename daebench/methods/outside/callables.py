@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput
+from daebench.errors import BadInput, Stopped
 from daebench.methods.fixed_step.stepping import CHUNK_SECONDS as CHUNK_SECONDS
-from daebench.methods.outside.call import Code, Guard, stepped
-from daebench.methods.outside.described import described, fresh
-from daebench.methods.outside.limit import Limit
+from daebench.methods.outside.call import Code, Guard, described, fresh, stepped
+from daebench.methods.outside.ending import Limit
 from daebench.methods.outside.method import OutsideMethod, Stated, Step
+from daebench.methods.outside.process import Exited
 from daebench.methods.outside.record import Block
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
@@ -88,19 +88,31 @@ def _blocks(anew: Callable[[], Step], name: str, taken: int, guard: Guard, ivp: 
 def _steps(code: Code, ivp: Ivp, grid: Grid) -> Iterator[Block]:
     """Take all steps, in blocks of about a fifth of a second."""
     state: Sequence[NDArray[np.float64]] = ivp.start
+
+    def take(left: int) -> Taken:
+        nonlocal state
+        rows = list[NDArray[np.float64]]()
+        state, seconds, stopped = stepped(code, state, grid.h, left, CHUNK_SECONDS, rows.append)
+        return np.array(rows).reshape(len(rows), ivp.size), seconds, stopped
+
+    return in_blocks(take, grid)
+
+
+Taken = tuple[NDArray[np.float64], float, BaseException | None]
+"""States of steps, the time that the code took for them, s, and what ended them early."""
+
+
+def in_blocks(take: Callable[[int], Taken], grid: Grid) -> Iterator[Block]:
+    """Yield the states of all steps, some after the other; ``take`` is told how many are left."""
     done = 0
     while done < grid.steps:
-        rows = list[NDArray[np.float64]]()
-        state, seconds, stopped = stepped(code, state, grid.h, grid.steps - done, CHUNK_SECONDS, rows.append)
-        yield block_after(done, np.array(rows).reshape(len(rows), ivp.size), seconds)
+        rows, seconds, stopped = take(grid.steps - done)
+        yield Block(np.arange(done + 1, done + len(rows) + 1, dtype=np.int64), rows, seconds)
+        done += len(rows)
+        if isinstance(stopped, Exited):
+            raise Stopped(f"{stopped} after {done} step{'' if done == 1 else 's'}")
         if stopped is not None:  # after the states before it, which are not to be lost
             raise stopped
-        done += len(rows)
-
-
-def block_after(done: int, rows: NDArray[np.float64], seconds: float) -> Block:
-    """Return the states of the steps that follow so many."""
-    return Block(np.arange(done + 1, done + len(rows) + 1, dtype=np.int64), rows, seconds)
 
 
 def _mapping(anew: Callable[[], Step], name: str, guard: Guard) -> Step:

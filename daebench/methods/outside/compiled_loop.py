@@ -5,10 +5,7 @@ import ctypes
 from functools import cache
 from typing import Any
 
-from llvmlite import binding, ir
-
-WORD, REAL, STATUS = ir.IntType(64), ir.DoubleType(), ir.IntType(32)
-POINTER = REAL.as_pointer()
+from daebench.systems.lazily import llvmlite
 
 
 @cache
@@ -18,6 +15,7 @@ def loop(vectors: int) -> Any:
     It calls the function ``step(par, vector..., h)`` so many times, stores the vectors in a row after each call, and then the number of
     calls in ``count``. It ends at a status that is not 0, and returns it.
     """
+    binding = llvmlite.binding
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
     with contextlib.suppress(RuntimeError):  # newer versions do it themselves, and refuse
@@ -37,46 +35,50 @@ engines: list[Any] = []
 """They have the machine code, as long as they exist."""
 
 
-def _module(vectors: int) -> ir.Module:
-    module = ir.Module()
-    step = ir.FunctionType(STATUS, [POINTER] * (1 + vectors) + [REAL]).as_pointer()
-    arguments = [step, *[POINTER] * (1 + vectors), WORD, REAL, POINTER, WORD, WORD.as_pointer()]
-    run = ir.Function(module, ir.FunctionType(STATUS, arguments), "run")
+def _module(vectors: int) -> Any:
+    ir = llvmlite.ir
+    word, real, status = ir.IntType(64), ir.DoubleType(), ir.IntType(32)
+    pointer, module = real.as_pointer(), ir.Module()
+    of_step = ir.FunctionType(status, [pointer] * (1 + vectors) + [real]).as_pointer()
+    arguments = [of_step, *[pointer] * (1 + vectors), word, real, pointer, word, word.as_pointer()]
+    run = ir.Function(module, ir.FunctionType(status, arguments), "run")
     step, par, *state, length, h, rows, steps, count = run.args
     blocks = {name: run.append_basic_block(name) for name in ("entry", "head", "call", "store", "failed", "done")}
     build = ir.IRBuilder(blocks["entry"])
     build.branch(blocks["head"])
     build.position_at_end(blocks["head"])
-    k = build.phi(WORD)
-    k.add_incoming(ir.Constant(WORD, 0), blocks["entry"])
+    k = build.phi(word)
+    k.add_incoming(ir.Constant(word, 0), blocks["entry"])
     build.cbranch(build.icmp_signed("<", k, steps), blocks["call"], blocks["done"])
     build.position_at_end(blocks["call"])
-    status = build.call(step, [par, *state, h])
-    build.cbranch(build.icmp_signed("==", status, ir.Constant(STATUS, 0)), blocks["store"], blocks["failed"])
+    result = build.call(step, [par, *state, h])
+    build.cbranch(build.icmp_signed("==", result, ir.Constant(status, 0)), blocks["store"], blocks["failed"])
     build.position_at_end(blocks["store"])
     for place, vector in enumerate(state):
-        first = build.mul(build.add(build.mul(k, ir.Constant(WORD, vectors)), ir.Constant(WORD, place)), length)
+        first = build.mul(build.add(build.mul(k, ir.Constant(word, vectors)), ir.Constant(word, place)), length)
         _copy(build, vector, build.gep(rows, [first]), length)
-    after = build.add(k, ir.Constant(WORD, 1))
+    after = build.add(k, ir.Constant(word, 1))
     build.store(after, count)
     k.add_incoming(after, build.block)
     build.branch(blocks["head"])
     build.position_at_end(blocks["failed"])
-    build.ret(status)
+    build.ret(result)
     build.position_at_end(blocks["done"])
-    build.ret(ir.Constant(STATUS, 0))
+    build.ret(ir.Constant(status, 0))
     return module
 
 
-def _copy(build: ir.IRBuilder, source: ir.Value, target: ir.Value, length: ir.Value) -> None:
+def _copy(build: Any, source: Any, target: Any, length: Any) -> None:
     """Copy at least one number after another."""
     before, again, after = build.block, build.append_basic_block("copy"), build.append_basic_block("copied")
     build.branch(again)
     build.position_at_end(again)
-    i = build.phi(WORD)
+    ir = llvmlite.ir
+    word = ir.IntType(64)
+    i = build.phi(word)
     build.store(build.load(build.gep(source, [i])), build.gep(target, [i]))
-    following = build.add(i, ir.Constant(WORD, 1))
-    i.add_incoming(ir.Constant(WORD, 0), before)
+    following = build.add(i, ir.Constant(word, 1))
+    i.add_incoming(ir.Constant(word, 0), before)
     i.add_incoming(following, again)
     build.cbranch(build.icmp_signed("<", following, length), again, after)
     build.position_at_end(after)

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from daebench.errors import BadInput, RunFailed
-from daebench.methods.outside.described import Step as Step
-from daebench.methods.outside.record import Blocks, Record
-from daebench.methods.outside.sampled import SampledRun
-from daebench.methods.outside.stated import Stated as Stated
-from daebench.methods.solvers.monitor import Stopped
+from daebench.errors import BadInput, RunFailed, Stopped
+from daebench.methods.outside.call import Stated as Stated
+from daebench.methods.outside.call import Step as Step
+from daebench.methods.outside.record import Blocks, Record, SampledRun
+from daebench.methods.solvers.drive import POINTS, check
 from daebench.runs.grid import Grid, require_memory
 from daebench.runs.ivp import Ivp, PoissonIvp
 from daebench.runs.request import Request
@@ -61,8 +60,6 @@ class OutsideMethod:
 
     def _outputs(self, request: Request, size: int) -> Grid:
         """Return the times of output of code that chooses its own steps, as parts of the run."""
-        from daebench.methods.solvers.drive import POINTS, check
-
         check(self.name, request, least=float(np.finfo(float).tiny))
         if request.solver_steps:
             raise BadInput(f"{self.name} is from outside, and does not tell of its steps; leave out the record of steps.")

@@ -20,11 +20,9 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed
+from daebench.errors import BadInput, RunFailed, Stopped
 from daebench.methods.outside import frames
-from daebench.methods.outside.ending import ending, kill, lifeline, tie
-from daebench.methods.outside.limit import Limit
-from daebench.methods.solvers.stopped import Stopped
+from daebench.methods.outside.ending import Limit, ending, kill, lifeline, tie
 from daebench.runs.trajectory import Array
 from daebench.systems.files import package
 

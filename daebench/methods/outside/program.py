@@ -13,13 +13,11 @@ from typing import IO, Any, Self
 
 import numpy as np
 
-from daebench.errors import BadInput, foreign
+from daebench.errors import BadInput, Stopped, foreign
 from daebench.methods.outside.callables import outputs
-from daebench.methods.outside.ending import ending, kill, lifeline, tie
-from daebench.methods.outside.limit import Limit
+from daebench.methods.outside.ending import Limit, ending, kill, lifeline, tie
 from daebench.methods.outside.method import OutsideMethod
 from daebench.methods.outside.record import Block
-from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
 from daebench.runs.json_values import strict

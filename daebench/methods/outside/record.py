@@ -1,5 +1,6 @@
-"""The record of a run of code from outside: its states as they come, the largest errors over all of them, and why it stopped."""
+"""The record of a run of code from outside: its states as they come, the largest errors, and why it stopped; or samples of its energy."""
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -7,14 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, bounded
-from daebench.methods.fixed_step.stepping import REASONS
+from daebench.errors import BadInput, Stopped, bounded
+from daebench.methods.fixed_step.stepping import REASONS, next_piece
 from daebench.methods.monitored_errors import monitored_errors, monitored_names
-from daebench.methods.solvers.monitor import Stopped
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
-from daebench.runs.trajectory import Array
+from daebench.runs.trajectory import Array, Passage
 
 NOT_FINITE, (MONITORED_NOT_FINITE, SMALLER) = REASONS[3][0], REASONS[4]
 """Why a run stops at numbers that are not finite, in a state and in what is monitored, and what to do."""
@@ -33,7 +33,7 @@ class Block:
 
 
 Blocks = Callable[[Ivp, Grid, Request], Iterator[Block]]
-"""Runs the code from the start of a problem over a grid; may end with :class:`daebench.methods.solvers.monitor.Stopped`."""
+"""Runs the code from the start of a problem over a grid; may end with :class:`daebench.errors.Stopped`."""
 
 
 class Record:
@@ -135,3 +135,68 @@ def finite(rows: Array) -> int:
     """Return how many rows there are before the first that is not finite."""
     broken = np.flatnonzero(~np.isfinite(rows).all(axis=1))
     return int(broken[0]) if len(broken) else len(rows)
+
+
+Carried = tuple[tuple[Array, ...], tuple[float, ...]]
+"""The state, and H at the start."""
+
+
+class SampledRun:
+    """One run of code that remembers nothing but its state, with the attributes of :class:`daebench.methods.fixed_step.stepping.Run`."""
+
+    rank_pending = False
+
+    def __init__(self, name: str, blocks: Blocks, ivp: Ivp, request: Request, grid: Grid) -> None:
+        self.name, self.blocks, self.ivp, self.request, self.grid = name, blocks, ivp, request, grid
+        self.state: tuple[Array, ...] = ivp.start
+        self.conserved: tuple[float, ...] = (float(self._energies(np.concatenate(ivp.start)[None])[0]),)
+        self.state_rows = np.empty((grid.rows, 1))
+        self.done, self.row, self.left = 0, 0, grid.every
+        self.seconds, self._piece = 0.0, 1
+        self.failure: str | None = None
+        self.passages: list[Passage] = []
+
+    @property
+    def carried(self) -> Carried:
+        """All numbers that go from one step into the next."""
+        return self.state, self.conserved
+
+    @carried.setter
+    def carried(self, numbers: Carried) -> None:
+        self.state, self.conserved = numbers
+
+    def piece(self, steps: int) -> float:
+        """Take so many steps, or as many as are left, or as take about a fifth of a second; return the seconds that the code took.
+
+        BadInput is raised where already the first step gives no state; later, the run has failed.
+        """
+        before, start, began = self.seconds, self.done, time.perf_counter()
+        grid = Grid(self.grid.h, min(steps, self._piece, self.grid.steps - start), 1)
+        try:
+            for block in self.blocks(self.ivp.at(*self.state), grid, self.request):
+                self._sample(block, start)
+        except (Stopped, BadInput) as stop:
+            if isinstance(stop, BadInput) and not self.done:
+                raise
+            self.failure = stopped_sentence(self.name, self.ivp, self.grid, self.done, stop)
+        self._piece = next_piece(grid.steps, time.perf_counter() - began)
+        return self.seconds - before
+
+    def _sample(self, block: Block, start: int) -> None:
+        """Take the energies of a block of states, whose steps are counted from ``start``."""
+        count = finite(block.rows)
+        rows, steps = block.rows[:count], start + block.steps[:count]
+        self.seconds += block.seconds
+        if count:
+            energies = self._energies(rows[steps % self.grid.every == 0])
+            self.state_rows[self.row : self.row + len(energies), 0] = energies
+            self.row += len(energies)
+            self.done = int(steps[-1])
+            self.left = self.grid.every - self.done % self.grid.every
+            self.state = tuple(np.split(rows[-1].copy(), len(self.state)))
+        if count < len(block.rows):
+            raise Stopped(NOT_FINITE, advice=SMALLER)
+
+    def _energies(self, rows: Array) -> Array:
+        """Return H of states, shape(k,)."""
+        return self.ivp.along("H", *np.split(rows, len(self.state), axis=1)) if len(rows) else np.empty(0)

@@ -21,14 +21,16 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daebench.errors import BadInput, RunFailed, foreign, in_words
+from daebench.errors import BadInput, RunFailed, Stopped, foreign, in_words
 from daebench.methods.outside import frames
-from daebench.methods.outside.call import Code, stepped
-from daebench.methods.outside.described import described, fresh
-from daebench.methods.outside.limit import Limit
-from daebench.methods.solvers.stopped import Stopped
+from daebench.methods.outside.call import Code, described, fresh, stepped
+from daebench.methods.outside.compiled_loop import loop
+from daebench.methods.outside.ending import Limit
 from daebench.systems.files import execute
 from daebench.systems.files.imports import importable, imported
+
+if sys.platform == "linux":
+    import resource
 
 Array = NDArray[np.float64]
 Question = dict[str, Any]
@@ -78,8 +80,6 @@ def main() -> None:
 def _bound_memory() -> None:
     """Let the code have as much memory as the machine has: more is refused to it, where otherwise the system would end what it likes."""
     if sys.platform == "linux":
-        import resource
-
         _, most = resource.getrlimit(resource.RLIMIT_DATA)
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
         resource.setrlimit(resource.RLIMIT_DATA, (there if most < 0 else min(there, most), most))
@@ -228,8 +228,6 @@ class _Library:
 
     def begin(self, question: Question, numbers: Array) -> Answer:
         """Have a state, and parameters; the loop is compiled before the clock runs."""
-        from daebench.methods.outside.compiled_loop import loop
-
         vectors = question["vectors"]
         state, self._par = np.split(numbers[: question["size"]], vectors), numbers[question["size"] :].copy()
         length = len(state[0])

@@ -1,23 +1,25 @@
-"""A tolerance-driven run on a constrained problem: what it needs at the start, and its trajectory from what the solver gave."""
+"""A tolerance-driven run on a constrained problem: its start, its trajectory, and the solvers of the index-reduced ODE."""
 
 import time
-from dataclasses import replace
-from typing import Any
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from daebench.compiler.under_way import uncollected
 from daebench.diagnostics.combined import combined
 from daebench.diagnostics.freedom import dependence, redundant
-from daebench.errors import BadInput, DaebenchError
-from daebench.methods.formulations.chain import BandedDae
+from daebench.errors import BadInput, DaebenchError, unknown
+from daebench.methods.formulations.chain import refused
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.formulations.variation import VariedDae, varied
 from daebench.methods.monitored_errors import output_maxima
 from daebench.methods.solvers.drive import Array, Driven, ToleranceMethod, check, check_record, drive
-from daebench.methods.solvers.rank_monitor import COMBINED, ChainRankMonitor, RankMonitor
+from daebench.methods.solvers.least_squares import reduced
+from daebench.methods.solvers.rank_monitor import COMBINED, RankMonitor
 from daebench.runs.directions import directions
-from daebench.runs.ivp import ConstrainedIvp
+from daebench.runs.ivp import ConstrainedIvp, Ivp
 from daebench.runs.members import Members
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Passage, Trajectory
@@ -64,7 +66,7 @@ class OnConstrained(ToleranceMethod):
         monitors: list[RankMonitor] = []
 
         def make_monitor(*settings: Any) -> RankMonitor:
-            monitors.append((ChainRankMonitor if isinstance(dae, BandedDae) else RankMonitor)(dae, mode, *settings))
+            monitors.append(RankMonitor(dae, mode, *settings))
             return monitors[-1]
 
         run = drive(self, dae, request, began=began, make_monitor=make_monitor)
@@ -101,3 +103,42 @@ def _smallest_pivot(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
         return float(np.min(ivp.along("independence", p, q)))
     rows, _ = Members(ivp, (p, q), 0.0, {}).rows("lam_and_pivot", p, q)
     return float(min(rows[:, -1].tolist()))
+
+
+@dataclass(frozen=True)
+class OnReducedOde(OnConstrained):
+    """A tolerance-driven solver on formulation ``ode``, HLW (1.18), with the analytic Jacobian where it uses one."""
+
+    variant: str
+    """One of the solver's own methods."""
+    solver: ClassVar[str]
+    variants: ClassVar[Collection[str]]
+
+    def __post_init__(self) -> None:
+        if self.variant not in self.variants:
+            raise unknown(f"method of {self.solver}", self.variant, self.variants)
+
+    @property
+    def name(self) -> str:
+        """Name in the grammar of methods."""
+        return f"{self.solver}:{self.variant}"
+
+    @property
+    def dense(self) -> bool:
+        """Whether it solves with the whole Jacobian."""
+        return True
+
+    def refusal(self, ivp: ConstrainedIvp) -> str | None:
+        """Return why there is no ODE to solve, as a sentence, or None: a long chain has none, every other problem has one."""
+        return refused(self.name, ivp) or self.lacks(ivp)
+
+    def lacks(self, ivp: Ivp) -> str | None:
+        """Return why the solver cannot solve the ODE of a problem for another reason, as a sentence, or None."""
+        return None
+
+    def _posed(self, ivp: ConstrainedIvp) -> Dae:
+        return reduced(ivp)
+
+    @property
+    def _advice(self) -> str:
+        return "use a larger tol, and see whether G keeps its rank"

@@ -5,16 +5,19 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.compiler.under_way import uncollected
-from daebench.errors import BadInput
+from daebench.errors import BadInput, Stopped
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.monitor import Monitor, Stopped
+from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.monitored import Monitored
+from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable, functions
+from daebench.runs.provenance import EXTRAS
 from daebench.runs.request import Progress, Request
 
 Array = NDArray[np.float64]
@@ -100,8 +103,6 @@ def check_record(method: ToleranceMethod, request: Request) -> None:
 
 def require_native(what: str, lacking: str, request: Request) -> None:
     """Refuse, of a request, something of SUNDIALS that scikit-sundae does not pass on."""
-    from daebench.methods.solvers.native.libraries import DISTRIBUTION, Unavailable, functions
-
     if request.callbacks != "native":
         raise BadInput(f"{what} needs compiled callbacks, because {DISTRIBUTION} {lacking}; leave out --callbacks {request.callbacks}.")
     try:
@@ -114,20 +115,31 @@ Advance = Callable[[Array], Iterator[Array]]
 """Goes through output times, and yields the unknowns there as they come, shape(k, n), some rows at once; or raises :class:`Stopped`."""
 
 
+def called(posed: Posed, monitor: Monitor, name: str) -> Callable[..., Array]:
+    """Return a function of a formulation as solvers in Python call it: compiled, counted and timed.
+
+    It is ``rhs(t, y)``, ``rhs_jacobian(t, y)``, ``residual(t, y, yp)`` or ``jacobian(t, y, yp, res, cj)``. All calls have
+    the same arrays in memory, also that which is returned: their addresses are asked for once.
+    """
+    n, function, jacobian = posed.n, getattr(posed, name), name.endswith("jacobian")
+    vectors = [posed.y0.copy(), posed.yp0.copy()][: 1 if name.startswith("rhs") else 2]
+    rest, out = (np.empty(n), 1.0) if name == "jacobian" else (), np.empty((n, n) if jacobian else n)
+    kind = "jacobian" if jacobian else name
+
+    def call(t: float, *arguments: Any) -> Array:
+        began = time.perf_counter()
+        for vector, argument in zip(vectors, arguments, strict=False):
+            vector[:] = argument
+        monitor.called(kind, t, function(t, *vectors, *arguments[len(vectors) :], out, posed.par), began)
+        return out
+
+    function(0.0, *vectors, *rest, out, posed.par)  # compiled before the clock runs
+    return call
+
+
 def one_by_one(advance: Callable[[float], Array], monitor: Monitor) -> Advance:
     """Return how a solver goes through output times that is asked for one after the other."""
-
-    def outputs(times: Array) -> Iterator[Array]:
-        for t in times:
-            y = advance(float(t))
-            began = time.thread_time()
-            try:
-                monitor.require_inside(y)
-            finally:
-                monitor.aside += time.thread_time() - began
-            yield y[None]
-
-    return outputs
+    return lambda times: (monitor.output(advance(float(t))) for t in times)
 
 
 @dataclass(frozen=True)
@@ -227,3 +239,14 @@ def _outcome(posed: Posed, request: Request, monitor: Monitor, seconds: float) -
         "solver_steps": monitor.recorder.steps() if monitor.recorder else None,
         "seconds": seconds,
     }
+
+
+def not_installed(name: str) -> str | None:
+    """Return that the package of a method is not installed, and how to install it, as a sentence; None if nothing is missing."""
+    package = name.partition(":")[0]
+    try:
+        if package not in EXTRAS or find_spec(package) is not None:
+            return None
+    except ValueError:  # it was looked for before, and found missing
+        pass
+    return f"{name} needs {package}, which is not installed; install it by pip install 'daebench[peers]'."

@@ -10,14 +10,13 @@ import numpy as np
 
 from daebench.compiler.definition import Source
 from daebench.diagnostics.freedom import redundant
-from daebench.errors import BadInput
+from daebench.errors import BadInput, Stopped
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
-from daebench.methods.solvers.monitor import Monitor, Stopped
-from daebench.methods.solvers.optional import not_installed
-from daebench.methods.solvers.reduced import OnReducedOde
-from daebench.methods.solvers.variants import HEYOKA
+from daebench.methods.solvers.constrained_run import OnReducedOde
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, not_installed
+from daebench.methods.solvers.monitor import Monitor
 from daebench.runs.ivp import InitialValueProblem, Ivp
+from daebench.systems.lazily import heyoka as hy
 from daebench.systems.lazily import sympy as sp
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ class HeyokaTaylor(OnReducedOde):
     """
 
     solver = "heyoka"
-    variants = HEYOKA
+    variants = ("taylor",)
 
     @property
     def dense(self) -> bool:
@@ -65,8 +64,6 @@ class HeyokaTaylor(OnReducedOde):
         return None
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
-        import heyoka as hy
-
         if lacking := self.lacks(dae.ivp):
             raise BadInput(lacking)
         ivp = dae.ivp
@@ -97,8 +94,6 @@ class _Exact:
 @lru_cache(maxsize=8)
 def _equations(source: Source, parameters: tuple[tuple[str, float], ...]) -> "tuple[Equations, Any]":
     """Return variables and rates, and what gives velocities of states where these are the unknowns of others, or None."""
-    import heyoka as hy
-
     from daebench.methods.solvers.taylor_equations import hamiltonian, own_coordinates
 
     derivation, values = source.derivation, dict(parameters)

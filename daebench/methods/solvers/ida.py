@@ -1,24 +1,22 @@
 """SUNDIALS IDA on every formulation, with treatments of the multipliers, without which its error test fails."""
 
-import time
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.errors import BadInput
-from daebench.methods.formulations.chain import BandedDae, pose_banded, refused
-from daebench.methods.formulations.constrained import Dae, Posed, pose
-from daebench.methods.formulations.table import FORMULATIONS
+from daebench.methods.formulations.chain import pose_banded, refused
+from daebench.methods.formulations.constrained import FORMULATIONS, Dae, Posed, pose
+from daebench.methods.solvers import sundials
 from daebench.methods.solvers.constrained_run import OnConstrained
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
-from daebench.methods.solvers.error_test import of_declared_unknowns
+from daebench.methods.solvers.drive import Advance, Array
+from daebench.methods.solvers.error_test import TreatedMultipliers, of_declared_unknowns
 from daebench.methods.solvers.least_squares import reduced
 from daebench.methods.solvers.monitor import Monitor
-from daebench.methods.solvers.multiplier_treatment import TreatedMultipliers
-from daebench.methods.solvers.sundials import count_steps, stepwise
+from daebench.methods.solvers.native import run as native
 from daebench.runs.directions import require_tuples
 from daebench.runs.ivp import ConstrainedIvp
 from daebench.runs.request import Request
@@ -100,47 +98,5 @@ def begin(posed: Posed, tol: float, atol: Array, monitor: Monitor, suppressed: N
 
     Shapes: atol (n,); suppressed (n,).
     """
-    from daebench.methods.solvers.native import run as native  # llvmlite, which a list of methods does without
-
     settings = native.PLAIN if suppressed is None else native.Settings(suppressed=suppressed)
-    return native.begin(posed, native.IDA, tol, atol, monitor, settings) or _called_from_python(posed, tol, atol, monitor)
-
-
-def _called_from_python(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
-    """Return how IDA is advanced by scikit-sundae, which calls Python functions."""
-    from sksundae.ida import IDA
-
-    def residual(t: float, y: Array, yp: Array, res: Array) -> None:
-        began, y_[:], yp_[:] = time.perf_counter(), y, yp
-        monitor.called("residual", t, posed_residual(t, y_, yp_, res_, par), began)
-        res[:] = res_
-
-    def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
-        began = time.perf_counter()
-        monitor.called("jacobian", t, posed.jacobian(t, y, yp, res, cj, JJ, par), began)
-
-    def every_step(t: float, y: Array, yp: Array, events: Array) -> None:
-        events[0] = 1.0
-        count_steps(monitor, t, y[back])
-
-    par, posed_residual = posed.par, posed.residual
-    y_, yp_, res_ = posed.y0.copy(), posed.yp0.copy(), np.empty(posed.n)  # the same in all calls: addresses are asked for once
-    options: dict[str, Any] = {"rtol": tol, "max_num_steps": MOST_STEPS, "jacfn": jacobian}
-    order: Any = slice(None)
-    back: Any = slice(None)
-    if isinstance(posed, BandedDae):
-        lower, upper = posed.band
-        options |= {"jacfn": None, "linsolver": "band", "lband": lower, "uband": upper}
-        order, back = posed.order, np.argsort(posed.order)
-    _compile(posed)
-    solver = IDA(residual, atol=atol[order], eventsfn=every_step, num_events=1, **options)
-    solver.init_step(0.0, posed.y0[order], posed.yp0[order])
-    return stepwise(solver, monitor, back)
-
-
-def _compile(dae: Posed) -> None:
-    """Call each function once, so that it is compiled before the clock runs."""
-    res = np.empty(dae.n)
-    dae.residual(0.0, dae.y0, dae.yp0, res, dae.par)
-    if not isinstance(dae, BandedDae):
-        dae.jacobian(0.0, dae.y0, dae.yp0, res, 1.0, np.empty((dae.n, dae.n)), dae.par)
+    return native.begin(posed, native.IDA, tol, atol, monitor, settings) or sundials.ida(posed, tol, atol, monitor)

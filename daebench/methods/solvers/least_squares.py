@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from daebench.compiler.callbacks import SIGNATURES
 from daebench.errors import DaebenchError
 from daebench.methods.formulations.constrained import Dae, pose
 from daebench.runs.ivp import ConstrainedIvp
@@ -39,7 +40,6 @@ def _module(ivp: ConstrainedIvp) -> types.ModuleType:
 
     It has the functions of two, one in real numbers and one in complex ones: what C calls of each needs nothing of the other.
     """
-    from daebench.compiler.callbacks import SIGNATURES
     from daebench.methods.formulations.least_squares_residuals import PARTS, written
 
     module = types.ModuleType(f"{ivp.problem}_least_squares")

@@ -8,9 +8,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from daebench.compiler.linear.health import SINGULAR
+from daebench.errors import Stopped
 from daebench.methods.solvers.monitored import NAMES, Monitored
-from daebench.methods.solvers.stopped import Stopped as Stopped
-from daebench.methods.solvers.thresholds import COLLAPSE, LEAST, SUDDEN
+from daebench.methods.solvers.step_check import COLLAPSE, LEAST, SUDDEN
 from daebench.runs.request import WorkLimit
 
 LEFT = "end the run earlier, and check whether the motion leaves the domain of H or g there"
@@ -41,7 +41,6 @@ class Monitor:
         self.outside, self.monitored = outside, monitored
         self.calls: dict[str, int] = {}
         self.steps, self.t, self.seconds, self.aside = 0, 0.0, 0.0, 0.0
-        self.target = t_end
         self.y: Any = None
         self.steady = self.native = True
         self.recording = False
@@ -117,6 +116,15 @@ class Monitor:
             if t - self.mark < COLLAPSE * self.t_end:
                 raise Stopped(f"the step size has collapsed to {(t - self.mark) / 1000:.1e}")
             self.mark = t
+
+    def output(self, y: Any) -> Any:
+        """Return unknowns at an output as a row, if they are inside."""
+        began = time.thread_time()
+        try:
+            self.require_inside(y)
+        finally:
+            self.aside += time.thread_time() - began
+        return y[None]
 
     def values(self, y: Any) -> tuple[float, ...]:
         """Return the conserved quantities, see :meth:`daebench.methods.solvers.monitored.Monitored.values`."""

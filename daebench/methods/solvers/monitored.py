@@ -12,8 +12,10 @@ from daebench.compiler import callbacks
 from daebench.compiler.constrained.representation import in_loops
 from daebench.compiler.memory import Memory
 from daebench.compiler.native import Native, no_machine_code
+from daebench.compiler.wrapper import Wrapper
 from daebench.compiler.written import constants, text_of
 from daebench.methods.formulations.constrained import Dae, Posed
+from daebench.methods.solvers import step_check
 
 KERNEL = "daebench.schemes.kernels.conserved"
 
@@ -53,15 +55,11 @@ class Monitored:
         """Return the constants of a motion at a solver's unknowns y, shape(n,): H, and on constrained problems |g| and |G H_p|."""
         if self.compiled:
             return tuple(self._looked(callbacks.VALUES, 0.0, y)[: self.count])
-        with np.errstate(all="ignore"):
-            return tuple(self.functions.conserved(y, self.par))
+        return tuple(self._evaluated("conserved", y))
 
     def independence(self, y: Any) -> float:
         """Return the square of what goes to zero where G loses rank; 1 on Poisson systems."""
-        if self.compiled:
-            return self._looked(callbacks.VALUES, 0.0, y)[3]
-        with np.errstate(all="ignore"):
-            return float(self.functions.independent(y, self.par))
+        return self._looked(callbacks.VALUES, 0.0, y)[3] if self.compiled else float(self._evaluated("independent", y))
 
     def explained(self, y: Any, h: float) -> tuple[float, float]:
         """Return the change of the first and of the last of the values by errors of tol (1 + |y_j|) in all unknowns.
@@ -70,17 +68,17 @@ class Monitored:
         """
         if self.size > MOST_UNKNOWNS:
             return float("inf"), float("inf")
-        if self.compiled:
-            first, last = self._looked(callbacks.CHANGES, h, y)[:2]
-            return first, last
+        looked = self._looked(callbacks.CHANGES, h, y) if self.compiled else self._evaluated("explained", y, h, self.tol, self.positions)
+        return looked[0], looked[1]
+
+    def _evaluated(self, name: str, y: Any, *arguments: Any) -> Any:
+        """Return a value of a function that Python executes."""
         with np.errstate(all="ignore"):
-            return tuple(self.functions.explained(y, h, self.tol, self.positions, self.par))
+            return getattr(self.functions, name)(y, *arguments, self.par)
 
     @cached_property
     def functions(self) -> types.ModuleType:
         """The generated module: ``conserved``, ``independent`` and ``explained``, or ``look_callback`` where they are compiled."""
-        from daebench.compiler.wrapper import Wrapper
-
         ivp, constrained = self.posed.ivp, isinstance(self.posed, Dae)
         roots: list[str | tuple[str, str]] = [(KERNEL, self._kernel)]
         if constrained:
@@ -171,6 +169,4 @@ def _tuple(name: str, places: range) -> str:
 @cache
 def _looks() -> str:
     """Return the source of what is the same for all problems: the look at steps."""
-    from daebench.methods.solvers import step_check
-
     return "\n\n".join([constants(step_check), *map(text_of, step_check.WRITTEN)])

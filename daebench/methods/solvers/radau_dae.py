@@ -1,6 +1,5 @@
 """Radau IIA of order 5 by solve_dae, on index 2: a peer that takes the DAE itself."""
 
-import time
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -8,12 +7,12 @@ import numpy as np
 
 from daebench.errors import unknown
 from daebench.methods.formulations.constrained import Dae
-from daebench.methods.solvers.drive import Advance, Array
+from daebench.methods.solvers.drive import Advance, Array, called, not_installed
 from daebench.methods.solvers.ida import Ida
 from daebench.methods.solvers.monitor import Monitor
-from daebench.methods.solvers.optional import not_installed
 from daebench.methods.solvers.scipy_ode import ScipyOde, stepwise
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import solve_dae
 
 
 @dataclass(frozen=True)
@@ -49,25 +48,14 @@ class RadauDae(Ida):
         return None
 
     def _begin(self, dae: Dae, tol: float, monitor: Monitor) -> Advance:
-        from solve_dae.integrate import RadauDAE
-
-        y_, yp_, res, matrix = dae.y0.copy(), dae.yp0.copy(), np.empty(dae.n), np.empty((dae.n, dae.n))  # the same in all calls
+        evaluated, matrix, res = called(dae, monitor, "residual"), called(dae, monitor, "jacobian"), np.empty(dae.n)
 
         def residual(t: float, y: Array, yp: Array) -> Array:
-            began, y_[:], yp_[:] = time.perf_counter(), y, yp
-            monitor.called("residual", t, dae.residual(t, y_, yp_, res, dae.par), began)
-            return res.copy()
-
-        def combined(t: float, y: Array, yp: Array, cj: float) -> Array:
-            began, y_[:], yp_[:] = time.perf_counter(), y, yp
-            monitor.called("jacobian", t, dae.jacobian(t, y_, yp_, res, cj, matrix, dae.par), began)
-            return matrix.copy()
+            return evaluated(t, y, yp).copy()
 
         def jacobian(t: float, y: Array, yp: Array) -> tuple[Array, Array]:
-            of_y = combined(t, y, yp, 0.0)
-            return of_y, combined(t, y, yp, 1.0) - of_y
+            of_y = matrix(t, y, yp, res, 0.0).copy()
+            return of_y, matrix(t, y, yp, res, 1.0) - of_y
 
-        dae.residual(0.0, y_, yp_, res, dae.par)
-        dae.jacobian(0.0, y_, yp_, res, 1.0, matrix, dae.par)
-        solver = RadauDAE(residual, 0.0, dae.y0, dae.yp0, monitor.t_end, rtol=tol, atol=tol, jac=jacobian)
+        solver = solve_dae.integrate.RadauDAE(residual, 0.0, dae.y0, dae.yp0, monitor.t_end, rtol=tol, atol=tol, jac=jacobian)
         return stepwise(solver, monitor, "solve_dae", lambda interpolant: lambda t: interpolant(t)[0])

@@ -7,10 +7,11 @@ import numpy as np
 
 from daebench.diagnostics.passage import Crossing
 from daebench.diagnostics.rank import BELIEVED, GO_ON, WITHIN, badly_scaled, loses_rank, upcoming_loss, zero_of
+from daebench.errors import Stopped
 from daebench.methods.formulations.constrained import Dae
 from daebench.methods.solvers.drive import Array
-from daebench.methods.solvers.monitor import Monitor, Stopped
-from daebench.methods.solvers.thresholds import AHEAD, CLOSE, UNRESOLVED
+from daebench.methods.solvers.monitor import Monitor
+from daebench.methods.solvers.step_check import AHEAD, CLOSE, UNRESOLVED
 from daebench.runs.trajectory import Passage
 from daebench.systems.lazily import scipy
 
@@ -149,27 +150,19 @@ class RankMonitor(Monitor):
         return self.dae.momenta(q, v)[0], q[0]
 
     def _keep(self) -> None:
-        """Keep a state now and then: every other one is dropped as soon as there are too many."""
-        if self.steps % self.stride == 0:
+        """Keep a state now and then, none of a chain: every other one is dropped as soon as there are too many."""
+        if not self.dae.ivp.arrays and self.steps % self.stride == 0:
             self.kept.append(self.y)
             if len(self.kept) > 2 * KEPT:
                 self.kept, self.stride = self.kept[::2], 2 * self.stride
 
     def _spike(self, y: Array) -> str:
-        """Return how much larger the force of constraint G^T lam is than it was over the run, where it is."""
+        """Return how much larger the force of constraint G^T lam is than it was over the run, where it is; on a chain G is no matrix."""
+        if self.dae.ivp.arrays:
+            return ""
         now, usual = self._force(y), float(np.median([self._force(state) for state in self.kept]))
         return f"; the force of constraint, {now:.1e}, is {now / usual:.0f} times its median so far" if now > 10 * usual > 0 else ""
 
     def _force(self, y: Array) -> float:
         p, q = self._state(y)
         return float(np.linalg.norm(self.dae.ivp.value("lam", p, q) @ self.dae.ivp.value("G", q)))
-
-
-class ChainRankMonitor(RankMonitor):
-    """A monitor for unknowns that are arrays, without a word on how the force of constraint grew, which takes G as a matrix."""
-
-    def _spike(self, y: Array) -> str:
-        return ""
-
-    def _keep(self) -> None:
-        """Keep nothing: no force is told of."""

@@ -1,18 +1,20 @@
 """SciPy's ODE solvers on the index-reduced ODE."""
 
-import time
 import warnings
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from daebench.errors import Stopped
 from daebench.methods.formulations.constrained import Posed
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, one_by_one
-from daebench.methods.solvers.monitor import Monitor, Stopped
-from daebench.methods.solvers.reduced import OnReducedOde
-from daebench.methods.solvers.variants import SCIPY
+from daebench.methods.solvers.constrained_run import OnReducedOde
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, called, one_by_one
+from daebench.methods.solvers.monitor import Monitor
 from daebench.systems.lazily import scipy
+
+SCIPY = {"DOP853": False, "RK45": False, "RK23": False, "Radau": True, "BDF": True, "LSODA": True}
+"""SciPy's methods, and whether they use the Jacobian."""
 
 
 class ScipyOde(OnReducedOde):
@@ -28,26 +30,12 @@ class ScipyOde(OnReducedOde):
         return SCIPY[self.variant]
 
     def _begin(self, dae: Posed, tol: float, monitor: Monitor) -> Advance:
-
-        def right_side(t: float, y: Array) -> Array:
-            began, state[:] = time.perf_counter(), y
-            monitor.called("rhs", t, rhs(t, state, out, par), began)
-            return out.copy()
-
-        def jacobian(t: float, y: Array) -> Array:
-            began, state[:] = time.perf_counter(), y
-            monitor.called("jacobian", t, rhs_jacobian(t, state, JJ, par), began)
-            return JJ.copy()
-
-        par, rhs, rhs_jacobian = dae.par, dae.rhs, dae.rhs_jacobian
-        state, out = dae.y0.copy(), np.empty(dae.n)  # the same arrays in all calls: their addresses are asked for once
-        rhs(0.0, state, out, par)
+        rates = called(dae, monitor, "rhs")
         options: dict[str, Any] = {"rtol": tol, "atol": tol}
-        if SCIPY[self.variant]:
-            JJ = np.empty((dae.n, dae.n))
-            rhs_jacobian(0.0, state, JJ, par)
-            options["jac"] = jacobian
-        solver = getattr(scipy.integrate, self.variant)(right_side, 0.0, dae.y0, monitor.t_end, **options)
+        if self.dense:
+            matrix = called(dae, monitor, "rhs_jacobian")
+            options["jac"] = lambda t, y: matrix(t, y).copy()
+        solver = getattr(scipy.integrate, self.variant)(lambda t, y: rates(t, y).copy(), 0.0, dae.y0, monitor.t_end, **options)
         return stepwise(solver, monitor, "SciPy", lambda interpolant: interpolant)
 
 

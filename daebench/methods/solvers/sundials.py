@@ -1,15 +1,19 @@
-"""Common part of IDA and CVODE: driving the solver to an output time, the meaning of its status, and keeping it quiet."""
+"""IDA and CVODE by scikit-sundae, which calls Python functions: for platforms without the libraries or machine code, and as an oracle."""
 
-import sys
+import io
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any, TextIO
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
 
 import numpy as np
 
-from daebench.methods.solvers.drive import MOST_STEPS, Advance, one_by_one
-from daebench.methods.solvers.monitor import Monitor, Stopped
+from daebench.errors import Stopped
+from daebench.methods.formulations.chain import BandedDae
+from daebench.methods.formulations.constrained import Posed
+from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array, called
+from daebench.methods.solvers.monitor import Monitor
+from daebench.systems.lazily import sksundae
 
 REASONS = {
     -1: f"{MOST_STEPS} steps were not enough to reach the next output",
@@ -21,75 +25,99 @@ REASONS = {
 }
 
 
-def stepwise(solver: Any, monitor: Monitor, back: Any = ...) -> Advance:
-    """Return how a solver object of scikit-sundae, after ``init_step``, is advanced from output to output.
+def ida(posed: Posed, tol: float, atol: Array, monitor: Monitor) -> Advance:
+    """Return how IDA goes through output times; its Jacobian of a chain is a difference quotient in a band.
 
-    It keeps its step size, order and history between outputs, and never steps beyond the end. The first step is taken towards
-    the end of the run: SUNDIALS chooses its size by the distance to the time that it is asked for, and no output shall decide that.
-    ``back`` puts unknowns into the order of the blocks.
+    Shapes: atol (n,).
+    """
+    order: Any = ...
+    back: Any = ...
+    evaluated = called(posed, monitor, "residual")
+
+    def residual(t: float, y: Array, yp: Array, res: Array) -> None:
+        res[:] = evaluated(t, y, yp)
+
+    options: dict[str, Any] = {"rtol": tol, "max_num_steps": MOST_STEPS}
+    if isinstance(posed, BandedDae):
+        lower, upper = posed.band
+        options |= {"linsolver": "band", "lband": lower, "uband": upper}
+        order, back = posed.order, np.argsort(posed.order)
+    else:
+        matrix = called(posed, monitor, "jacobian")
+
+        def jacobian(t: float, y: Array, yp: Array, res: Array, cj: float, JJ: Array) -> None:
+            JJ[:] = matrix(t, y, yp, res, cj)
+
+        options["jacfn"] = jacobian
+    solver = sksundae.ida.IDA(residual, atol=atol[order], **options)
+    solver.init_step(0.0, posed.y0[order], posed.yp0[order])
+    return _Steps(solver, monitor, back).outputs
+
+
+def cvode(posed: Posed, family: str, tol: float, atol: Array, monitor: Monitor) -> Advance:
+    """Return how CVODE goes through output times, by the linear multistep methods of a family, "adams" or "bdf".
+
+    Shapes: atol (n,).
+    """
+    rates, matrix = called(posed, monitor, "rhs"), called(posed, monitor, "rhs_jacobian")
+
+    def right_side(t: float, y: Array, yp: Array) -> None:
+        yp[:] = rates(t, y)
+
+    def jacobian(t: float, y: Array, yp: Array, JJ: Array) -> None:
+        JJ[:] = matrix(t, y)
+
+    solver = sksundae.cvode.CVODE(right_side, method=family, jacfn=jacobian, rtol=tol, atol=atol, max_num_steps=MOST_STEPS)
+    solver.init_step(0.0, posed.y0)
+    return _Steps(solver, monitor).outputs
+
+
+class _Steps:
+    """A solver object of scikit-sundae, after ``init_step``, that goes through output times step by step.
+
+    Each step is taken towards the end of the run: SUNDIALS chooses the first one by the distance to the time that it is asked for. ``back``
+    puts unknowns into the order of the blocks.
     """
 
-    def call(t: float, method: str) -> Any:
+    def __init__(self, solver: Any, monitor: Monitor, back: Any = ...) -> None:
+        self.solver, self.monitor, self.back = solver, monitor, back
+
+    def outputs(self, times: Array) -> Iterator[Array]:
+        """Yield the unknowns at these times: those within a step before the look at its end, and the last ones after it."""
+        monitor, given, y = self.monitor, 0, self.monitor.y
+        while monitor.t < times[-1]:
+            t, y = self._step()
+            while given < len(times) - 1 and times[given] <= t:
+                yield monitor.output(self._advanced(float(times[given]), "normal")[1])
+                given += 1
+            monitor.stepped(t, y)
+            if monitor.steps >= MOST_STEPS:
+                raise Stopped(REASONS[-1])
+        yield monitor.output(y)
+
+    def _step(self) -> tuple[float, Array]:
+        """Return time and unknowns after a step; after an output the solver first comes back to the end of the last one."""
+        t, y = self._advanced(self.monitor.t_end, "onestep")
+        return (t, y) if t != self.monitor.t else self._advanced(self.monitor.t_end, "onestep")
+
+    def _advanced(self, t: float, manner: str) -> tuple[float, Array]:
         try:
-            with quiet():
-                result = solver.step(t, method, monitor.t_end)
+            with _quiet():
+                result = self.solver.step(t, manner, self.monitor.t_end)
         except RuntimeError as error:
             raise Stopped(f"SUNDIALS refuses to go on ({error})") from error
         if result.status < 0:
-            raise Stopped(REASONS.get(result.status, str(result.message).rstrip(".")), float(result.t) if monitor.steps else 0.0)
-        return result
-
-    def advance(t: float) -> Any:
-        if monitor.steps == 0:
-            monitor.target = monitor.t_end
-            call(monitor.t_end, "onestep")
-        monitor.target = t
-        result = call(t, "normal")
-        if abs(result.t - t) > 1e-12 * monitor.t_end:
-            raise Stopped(f"SUNDIALS returned before the output at t = {t:.9g}", float(result.t))
+            raise Stopped(REASONS.get(result.status, str(result.message).rstrip(".")), float(result.t) if self.monitor.steps else 0.0)
         if not np.all(np.isfinite(result.y)):
-            raise Stopped(f"a value is no longer finite at t = {t:.9g}")
-        return result.y[back]
-
-    return one_by_one(advance, monitor)
+            raise Stopped(f"a value is no longer finite at t = {result.t:.9g}")
+        return float(result.t), result.y[self.back].copy()
 
 
-def count_steps(monitor: Monitor, t: float, y: Any) -> None:
-    """Count a step from the root function of the solver, which is called at the start, after each step and at each output."""
-    if t > 0.0 and (t != monitor.target or t == monitor.t_end):
-        monitor.stepped(t, y)
-
-
-class _Hush:
-    """Stands in for standard output while any thread is in a solver, and drops what those threads write."""
-
-    def __init__(self) -> None:
-        self.lock, self.local, self.inside = threading.Lock(), threading.local(), 0
-        self.real: TextIO = sys.stdout
-
-    def write(self, text: str) -> int:
-        return len(text) if getattr(self.local, "on", False) else self.real.write(text)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.real, name)
-
-
-_hush = _Hush()
+_printing = threading.Lock()
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
-    """Drop the output of this thread: scikit-sundae prints SUNDIALS' error messages, which would spoil output that is data."""
-    with _hush.lock:
-        if not _hush.inside:
-            _hush.real, sys.stdout = sys.stdout, _hush
-        _hush.inside += 1
-    _hush.local.on = True
-    try:
+def _quiet() -> Iterator[None]:
+    """Drop the output of the block: scikit-sundae prints SUNDIALS' error messages, which would spoil output that is data."""
+    with _printing, redirect_stdout(io.StringIO()):
         yield
-    finally:
-        _hush.local.on = False
-        with _hush.lock:
-            _hush.inside -= 1
-            if not _hush.inside:
-                sys.stdout = _hush.real

@@ -12,7 +12,7 @@ import numpy as np
 from daebench.errors import BadInput, InconsistentStart, positive, real, unknown, whole
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.reference.motion import certified_for
+from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Ivp
 from daebench.studies.grid.claimed import THINGS
 from daebench.studies.grid.run_specification import FEWEST, GridRun

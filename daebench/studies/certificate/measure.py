@@ -19,7 +19,7 @@ import numpy as np
 from daebench.diagnostics.energy_verdict import energy_scales, energy_verdict, size
 from daebench.diagnostics.integrals import energy_error
 from daebench.errors import DaebenchError
-from daebench.reference.motion import certified_for
+from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Array, Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import PoissonTrajectory, Trajectory

@@ -10,7 +10,7 @@ from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.methods.outside.method import OutsideMethod, Stated
-from daebench.reference.motion import certified_for
+from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 from daebench.studies.claims.check import NO_CLAIMS, STEPS

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from daebench.errors import DaebenchError, RunFailed
 from daebench.reference.keep.dense_evaluation import states_at
-from daebench.reference.motion import certified_for, own_run
+from daebench.reference.solution import certified_for, own_run
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request
 from daebench.runs.trajectory import Array, Outcome

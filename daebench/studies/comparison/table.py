@@ -10,7 +10,7 @@ from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.energy_verdict import energy_scales, size
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import Code, methods_of
-from daebench.methods.solvers.optional import not_installed
+from daebench.methods.solvers.drive import not_installed
 from daebench.runs.ivp import Ivp
 from daebench.runs.request import Request, resolution_value
 from daebench.runs.trajectory import Outcome

@@ -12,8 +12,7 @@ from daebench.methods.ensemble.heyoka_batches import in_batches, refusal
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.names import method_of
-from daebench.reference.motion import CONSERVED
-from daebench.reference.solution import EPS, SAFETY
+from daebench.reference.solution import CONSERVED, EPS, SAFETY
 from daebench.runs.ivp import Array
 from daebench.runs.members import Members
 from daebench.runs.request import Request

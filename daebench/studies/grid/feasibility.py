@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from daebench.errors import BadInput
 from daebench.methods.names import methods_of
-from daebench.methods.solvers.optional import not_installed
+from daebench.methods.solvers.drive import not_installed
 from daebench.runs.ivp import Ivp
 
 

@@ -15,7 +15,7 @@ from daebench.diagnostics.poisson import poisson_defect
 from daebench.diagnostics.symplecticity import symplecticity_defect, tangent_basis
 from daebench.errors import BadInput, unknown
 from daebench.reference.keep.dense_evaluation import At, states_at
-from daebench.reference.motion import OwnRun
+from daebench.reference.solution import OwnRun
 from daebench.runs.ivp import Ivp
 from daebench.runs.trajectory import Array, PoissonTrajectory, Trajectory
 from daebench.studies.claims.bench import DEFECT_STEPS

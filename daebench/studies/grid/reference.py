@@ -8,7 +8,7 @@ import numpy as np
 from daebench.errors import BadInput, DaebenchError
 from daebench.reference.keep import store
 from daebench.reference.keep.record import Reference
-from daebench.reference.motion import OwnRun, certified_for, own_run
+from daebench.reference.solution import OwnRun, certified_for, own_run
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.run_specification import OUTPUTS, GridRun, Where, ivp_of
 
@@ -35,7 +35,7 @@ def certified_of(specification: GridRun) -> Reference | None:
 
 
 def own_of(specification: GridRun, times: Array) -> OwnRun:
-    """Return a finer run at these times, see :func:`daebench.reference.motion.own_run`, which raises RunFailed if there is none."""
+    """Return a finer run at these times, see :func:`daebench.reference.solution.own_run`, which raises RunFailed if there is none."""
     return _own(specification.where, np.ascontiguousarray(times, dtype=float).tobytes())
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from daebench.errors import BadInput
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
-from daebench.reference.motion import certified_for
+from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Array
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.grid.feasibility import feasible, installed

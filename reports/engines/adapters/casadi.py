@@ -11,6 +11,7 @@ import sympy as sp
 from daebench.compiler.printed import functions
 from daebench.reports.engines.contender import Array, Contender, States, mass_matrix
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import casadi as ca
 
 PACKAGE = "casadi"
 
@@ -29,12 +30,10 @@ STEPS = 1_000_000
 
 def dae(ivp: ConstrainedIvp) -> Any:
     """Return q' = v, M v' = -U_q - G^T lam, 0 = g in CasADi's symbols."""
-    import casadi as ca
-
     d, m, M = ivp.d, ivp.m, mass_matrix(ivp)
     vectors = {name: [ca.SX.sym(f"{name}_{k}") for k in range(d)] for name in ("q", "v", "dq", "dv")}
     lam = [ca.SX.sym(f"lam_{k}") for k in range(m)]
-    U_q, g, G = expressions(ivp, vectors["q"], ca)
+    U_q, g, G = expressions(ivp, vectors["q"])
     column = {name: ca.vertcat(*symbols) for name, symbols in vectors.items()}
     force = ca.DM(M) @ column["dv"] + ca.vertcat(*U_q) + G.T @ ca.vertcat(*lam)
     equations = ca.vertcat(column["dq"] - column["v"], force, ca.vertcat(*g))
@@ -42,7 +41,7 @@ def dae(ivp: ConstrainedIvp) -> Any:
     return {"x_impl": states, "dx_impl": rates, "z": ca.vertcat(*lam), "alg": equations}
 
 
-def expressions(ivp: ConstrainedIvp, q: list[Any], ca: Any) -> tuple[list[Any], list[Any], Any]:
+def expressions(ivp: ConstrainedIvp, q: list[Any]) -> tuple[list[Any], list[Any], Any]:
     """Return U_q, g and G of the problem's definition in CasADi's symbols; CasADi differentiates g itself."""
     words = [{"cos": ca.cos, "sin": ca.sin, "sqrt": ca.sqrt}]
     if ivp.problem == "pendulum_chain":
@@ -62,8 +61,6 @@ def expressions(ivp: ConstrainedIvp, q: list[Any], ca: Any) -> tuple[list[Any], 
 
 def reduced(ivp: ConstrainedIvp, pole: float) -> tuple[dict[str, Any], Any]:
     """Return the DAE of index 1 by ``dae_reduce_index``, and the function from its unknowns to the original ones."""
-    import casadi as ca
-
     posed = dae(ivp)
     of_index_1, _ = ca.dae_reduce_index(posed, {"baumgarte_pole": pole})
     explicit, to_original, _ = ca.dae_map_semi_expl(posed, of_index_1)
@@ -72,10 +69,8 @@ def reduced(ivp: ConstrainedIvp, pole: float) -> tuple[dict[str, Any], Any]:
 
 def by_hand(ivp: ConstrainedIvp, pole: float) -> tuple[dict[str, Any], Any]:
     """Return q' = v, v' = a, 0 = g'' - 2 pole g' + pole^2 g with a = -M^-1 (U_q + G^T lam), where ``dae_reduce_index`` does not succeed."""
-    import casadi as ca
-
     q, v, lam = ([ca.SX.sym(f"{name}_{k}") for k in range(n)] for name, n in (("q", ivp.d), ("v", ivp.d), ("lam", ivp.m)))
-    U_q, g, G = expressions(ivp, q, ca)
+    U_q, g, G = expressions(ivp, q)
     position, velocity, multiplier, g = ca.vertcat(*q), ca.vertcat(*v), ca.vertcat(*lam), ca.vertcat(*g)
     a = -ca.DM(np.linalg.inv(mass_matrix(ivp))) @ (ca.vertcat(*U_q) + G.T @ multiplier)
     rate = G @ velocity
@@ -87,8 +82,6 @@ def by_hand(ivp: ConstrainedIvp, pole: float) -> tuple[dict[str, Any], Any]:
 
 def run(pose: Pose, pole: float, ivp: ConstrainedIvp, tol: float, times: Array) -> States:
     """Run IDAS at a tolerance over the DAE of index 1, from the consistent start."""
-    import casadi as ca
-
     explicit, to_original = pose(ivp, pole)
     M = mass_matrix(ivp)
     v0 = np.linalg.solve(M, ivp.p0)
@@ -108,10 +101,8 @@ def run(pose: Pose, pole: float, ivp: ConstrainedIvp, tol: float, times: Array) 
 
 def jacobian(ivp: ConstrainedIvp) -> Array:
     """Return G at the start, shape(m, d), row by row as its products with unit vectors."""
-    import casadi as ca
-
     q = [ca.SX.sym(f"q_{k}") for k in range(ivp.d)]
-    G = ca.Function("G", [ca.vertcat(*q)], [expressions(ivp, q, ca)[2]])
+    G = ca.Function("G", [ca.vertcat(*q)], [expressions(ivp, q)[2]])
     return np.array(G(ivp.q0))
 
 

@@ -10,6 +10,8 @@ import numpy as np
 
 from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import exudyn
+from daebench.systems.lazily import exudyn_items as items
 
 PACKAGE = "exudyn"
 
@@ -37,8 +39,6 @@ class System:
 
 def run(pose: Callable[[ConstrainedIvp], System], solver: str, radius: float, ivp: ConstrainedIvp, h: float, times: Array) -> States:
     """Run a system from its start to the last of equidistant times; the whole call of the solver is timed."""
-    import exudyn
-
     exudyn.config.printToConsole = False
     system, steps = pose(ivp), round(float(times[-1]) / h)
     settings: Any = exudyn.SimulationSettings()
@@ -63,39 +63,33 @@ def run(pose: Callable[[ConstrainedIvp], System], solver: str, radius: float, iv
 
 def empty() -> tuple[Any, int]:
     """Return a system and its ground."""
-    import exudyn
-    from exudyn.itemInterface import ObjectGround
-
     mbs = exudyn.SystemContainer().AddSystem()
-    return mbs, mbs.AddObject(ObjectGround())
+    return mbs, mbs.AddObject(items.ObjectGround())
 
 
 def watched(mbs: Any, nodes: list[int]) -> list[int]:
     """Return sensors of the coordinates of nodes, and of their velocities after them."""
-    import exudyn
-    from exudyn.itemInterface import SensorNode
-
     kinds = (exudyn.OutputVariableType.CoordinatesTotal, exudyn.OutputVariableType.Coordinates_t)
-    return [mbs.AddSensor(SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind)) for kind in kinds for node in nodes]
+    return [
+        mbs.AddSensor(items.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind)) for kind in kinds for node in nodes
+    ]
 
 
 def points(ivp: ConstrainedIvp) -> System:
     """Pose pendulums and chains as point masses, each at a fixed distance from the one before, as its example of the IFToMM pendulum is."""
-    from exudyn.itemInterface import DistanceConstraint, Force, MarkerBodyPosition, MarkerNodePosition, MassPoint2D, NodePoint2D
-
     mbs, ground = empty()
     M, gravity = mass_matrix(ivp), ivp.parameters["gravity"]
-    before = mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground, localPosition=[0, 0, 0]))
+    before = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=[0, 0, 0]))
     q, v = ivp.q0.reshape(-1, 2), np.linalg.solve(M, ivp.p0).reshape(-1, 2)
     lengths = np.linalg.norm(np.diff(q, axis=0, prepend=0.0), axis=1)
     nodes = []
     for k, length in enumerate(lengths):
         mass = float(M[2 * k, 2 * k])
-        nodes.append(mbs.AddNode(NodePoint2D(referenceCoordinates=q[k].tolist(), initialVelocities=v[k].tolist())))
-        mbs.AddObject(MassPoint2D(physicsMass=mass, nodeNumber=nodes[-1]))
-        marker = mbs.AddMarker(MarkerNodePosition(nodeNumber=nodes[-1]))
-        mbs.AddObject(DistanceConstraint(markerNumbers=[before, marker], distance=float(length)))
-        mbs.AddLoad(Force(markerNumber=marker, loadVector=[0, -mass * gravity, 0]))
+        nodes.append(mbs.AddNode(items.NodePoint2D(referenceCoordinates=q[k].tolist(), initialVelocities=v[k].tolist())))
+        mbs.AddObject(items.MassPoint2D(physicsMass=mass, nodeNumber=nodes[-1]))
+        marker = mbs.AddMarker(items.MarkerNodePosition(nodeNumber=nodes[-1]))
+        mbs.AddObject(items.DistanceConstraint(markerNumbers=[before, marker], distance=float(length)))
+        mbs.AddLoad(items.Force(markerNumber=marker, loadVector=[0, -mass * gravity, 0]))
         before = marker
     sensors = watched(mbs, nodes)
     mbs.Assemble()
@@ -104,16 +98,14 @@ def points(ivp: ConstrainedIvp) -> System:
 
 def bar(mbs: Any, start: Array, end: Array, v_start: Array, v_end: Array, mass: float, gravity: float) -> tuple[int, int, int]:
     """Add a uniform bar between two points with given velocities; return its node and the markers of its ends."""
-    from exudyn.itemInterface import LoadMassProportional, MarkerBodyMass, MarkerBodyPosition, NodeRigidBody2D, RigidBody2D
-
     along, turning = end - start, v_end - v_start
     length = float(np.linalg.norm(along))
     place = [*((start + end) / 2), np.arctan2(along[1], along[0])]
     velocity = [*((v_start + v_end) / 2), (along[0] * turning[1] - along[1] * turning[0]) / length**2]
-    node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=list(map(float, place)), initialVelocities=list(map(float, velocity))))
-    body = mbs.AddObject(RigidBody2D(nodeNumber=node, physicsMass=mass, physicsInertia=mass * length**2 / 12))
-    mbs.AddLoad(LoadMassProportional(markerNumber=mbs.AddMarker(MarkerBodyMass(bodyNumber=body)), loadVector=[0, -gravity, 0]))
-    ends = [mbs.AddMarker(MarkerBodyPosition(bodyNumber=body, localPosition=[x * length / 2, 0, 0])) for x in (-1, 1)]
+    node = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=list(map(float, place)), initialVelocities=list(map(float, velocity))))
+    body = mbs.AddObject(items.RigidBody2D(nodeNumber=node, physicsMass=mass, physicsInertia=mass * length**2 / 12))
+    mbs.AddLoad(items.LoadMassProportional(markerNumber=mbs.AddMarker(items.MarkerBodyMass(bodyNumber=body)), loadVector=[0, -gravity, 0]))
+    ends = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=body, localPosition=[x * length / 2, 0, 0])) for x in (-1, 1)]
     return node, ends[0], ends[1]
 
 
@@ -126,24 +118,12 @@ def tip(place: Array, velocity: Array, length: float) -> tuple[Array, Array]:
 
 def joined(mbs: Any, pairs: list[tuple[int, int]]) -> None:
     """Add revolute joints between markers."""
-    from exudyn.itemInterface import RevoluteJoint2D
-
     for pair in pairs:
-        mbs.AddObject(RevoluteJoint2D(markerNumbers=list(pair)))
+        mbs.AddObject(items.RevoluteJoint2D(markerNumbers=list(pair)))
 
 
 def slider_crank(ivp: ConstrainedIvp) -> System:
     """Pose the slider crank of two bars and a point mass on its line."""
-    from exudyn.itemInterface import (
-        CoordinateConstraint,
-        MarkerBodyPosition,
-        MarkerNodeCoordinate,
-        MarkerNodePosition,
-        MassPoint2D,
-        NodePoint2D,
-        NodePointGround,
-    )
-
     mbs, ground = empty()
     crank, _, crank_mass, rod_mass, slider_mass, gravity = ivp.par
     M = mass_matrix(ivp)
@@ -152,13 +132,13 @@ def slider_crank(ivp: ConstrainedIvp) -> System:
     v_knee, v_end = v[:2], np.array([v[2], 0.0])
     first = bar(mbs, pivot, knee, np.zeros(2), v_knee, crank_mass, gravity)
     second = bar(mbs, knee, end, v_knee, v_end, rod_mass, gravity)
-    slider = mbs.AddNode(NodePoint2D(referenceCoordinates=end.tolist(), initialVelocities=v_end.tolist()))
-    mbs.AddObject(MassPoint2D(physicsMass=slider_mass, nodeNumber=slider))
-    fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
-    line = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=slider, coordinate=1))
-    mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, line]))
-    origin = mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground, localPosition=[0, 0, 0]))
-    joined(mbs, [(origin, first[1]), (first[2], second[1]), (second[2], mbs.AddMarker(MarkerNodePosition(nodeNumber=slider)))])
+    slider = mbs.AddNode(items.NodePoint2D(referenceCoordinates=end.tolist(), initialVelocities=v_end.tolist()))
+    mbs.AddObject(items.MassPoint2D(physicsMass=slider_mass, nodeNumber=slider))
+    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
+    line = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=slider, coordinate=1))
+    mbs.AddObject(items.CoordinateConstraint(markerNumbers=[fixed, line]))
+    origin = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=[0, 0, 0]))
+    joined(mbs, [(origin, first[1]), (first[2], second[1]), (second[2], mbs.AddMarker(items.MarkerNodePosition(nodeNumber=slider)))])
     sensors = watched(mbs, [first[0], slider])
     mbs.Assemble()
 
@@ -171,8 +151,6 @@ def slider_crank(ivp: ConstrainedIvp) -> System:
 
 def four_bar(ivp: ConstrainedIvp) -> System:
     """Pose the linkages of bars with revolute joints, as its example of the IFToMM benchmark is."""
-    from exudyn.itemInterface import MarkerBodyPosition
-
     mbs, ground = empty()
     length, mass, gravity = (ivp.parameters[name] for name in ("length", "mass", "gravity"))
     M = mass_matrix(ivp)
@@ -180,7 +158,7 @@ def four_bar(ivp: ConstrainedIvp) -> System:
     pivots = [np.array([i * length, 0.0]) for i in range(len(ends))]
     uprights = [bar(mbs, a, b, np.zeros(2), v, mass, gravity) for a, b, v in zip(pivots, ends, speeds, strict=True)]
     couplers = [bar(mbs, ends[i], ends[i + 1], speeds[i], speeds[i + 1], mass, gravity) for i in range(len(ends) - 1)]
-    grounds = [mbs.AddMarker(MarkerBodyPosition(bodyNumber=ground, localPosition=[*a, 0.0])) for a in pivots]
+    grounds = [mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=[*a, 0.0])) for a in pivots]
     joined(mbs, [(a, upright[1]) for a, upright in zip(grounds, uprights, strict=True)])
     for i, coupler in enumerate(couplers):
         joined(mbs, [(uprights[i][2], coupler[1]), (coupler[2], uprights[i + 1][2])])
@@ -197,33 +175,21 @@ def four_bar(ivp: ConstrainedIvp) -> System:
 
 def top(ivp: ConstrainedIvp) -> System:
     """Pose the heavy top by its rotation vector on the Lie group, about its fixed point, as its test of the heavy top is by parameters."""
-    import exudyn
-    from exudyn.itemInterface import (
-        CoordinateConstraint,
-        Force,
-        MarkerBodyPosition,
-        MarkerNodeCoordinate,
-        NodePointGround,
-        NodeRigidBodyRotVecLG,
-        ObjectRigidBody,
-        SensorBody,
-    )
-
     mbs, _ = empty()
     values = ivp.parameters
     moments = np.array([values[name] for name in ("I1", "I2", "I3")])
     y = ivp.p0.reshape(3, 3) - ivp.p0.reshape(3, 3).T
     omega = np.array([y[2, 1], y[0, 2], y[1, 0]]) / moments
-    node = mbs.AddNode(NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6, initialVelocities=[0.0, 0.0, 0.0, *omega.tolist()]))
-    body = mbs.AddObject(ObjectRigidBody(physicsMass=values["mass"], physicsInertia=[*moments.tolist(), 0, 0, 0], nodeNumber=node))
-    centre = mbs.AddMarker(MarkerBodyPosition(bodyNumber=body, localPosition=[values[name] for name in ("r1", "r2", "r3")]))
-    mbs.AddLoad(Force(markerNumber=centre, loadVector=[0, 0, -values["mass"] * values["gravity"]]))
-    fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
+    node = mbs.AddNode(items.NodeRigidBodyRotVecLG(referenceCoordinates=[0.0] * 6, initialVelocities=[0.0, 0.0, 0.0, *omega.tolist()]))
+    body = mbs.AddObject(items.ObjectRigidBody(physicsMass=values["mass"], physicsInertia=[*moments.tolist(), 0, 0, 0], nodeNumber=node))
+    centre = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=body, localPosition=[values[name] for name in ("r1", "r2", "r3")]))
+    mbs.AddLoad(items.Force(markerNumber=centre, loadVector=[0, 0, -values["mass"] * values["gravity"]]))
+    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
     for axis in range(3):
-        marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=axis))
-        mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, marker]))
+        marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=axis))
+        mbs.AddObject(items.CoordinateConstraint(markerNumbers=[fixed, marker]))
     kinds = (exudyn.OutputVariableType.RotationMatrix, exudyn.OutputVariableType.AngularVelocityLocal)
-    sensors = [mbs.AddSensor(SensorBody(bodyNumber=body, storeInternal=True, outputVariableType=kind)) for kind in kinds]
+    sensors = [mbs.AddSensor(items.SensorBody(bodyNumber=body, storeInternal=True, outputVariableType=kind)) for kind in kinds]
     mbs.Assemble()
 
     def mapped(rows: list[Array]) -> tuple[Array, Array]:

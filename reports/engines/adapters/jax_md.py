@@ -8,6 +8,7 @@ import numpy as np
 
 from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix, stepped
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import jax, jax_md, jax_md_constraints, jnp
 
 PACKAGE = "jax_md"
 
@@ -19,18 +20,13 @@ Points = tuple[Array, Array, Array, Array, list[tuple[int, int]], Callable[..., 
 """Masses, positions, velocities, points that are held, pairs at fixed distances, and the potential."""
 
 
-def doubles() -> Any:
-    """Let JAX compute in double precision, on the CPU; return it."""
-    import jax
-
+def doubles() -> None:
+    """Let JAX compute in double precision, on the CPU."""
     jax.config.update("jax_enable_x64", True)
-    return jax
 
 
 def molecule(ivp: ConstrainedIvp) -> Points:
     """Return masses, positions, velocities and constraints of butane, and its torsion's potential."""
-    import jax.numpy as jnp
-
     values, M = ivp.parameters, mass_matrix(ivp)
     bond, angle = values["bond"], np.radians(values["angle"])
     along, off = -bond * np.cos(angle), bond * np.sin(angle)
@@ -46,8 +42,6 @@ def molecule(ivp: ConstrainedIvp) -> Points:
 
 def hanging(ivp: ConstrainedIvp) -> Points:
     """Return the same of a pendulum or chain; its pivot is a point of mass 0, which its constraints leave where it is."""
-    import jax.numpy as jnp
-
     M, gravity = mass_matrix(ivp), ivp.parameters["gravity"]
     masses, v = np.diag(M)[::2], np.linalg.solve(M, ivp.p0).reshape(-1, 2)
     weights = jnp.asarray(np.append(0.0, masses) * gravity)
@@ -60,18 +54,14 @@ def run(kind: Callable[[ConstrainedIvp], Any], tolerance: dict[str, Any], ivp: C
 
     jax-md has the projections, and no integrator that calls them. All steps to an output are one call of compiled code.
     """
-    jax = doubles()
-    import jax.numpy as jnp
-    from jax_md import space
-    from jax_md.mm_forcefields.amber import constraints
-
+    doubles()
     masses, r, v, pivot, pairs, potential = kind(ivp)
     held = len(pivot)
     if held:
         masses, r, v = np.append(np.zeros(held), masses), np.concatenate([pivot, r]), np.concatenate([np.zeros_like(pivot), v])
-    displacement, shift = space.free()
+    displacement, shift = jax_md.space.free()
     distances = [float(np.linalg.norm(r[j] - r[i])) for i, j in pairs]
-    _, ties = constraints.prepare_settle_ccma(np.array(pairs), np.array(distances), masses)
+    _, ties = jax_md_constraints.prepare_settle_ccma(np.array(pairs), np.array(distances), masses)
     m, force = jnp.asarray(masses), jax.grad(lambda x: -potential(x))
     inverse = jnp.where(m > 0, 1 / jnp.where(m > 0, m, 1.0), 0.0)[:, None]
 
@@ -79,10 +69,10 @@ def run(kind: Callable[[ConstrainedIvp], Any], tolerance: dict[str, Any], ivp: C
         x, u, a = state
         half = u + dt / 2 * a
         x1 = x + dt * half
-        x2 = constraints.ccma_apply_positions(x1, ties, m, displacement, shift, **tolerance)
+        x2 = jax_md_constraints.ccma_apply_positions(x1, ties, m, displacement, shift, **tolerance)
         a2 = force(x2) * inverse
         u2 = half + (x2 - x1) / dt + dt / 2 * a2
-        return x2, constraints.ccma_apply_velocities(x2, u2, ties, m, displacement, **tolerance), a2
+        return x2, jax_md_constraints.ccma_apply_velocities(x2, u2, ties, m, displacement, **tolerance), a2
 
     state = [(jnp.asarray(r), jnp.asarray(v), force(jnp.asarray(r)) * inverse)]
     march = compiled((ivp.problem, ivp.case, ivp.par, ivp.d, *tolerance.values()), step)
@@ -101,8 +91,6 @@ def run(kind: Callable[[ConstrainedIvp], Any], tolerance: dict[str, Any], ivp: C
 
 def compiled(key: tuple[Any, ...], step: Callable[[Any, Any], Any]) -> Callable[[int, float, Any], Any]:
     """Return the loop over steps, which is compiled once for all step sizes."""
-    import jax
-
     if key not in _LOOPS:
         _LOOPS[key] = jax.jit(lambda steps, dt, start: jax.lax.fori_loop(0, steps, lambda _, state: step(dt, state), start))
     return _LOOPS[key]
@@ -116,28 +104,25 @@ def top(ivp: ConstrainedIvp) -> tuple[Any, Any, Callable[[int, float, Any], Any]
 
     These are its state at the start, its potential, the loop over steps of the NVE simulation, and the rotation of vectors by an attitude.
     """
-    jax = doubles()
-    import jax.numpy as jnp
-    from jax_md import rigid_body, simulate, space
-
+    doubles()
     values = ivp.parameters
     moments = np.array([values[name] for name in ("I1", "I2", "I3")])
     r, weight = jnp.array([[values[name] for name in ("r1", "r2", "r3")]]), values["mass"] * values["gravity"]
     y = ivp.p0.reshape(3, 3) - ivp.p0.reshape(3, 3).T
     L = jnp.array([[y[2, 1], y[0, 2], y[1, 0]]])
-    attitude = rigid_body.Quaternion(jnp.array([[1.0, 0.0, 0.0, 0.0]]))
-    body = rigid_body.RigidBody(jnp.zeros((1, 3)), attitude)
-    mass = rigid_body.RigidBody(jnp.array([values["mass"]]), jnp.asarray(moments)[None])
-    momenta = rigid_body.RigidBody(jnp.zeros((1, 3)), rigid_body.angular_momentum_to_conjugate_momentum(attitude, L))
+    attitude = jax_md.rigid_body.Quaternion(jnp.array([[1.0, 0.0, 0.0, 0.0]]))
+    body = jax_md.rigid_body.RigidBody(jnp.zeros((1, 3)), attitude)
+    mass = jax_md.rigid_body.RigidBody(jnp.array([values["mass"]]), jnp.asarray(moments)[None])
+    momenta = jax_md.rigid_body.RigidBody(jnp.zeros((1, 3)), jax_md.rigid_body.angular_momentum_to_conjugate_momentum(attitude, L))
 
     def potential(position: Any, **_: Any) -> Any:
-        return weight * rigid_body.quaternion_rotate(position.orientation, r)[0, 2]
+        return weight * jax_md.rigid_body.quaternion_rotate(position.orientation, r)[0, 2]
 
-    start, step = simulate.nve(potential, space.free()[1])
+    start, step = jax_md.simulate.nve(potential, jax_md.space.free()[1])
     state = start(jax.random.PRNGKey(0), body, kT=0.0, mass=mass, momenta=momenta)
     march = compiled((ivp.problem, ivp.case, ivp.par), lambda dt, now: step(now, dt=dt))
     axes = jnp.eye(3)[:, None, :]
-    rotate = jax.jit(lambda turned: jnp.concatenate([rigid_body.quaternion_rotate(turned, axis) for axis in axes]).T)
+    rotate = jax.jit(lambda turned: jnp.concatenate([jax_md.rigid_body.quaternion_rotate(turned, axis) for axis in axes]).T)
     return state, potential, march, rotate
 
 
@@ -146,9 +131,7 @@ _TOPS: dict[tuple[Any, ...], Any] = {}
 
 def run_top(ivp: ConstrainedIvp, h: float, times: Array) -> States:
     """Run its NVE simulation of the heavy top."""
-    jax = doubles()
-    from jax_md import rigid_body
-
+    doubles()
     key = (ivp.case, ivp.par)
     if key not in _TOPS:
         _TOPS[key] = top(ivp)
@@ -162,7 +145,7 @@ def run_top(ivp: ConstrainedIvp, h: float, times: Array) -> States:
     def read() -> tuple[Array, Array, float]:
         now = state[0].position.orientation
         Q = np.array(rotate(now))
-        seen = np.array(rigid_body.conjugate_momentum_to_angular_momentum(now, state[0].momentum.orientation))[0]
+        seen = np.array(jax_md.rigid_body.conjugate_momentum_to_angular_momentum(now, state[0].momentum.orientation))[0]
         wx, wy, wz = seen / moments
         hat = np.array([[0, -wz, wy], [wz, 0, -wx], [-wy, wx, 0]])
         energy = float(np.sum(seen**2 / moments) / 2 + potential(state[0].position))

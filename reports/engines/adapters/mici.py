@@ -7,6 +7,7 @@ import numpy as np
 from daebench.compiler.printed import printed
 from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix, stepped
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import mici
 
 PACKAGE = "mici"
 
@@ -20,12 +21,10 @@ REVERSE = 2e-8
 
 def system(ivp: ConstrainedIvp) -> Any:
     """Return the constrained system, with the density on the manifold itself, so that H has no term of the Gram matrix."""
-    from mici.systems import DenseConstrainedEuclideanMetricSystem
-
     M = mass_matrix(ivp)
     diagonal = np.array_equal(M, np.diag(np.diag(M)))
     functions = chain(ivp) if ivp.problem == "pendulum_chain" else written_out(ivp)
-    return DenseConstrainedEuclideanMetricSystem(**functions, metric=np.diag(M) if diagonal else M, dens_wrt_hausdorff=True)
+    return mici.systems.DenseConstrainedEuclideanMetricSystem(**functions, metric=np.diag(M) if diagonal else M, dens_wrt_hausdorff=True)
 
 
 def written_out(ivp: ConstrainedIvp) -> dict[str, Any]:
@@ -66,12 +65,11 @@ def chain(ivp: ConstrainedIvp) -> dict[str, Any]:
 
 def begun(ivp: ConstrainedIvp, h: float, p: Array, q: Array, reverse: float = REVERSE) -> tuple[Any, Any, Any]:
     """Return the system, the constrained leapfrog with Newton's iteration to round-off, and a state."""
-    from mici.integrators import ConstrainedLeapfrogIntegrator
-    from mici.states import ChainState
-
     posed = system(ivp)
-    integrator = ConstrainedLeapfrogIntegrator(posed, step_size=h, reverse_check_tol=reverse, projection_solver_kwargs=TIGHT)
-    return posed, integrator, ChainState(pos=np.array(q), mom=np.array(p), dir=1)
+    integrator = mici.integrators.ConstrainedLeapfrogIntegrator(
+        posed, step_size=h, reverse_check_tol=reverse, projection_solver_kwargs=TIGHT
+    )
+    return posed, integrator, mici.states.ChainState(pos=np.array(q), mom=np.array(p), dir=1)
 
 
 def steps(ivp: ConstrainedIvp, p: Array, q: Array, h: float, count: int) -> tuple[Array, Array]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix, stepped
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import mujoco
 
 PACKAGE = "mujoco"
 
@@ -76,10 +77,8 @@ class Simulation:
     def __init__(
         self, ivp: ConstrainedIvp, h: float, integrator: str, bodies: str, rest: str, places: Sequence[tuple[str, tuple[int, ...]]]
     ) -> None:
-        import mujoco
-
         mujoco.set_mju_user_warning(lambda text: None)  # else it writes a file; what it warns of is raised below
-        self.engine, self.ivp, self.places = mujoco, ivp, places
+        self.ivp, self.places = ivp, places
         gravity = f"0 {-ivp.parameters['gravity']!r} 0"
         self.model = mujoco.MjModel.from_xml_string(MODEL.format(h=h, integrator=integrator, gravity=gravity, bodies=bodies, rest=rest))
         self.data, self.seen = mujoco.MjData(self.model), mujoco.MjData(self.model)
@@ -87,16 +86,16 @@ class Simulation:
 
     def advance(self, steps: int) -> None:
         """Take steps, all within one call of C."""
-        self.engine.mj_step(self.model, self.data, nstep=steps)
+        mujoco.mj_step(self.model, self.data, nstep=steps)
 
     def energy(self) -> float:
         """Copy the state, so that the run is not touched, and return MuJoCo's energy of it."""
         if any(warning.number for warning in self.data.warning):
             raise ArithmeticError("MuJoCo found a value that is not a number or too large, and went back to the start")
         self.seen.qpos[:], self.seen.qvel[:] = self.data.qpos, self.data.qvel
-        self.engine.mj_forward(self.model, self.seen)
-        self.engine.mj_energyPos(self.model, self.seen)
-        self.engine.mj_energyVel(self.model, self.seen)
+        mujoco.mj_forward(self.model, self.seen)
+        mujoco.mj_energyPos(self.model, self.seen)
+        mujoco.mj_energyVel(self.model, self.seen)
         return float(self.seen.energy.sum())
 
     def read(self) -> tuple[Array, Array, float]:
@@ -105,7 +104,7 @@ class Simulation:
         for site, axes in self.places:
             k = self.model.site(site).id
             six = np.empty(6)
-            self.engine.mj_objectVelocity(self.model, self.seen, self.engine.mjtObj.mjOBJ_SITE, k, six, 0)
+            mujoco.mj_objectVelocity(self.model, self.seen, mujoco.mjtObj.mjOBJ_SITE, k, six, 0)
             q += [self.seen.site_xpos[k][axis] for axis in axes]
             v += [six[3 + axis] for axis in axes]
         return self.M @ np.array(v), np.array(q), energy
@@ -124,7 +123,7 @@ def run(pose: Pose, integrator: str, ivp: ConstrainedIvp, h: float, times: Array
 def run_hard(pose: Pose, integrator: str, constant: float, ratio: float, ivp: ConstrainedIvp, h: float, times: Array) -> States:
     """Run a model with hard constraints: a time constant of so many steps, and a damping ratio."""
     simulation = pose(ivp, h, integrator, HARD.format(constant=constant * h, ratio=ratio))
-    simulation.model.opt.disableflags |= int(simulation.engine.mjtDisableBit.mjDSBL_REFSAFE)
+    simulation.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
     return stepped(simulation.advance, simulation.read, h, times)
 
 

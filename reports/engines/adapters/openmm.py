@@ -7,6 +7,7 @@ import numpy as np
 
 from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix, stepped
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import openmm
 
 PACKAGE = "openmm"
 
@@ -28,8 +29,6 @@ MIRRORED = ("planar_pendulum", "double_pendulum", "pendulum_chain")
 
 def rattle(h: float) -> Any:
     """Return velocity Verlet with RATTLE, as the documentation of CustomIntegrator writes it."""
-    import openmm
-
     integrator = openmm.CustomIntegrator(h)
     integrator.addPerDofVariable("x1", 0)
     integrator.addUpdateContextState()
@@ -44,8 +43,6 @@ def rattle(h: float) -> Any:
 
 def verlet(h: float) -> Any:
     """Return its VerletIntegrator, leap-frog with SHAKE's constraints: velocities are half a step behind positions."""
-    import openmm
-
     return openmm.VerletIntegrator(h)
 
 
@@ -56,8 +53,6 @@ def molecule(ivp: ConstrainedIvp, hint: bool) -> tuple[Any, Array, Array]:
     them for uncoupled, and here it then diverges (openmm/openmm, issue 3603). The hint is a HarmonicAngleForce of no stiffness with the
     angles 0-2-3 and 0-1-3 that the molecule has at a torsion of 90 degrees.
     """
-    import openmm
-
     values, system = ivp.parameters, openmm.System()
     for mass in np.diag(mass_matrix(ivp))[::3]:
         system.addParticle(float(mass))
@@ -74,8 +69,6 @@ def molecule(ivp: ConstrainedIvp, hint: bool) -> tuple[Any, Array, Array]:
 
 def hinted(bond: float, angle: float) -> Any:
     """Return the angles 0-2-3 and 0-1-3 at a torsion of 90 degrees, with no stiffness."""
-    import openmm
-
     along, off = -bond * np.cos(angle), bond * np.sin(angle)
     first, third, last = np.array([-along, off, 0.0]), np.array([bond, 0.0, 0.0]), np.array([bond + along, 0.0, -off])
     u, w = first - third, last - third
@@ -88,8 +81,6 @@ def hinted(bond: float, angle: float) -> Any:
 
 def straight(chain: list[int]) -> Any:
     """Return an angle of 180 degrees, with no stiffness, at each particle of a chain but the outer ones."""
-    import openmm
-
     force = openmm.HarmonicAngleForce()
     for i, j, k in zip(chain, chain[1:], chain[2:], strict=False):
         force.addAngle(i, j, k, np.pi, 0.0)
@@ -101,8 +92,6 @@ def mirrored(ivp: ConstrainedIvp) -> tuple[Any, Array, Array]:
 
     The image feels gravity upwards, so that the centre of the whole rests; the first rods are one constraint of twice their length.
     """
-    import openmm
-
     M, gravity = mass_matrix(ivp), ivp.parameters["gravity"]
     half, system = np.pad(ivp.q0.reshape(-1, 2), ((0, 0), (0, 1))), openmm.System()
     r, n = np.concatenate([half, -half]), len(half)
@@ -125,8 +114,6 @@ class Simulation:
     """A context, and how its particles are daebench's positions."""
 
     def __init__(self, ivp: ConstrainedIvp, integrator: Any, tolerance: float, *, hint: bool = True) -> None:
-        import openmm
-
         self.ivp, self.M, self.mirrored = ivp, mass_matrix(ivp), ivp.problem in MIRRORED
         system, r, v = mirrored(ivp) if self.mirrored else molecule(ivp, hint)
         self.integrator = integrator

@@ -9,6 +9,7 @@ import numpy as np
 
 from daebench.reports.engines.contender import Array, Contender, States, halved, mass_matrix, stepped
 from daebench.runs.ivp import ConstrainedIvp
+from daebench.systems.lazily import pinocchio as pin
 
 PACKAGE = "pinocchio"
 
@@ -37,9 +38,7 @@ class Robot:
     """What closes its loops."""
 
     def __post_init__(self) -> None:
-        import pinocchio as pin
-
-        self.pin, self.data, self.tau = pin, self.model.createData(), np.zeros(self.model.nv)
+        self.data, self.tau = self.model.createData(), np.zeros(self.model.nv)
         self.loop_models, self.loop_data = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
         for loop in self.loops:
             self.loop_models.append(loop)
@@ -51,39 +50,38 @@ class Robot:
     def acceleration(self, q: Array, v: Array) -> Array:
         """Return the accelerations of the joints."""
         if not self.loops:
-            return np.array(self.pin.aba(self.model, self.data, q, v, self.tau))  # a copy: what is returned is overwritten by the next call
+            return np.array(pin.aba(self.model, self.data, q, v, self.tau))  # a copy: what is returned is overwritten by the next call
         arguments = (self.model, self.data, q, v, self.tau, self.loop_models, self.loop_data, self.proximal)
-        return np.array(self.pin.constraintDynamics(*arguments))
+        return np.array(pin.constraintDynamics(*arguments))
 
     def moved(self, x: Array) -> Array:
         """Return the configuration that is a displacement away."""
-        return np.asarray(self.pin.integrate(self.model, self.q, x))
+        return np.asarray(pin.integrate(self.model, self.q, x))
 
     def rate(self, x: Array, v: Array) -> Array:
         """Return the rate of a displacement at which the velocity is v; on hinges and slides they are the same."""
         if self.model.nq == self.model.nv:
             return v
-        return np.linalg.solve(self.pin.dIntegrate(self.model, self.q, x, self.pin.ArgumentPosition.ARG1), v)
+        return np.linalg.solve(pin.dIntegrate(self.model, self.q, x, pin.ArgumentPosition.ARG1), v)
 
     def state(self) -> tuple[Array, Array, float]:
         """Return p, q and Pinocchio's mechanical energy."""
-        energy = float(self.pin.computeMechanicalEnergy(self.model, self.data, self.q, self.v))
-        self.pin.forwardKinematics(self.model, self.data, self.q, self.v)
-        self.pin.updateFramePlacements(self.model, self.data)
+        energy = float(pin.computeMechanicalEnergy(self.model, self.data, self.q, self.v))
+        pin.forwardKinematics(self.model, self.data, self.q, self.v)
+        pin.updateFramePlacements(self.model, self.data)
         return (*self.read(self), energy)
 
     def frame(self, k: int) -> tuple[Array, Array]:
         """Return where a frame is, and its velocity, in the plane."""
-        velocity = self.pin.getFrameVelocity(self.model, self.data, k, self.pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        velocity = pin.getFrameVelocity(self.model, self.data, k, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         return self.data.oMf[k].translation[:2].copy(), velocity.linear[:2].copy()
 
 
 def euler(robot: Robot, h: float, steps: int) -> None:
     """Take semi-implicit Euler steps, as its examples do."""
-    integrate = robot.pin.integrate
     for _ in range(steps):
         robot.v = robot.v + h * robot.acceleration(robot.q, robot.v)
-        robot.q = integrate(robot.model, robot.q, h * robot.v)
+        robot.q = pin.integrate(robot.model, robot.q, h * robot.v)
 
 
 def rk4(robot: Robot, h: float, steps: int) -> None:
@@ -131,15 +129,11 @@ def run_gain(
 
 def placed(x: float, y: float = 0.0) -> Any:
     """Return a translation in the plane."""
-    import pinocchio as pin
-
     return pin.SE3(np.eye(3), np.array([x, y, 0.0]))
 
 
 def hinge(model: Any, parent: int, at: float, mass: float, centre: float, moment: float, length: float) -> tuple[int, int]:
     """Add a body on a hinge along its first axis; return its joint and the frame of its end."""
-    import pinocchio as pin
-
     joint = model.addJoint(parent, pin.JointModelRZ(), placed(at), f"joint{model.njoints}")
     inertia = pin.Inertia(mass, np.array([centre, 0.0, 0.0]), np.diag([0.0, moment, moment]))
     model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
@@ -149,8 +143,6 @@ def hinge(model: Any, parent: int, at: float, mass: float, centre: float, moment
 
 def planar(ivp: ConstrainedIvp) -> Any:
     """Return a model without bodies under the gravity of a problem in the plane."""
-    import pinocchio as pin
-
     model = pin.Model()
     model.gravity.linear = np.array([0.0, -ivp.parameters["gravity"], 0.0])
     return model
@@ -177,8 +169,6 @@ def tree(ivp: ConstrainedIvp) -> Robot:
 
 def loop(model: Any, first: int, x_first: float, second: int, x_second: float, gain: float) -> Any:
     """Return what keeps a point of one body at a point of another."""
-    import pinocchio as pin
-
     constraint = pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, first, placed(x_first), second, placed(x_second))
     constraint.m_baumgarte_parameters.Kp = gain
     constraint.m_baumgarte_parameters.Kd = 2 * float(np.sqrt(gain))
@@ -187,8 +177,6 @@ def loop(model: Any, first: int, x_first: float, second: int, x_second: float, g
 
 def slider_crank(ivp: ConstrainedIvp, gain: float) -> Robot:
     """Pose the slider crank: crank and rod a tree of hinges, the slider on its line, and the rod's end kept at the slider."""
-    import pinocchio as pin
-
     model, M = planar(ivp), mass_matrix(ivp)
     crank, rod, crank_mass, rod_mass, slider_mass, _ = ivp.par
     first, knee = hinge(model, 0, 0.0, crank_mass, crank / 2, crank_mass * crank**2 / 12, crank)
@@ -226,8 +214,6 @@ def four_bar(ivp: ConstrainedIvp, gain: float) -> Robot:
 
 def top(ivp: ConstrainedIvp) -> Robot:
     """Pose the heavy top on a spherical joint, without constraints."""
-    import pinocchio as pin
-
     model, values = pin.Model(), ivp.parameters
     model.gravity.linear = np.array([0.0, 0.0, -values["gravity"]])
     moments, r = np.array([values[name] for name in ("I1", "I2", "I3")]), np.array([values[name] for name in ("r1", "r2", "r3")])

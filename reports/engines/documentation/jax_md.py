@@ -9,6 +9,7 @@ from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import jax_md as adapter
 from daebench.reports.engines.documentation import NOT, PART, row
 from daebench.reports.engines.motions import BY_KEY, T_END, reference_of
+from daebench.systems.lazily import jax_md, jax_md_constraints, jnp
 
 ROUND_OFF = 1e-9
 """An energy error up to this is round-off."""
@@ -22,17 +23,15 @@ def check() -> list[dict[str, str]]:
 def projection() -> dict[str, str]:
     """Return whether its projection puts a molecule that is off by a tenth of an Angstrom onto the constraints."""
     adapter.doubles()
-    import jax.numpy as jnp
-    from jax_md import space
-    from jax_md.mm_forcefields.amber import constraints
-
     ivp = BY_KEY["butane"].ivp
     masses, r, _, _, pairs, _ = adapter.molecule(ivp)
     distances = np.array([float(np.linalg.norm(r[j] - r[i])) for i, j in pairs])
-    _, ties = constraints.prepare_settle_ccma(np.array(pairs), distances, masses)
+    _, ties = jax_md_constraints.prepare_settle_ccma(np.array(pairs), distances, masses)
     off = r + 0.1 * np.random.default_rng(20).standard_normal(r.shape)
-    displacement, shift = space.free()
-    placed = np.array(constraints.ccma_apply_positions(jnp.asarray(off), ties, jnp.asarray(masses), displacement, shift, **adapter.TIGHT))
+    displacement, shift = jax_md.space.free()
+    placed = np.array(
+        jax_md_constraints.ccma_apply_positions(jnp.asarray(off), ties, jnp.asarray(masses), displacement, shift, **adapter.TIGHT)
+    )
     worst = float(np.max(np.abs([np.linalg.norm(placed[j] - placed[i]) / d - 1 for (i, j), d in zip(pairs, distances, strict=True)])))
     sentence = "CCMA puts positions onto distance constraints within a tolerance."
     return row("amber.constraints", sentence, f"off by {number(worst)} of a distance, tolerance 1e-12", worst <= 1.1e-12)

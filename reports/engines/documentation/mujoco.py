@@ -10,6 +10,7 @@ from daebench.pages.report.sentences import number
 from daebench.reports.engines.adapters import mujoco as adapter
 from daebench.reports.engines.documentation import NOT, PART, row
 from daebench.reports.engines.motions import BY_KEY, T_END, reference_of
+from daebench.systems.lazily import mujoco
 
 MODEL = """<mujoco>
   <option timestep="{h}" integrator="{integrator}"><flag constraint="disable" energy="enable"/></option>
@@ -42,8 +43,6 @@ MODELING = "Modeling, “Solver parameters”"
 @cache
 def energies(integrator: str, h: float) -> Any:
     """Return the energies of the model every 0.1 s, up to where MuJoCo says that the simulation is unstable."""
-    import mujoco
-
     mujoco.set_mju_user_warning(lambda text: None)
     model = mujoco.MjModel.from_xml_string(MODEL.format(h=h, integrator=integrator))
     data, values = mujoco.MjData(model), []
@@ -58,8 +57,6 @@ def energies(integrator: str, h: float) -> Any:
 
 def scale() -> float:
     """Return the range of the kinetic energy of the model under RK4, J: from 0 at its start to what its potential gives."""
-    import mujoco
-
     model = mujoco.MjModel.from_xml_string(MODEL.format(h=STEP, integrator="RK4"))
     data, most = mujoco.MjData(model), 0.0
     for _ in range(1000):
@@ -135,8 +132,6 @@ def double() -> dict[str, str]:
 
 def cost() -> dict[str, str]:
     """Return how many times longer a step of implicitfast takes than one of Euler on the model, best of several turns."""
-    import mujoco
-
     best = dict.fromkeys(("Euler", "implicitfast"), np.inf)
     for _ in range(40):
         for name in best:

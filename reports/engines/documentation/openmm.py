@@ -9,6 +9,7 @@ from daebench.reports.engines.contender import Array
 from daebench.reports.engines.documentation import row
 from daebench.reports.engines.motions import BY_KEY, T_END
 from daebench.runs.request import Request
+from daebench.systems.lazily import openmm
 
 STEP = 1 / 64
 """Step size, 0.1 ps."""
@@ -52,8 +53,6 @@ def rattle() -> dict[str, str]:
 
 def massless() -> dict[str, str]:
     """Return whether a constraint that ends at a particle without mass is refused."""
-    import openmm
-
     system = openmm.System()
     for mass in (0.0, 1.0):
         system.addParticle(mass)

@@ -16,7 +16,7 @@ ENDED, SUSPICIOUS, OUTSIDE, BUDGET = 0, 1001, 1002, 1003
 """Why the loop comes back, besides flags of SUNDIALS, which are negative: the end, a step or an output to look at, steps enough."""
 
 COLLAPSED = 2.5e-15
-"""Part of t below which a step is looked at: somewhat more than :data:`daebench.methods.solvers.thresholds.LEAST` spacings of t."""
+"""Part of t below which a step is looked at: somewhat more than :data:`daebench.methods.solvers.step_check.LEAST` spacings of t."""
 
 STATE_AT, OUTPUT_AT, TIME_AT, USER_AT = range(3, 7)
 """Places of addresses, see :func:`advance`."""

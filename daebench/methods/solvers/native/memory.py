@@ -12,7 +12,7 @@ from daebench.compiler.native import Callback
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import Array
-from daebench.methods.solvers.multiplier_treatment import UNTESTED
+from daebench.methods.solvers.error_test import UNTESTED
 from daebench.methods.solvers.native.libraries import Unavailable, address, functions
 
 IDA, ADAMS, BDF = 0, 1, 2
@@ -24,7 +24,7 @@ class Settings:
     """Settings of a solver besides its tolerances."""
 
     projection: Callback | None = None
-    """What CVODE calls to project a step, and the estimate of its error, see :mod:`daebench.methods.solvers.native.projection`."""
+    """What CVODE calls to project a step, and the estimate of its error, see :mod:`daebench.methods.solvers.cvode`."""
     length: float = 0.0
     """The length of the initial value problem, which the projection is iterated against."""
     suppressed: NDArray[np.bool_] | None = None

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from daebench.errors import Stopped
 from daebench.methods.formulations.constrained import Dae, Posed
 from daebench.methods.solvers.drive import Array
-from daebench.methods.solvers.monitor import Stopped
 from daebench.methods.solvers.native import loop
 from daebench.methods.solvers.native.libraries import address
 from daebench.methods.solvers.native.memory import Solver

@@ -8,19 +8,19 @@ import numpy as np
 
 from daebench.compiler import callbacks
 from daebench.compiler.memory import Memory
-from daebench.errors import BadInput
+from daebench.errors import BadInput, Stopped
 from daebench.methods.formulations.chain import BandedDae
 from daebench.methods.formulations.constrained import Posed
 from daebench.methods.solvers.drive import MOST_STEPS, Advance, Array
-from daebench.methods.solvers.monitor import Monitor, Stopped
+from daebench.methods.solvers.monitor import Monitor
 from daebench.methods.solvers.monitored import MOST_UNKNOWNS
 from daebench.methods.solvers.native import loop
 from daebench.methods.solvers.native.libraries import Unavailable
 from daebench.methods.solvers.native.memory import ADAMS, BDF, IDA, PLAIN, Settings, Solver
 from daebench.methods.solvers.native.recorder import ROWS, Recorder
 from daebench.methods.solvers.rank_monitor import KEPT, RankMonitor
+from daebench.methods.solvers.step_check import COLLAPSE
 from daebench.methods.solvers.sundials import REASONS
-from daebench.methods.solvers.thresholds import COLLAPSE
 
 __all__ = ["ADAMS", "BDF", "IDA", "PLAIN", "Settings", "begin"]
 
