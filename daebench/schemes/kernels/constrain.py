@@ -46,6 +46,7 @@ if QUADRATIC:
         G1 = G(q)
         value = G1 @ H_p(p, q)
         mu, pivot = solve(G1 @ rows(G1, p, q).T, value)
+        # The correction, not p - n: schemes add it to their increment first, so that p is rounded once in a step.
         return G1.T @ mu, mu, linear(pivot, norm(value))
 
 else:

@@ -12,6 +12,7 @@ if SINGLE:
     def independence(p: Vector, q: Vector) -> Number:
         """Return |G H_pp G^T| of one constraint: its relative pivot is always 1, and carries no information."""
         G0 = G(q)
+        # Not in parts of |G|^2: a single constraint loses rank only where its gradient goes to zero.
         return abs((G0 @ rows(G0, p, q).T)[0][0])
 
 else:

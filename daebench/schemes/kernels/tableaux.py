@@ -88,6 +88,7 @@ def _stages(family: str, s: Any, least: int) -> int:
 
 def _guarded(s: int, digits: int) -> Any:
     """Return mpmath's context of enough digits: the monomials lose about one for each stage, and zeros of their sums two."""
+    # Not at the top: steps without a tableau, such as those of RATTLE, need no mpmath.
     import mpmath as mp
 
     return mp.workdps(digits + 3 * s + 10)
@@ -98,6 +99,7 @@ def _nodes(s: int, a: int, b: int) -> list[Any]:
     import mpmath as mp
 
     n = s - a - b
+    # The shifted Jacobi polynomial by Rodrigues' formula: its coefficients are integers, so that no digit is lost before the roots.
     falling = [(-1) ** k * comb(n, k) * factorial(n + a + b + k) // factorial(a + k) for k in range(n, -1, -1)]
     interior = mp.polyroots(falling, maxsteps=50 + 20 * n, extraprec=mp.mp.prec) if n else []
     return [*[mp.mpf(0)] * a, *sorted(interior), *[mp.mpf(1)] * b]
@@ -110,6 +112,7 @@ def _collocation(s: int, a: int, b: int, digits: int) -> Tableau:
 
     with _guarded(s, digits):
         c = _nodes(s, a, b)
+        # The Vandermonde matrix is badly conditioned; the guard digits of ``_guarded`` cover what its inverse loses.
         to_weights = mp.matrix([[x**k for k in range(s)] for x in c]) ** -1
         integrals = mp.matrix([[x ** (k + 1) / (k + 1) for k in range(s)] for x in [*c, mp.mpf(1)]])
         *A, weights = (tuple(row) for row in (integrals * to_weights).tolist())
@@ -130,5 +133,6 @@ def _rounded(tableau: Tableau, digits: int | None) -> Tableau:
     import mpmath as mp
 
     with mp.workdps(digits or FLOATS):
+        # Unary plus rounds an mpmath number to the working precision.
         number = float if digits is None else mp.mpf.__pos__
         return Tableau(tuple(tuple(map(number, row)) for row in tableau.A), tuple(map(number, tableau.b)), tuple(map(number, tableau.c)))
