@@ -27,6 +27,7 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
         The problem with its numbers, on the manifold.
     """
     freedom_at_start = freedom(ivp)
+    # Constraints that depend on each other at the start only are needed later: nothing is combined.
     if freedom_at_start is None or not freedom_at_start.permanent:
         return ivp
 
@@ -36,6 +37,7 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
     added = sorted(map(int, scipy.linalg.qr(n.T, mode="r", pivoting=True)[1][: ivp.m - freedom_at_start.rank]))
     c = -n @ np.linalg.inv(n[added]) * length[:, None] / length[added]
     shares = {
+        # Rounded to eighths, so that the combinations are exact, short, and the same on every machine.
         i: {j: sympy.Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}
         for i in range(ivp.m)
         if i not in added

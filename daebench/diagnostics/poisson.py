@@ -45,6 +45,6 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
 
 
 def structure_change(jacobian: Derivative, y: Array, B: Structure) -> float:
-    """Return the same of a map whose derivative along the unit vectors at y is known."""
+    """Return the same for a map whose derivative along the unit vectors at y is known."""
     carried = jacobian.value @ np.asarray(B(y), dtype=float) @ jacobian.value.T
     return float(np.max(np.abs(carried - np.asarray(B(jacobian.image), dtype=float))))
