@@ -125,6 +125,7 @@ class PoissonLattice:
         for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
             check_functions(what, functions)
         self._check_symbols()
+        # Without cases and values of parameters, on which the identities do not depend: they are verified once for all of these.
         structure = mathematics([*self._all_parts, list(self.parameters)], self._names, {}, {})
         self.expanded(VERIFIED_ON, verify=structure not in _VERIFIED)
         _VERIFIED.add(structure)

@@ -96,6 +96,7 @@ def _spec(module: str) -> ModuleSpec | None:
         spec = find_spec(parts[0])
     except (ImportError, ValueError):
         return None
+    # Not find_spec of the whole name, which would import the parents, and with them code that nobody asked for.
     for k in range(2, len(parts) + 1):
         if spec is None or not spec.submodule_search_locations:
             return None

@@ -105,6 +105,7 @@ def _constructor(tree: ast.Module, path: Path) -> ast.FunctionDef:
     constructors = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
     if not constructors:
         raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
+    # The last, as in Python, where a later definition replaces an earlier one.
     return constructors[-1]
 
 

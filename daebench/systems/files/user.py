@@ -52,6 +52,7 @@ def _defined(problem: Problem, structure: Mapping[str, int]) -> "Definition":
     try:
         with importable(problem.path.parent) as neighbours, naming(problem):
             definition = call(problem, executed(problem.path, _name(problem)), structure)
+        # Only files that are visible in the text are in the hash under which results are stored.
         _require_seen(problem, neighbours)
     except BaseException:
         sys.modules.pop(_name(problem), None)  # so that another try finds the same error
