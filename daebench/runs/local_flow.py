@@ -39,6 +39,7 @@ def enter(ivp: ConstrainedIvp, form: str = "local") -> Map:
         try:
             with np.errstate(all="ignore"):
                 eta, xi = inverse(_numbers(p), _numbers(q), par)
+        # Integers and Python's own numbers raise where NumPy's give infinity.
         except ZeroDivisionError:
             eta, xi = (np.nan,), (np.nan,)
         if not np.all(np.isfinite([*eta, *xi])):
