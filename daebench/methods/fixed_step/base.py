@@ -31,13 +31,13 @@ Ivp = TypeVar("Ivp", bound=ConstrainedIvp | PoissonIvp)
 Result = TypeVar("Result")
 
 INTEGRATE, FIRST = (("daebench.schemes.kernels.loop", name) for name in ("integrate", "first"))
-"""What is called of a generated module: the loop, and, where it monitors what is conserved, the values at the start."""
+"""Functions of a generated module that are called: the loop and, if it monitors conserved quantities, their values at the start."""
 
 ALONE = ("daebench.schemes.kernels.alone", "alone")
 """One step by itself, where code has a loop of its own."""
 
 INITIALISE = ("daebench.schemes.kernels.constrained", "initialise")
-"""What is called too where a scheme remembers something from step to step."""
+"""The function that is also called if a scheme has a memory from step to step."""
 
 
 _ITERATED: dict[str, frozenset[str]] = {}
@@ -104,7 +104,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return {}
 
     def _in_loops(self, ivp: Ivp, precision: str) -> bool:
-        """Return whether vectors in a kernel are arrays where those of the problem's functions are tuples: not if nothing else is said."""
+        """Return whether vectors in a kernel are arrays although those of the problem's functions are tuples; by default they are not."""
         return False
 
     @property
@@ -120,6 +120,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def weighted(self, weights: Array) -> Self:
         """Return the same method with other weights of its composition, shape(k,)."""
         method: Self = replace(self)  # type: ignore[type-var]
+        # Set beside the dataclass: the weights are a cached property, and the name of the method stays that of the composition.
         vars(method)["weights"] = np.array(weights, dtype=float)
         return method
 
@@ -154,8 +155,8 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         options = self._options(ivp, precision, (), count=False, stage_multipliers=True, singular=ivp.singular)
         linker, roots = self._linker(ivp, options)
         linked = self.linked(ivp, types.ModuleType("none"), h)
-        state, held = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
-        state = tuple(map(held, state)) if isinstance(state, tuple) and np.ndim(state[0]) else held(state)
+        state, convert = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
+        state = tuple(map(convert, state)) if isinstance(state, tuple) and np.ndim(state[0]) else convert(state)
         output = [("daebench.schemes.kernels.language", "output")] * (self.form in MAPPED)
         return linker.module(f"{self.name} on {ivp.problem}.", [*roots, ALONE, *output]), state, _tuples(linked.par)
 
@@ -177,6 +178,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         from daebench.compiler.link import Linker, Options
 
         linker = Linker(self._derivation(ivp), Options(**options), self.scheme_module)
+        # Rounding errors of compensated sums are a memory, too.
         remembers = linker.constants["MULTISTEP"] or self.compensated
         return linker, [INTEGRATE, *[FIRST] * bool(linker.monitored.conserved), *[INITIALISE] * bool(remembers)]
 
@@ -184,6 +186,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the kinds of work, as in ``Trajectory.work``, that are done in the iterations of a step."""
         options = self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular="")
         key = self._key(ivp, options)
+        # The answer needs the linker, which takes longer than a short run.
         if key not in _ITERATED:
             _ITERATED[key] = frozenset(self.read(ivp).iterated)
         return _ITERATED[key]

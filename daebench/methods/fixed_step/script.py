@@ -11,7 +11,7 @@ from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.ivp import InitialValueProblem
 
 MOST = 24
-"""Numbers of a state up to which tuples are written out as variables."""
+"""Largest number of numbers in a state: tuples are written out as variables."""
 
 
 @dataclass(frozen=True)
