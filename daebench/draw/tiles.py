@@ -23,9 +23,10 @@ def fill(axis: Any, across: Array, up: Array, classes: NDArray[np.int64], colour
 
     Each colour fills an area that includes the tiles of all later classes, so that no gaps are visible between neighbours.
 
-    Shapes: across, up (columns + 1,); classes (rows, columns).
+    The edges ``across`` are of shape(columns + 1,), ``up`` of shape(rows + 1,), and the classes of shape(rows, columns).
     """
     for k in np.unique(classes).tolist():
+        # ">=" and not "==": areas of later classes are painted over this one, so that seams between tiles do not show.
         _add(axis, across, up, classes >= k, facecolor=colours[k], edgecolor="none")
     axis.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
 
@@ -41,6 +42,7 @@ def _add(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], **look: A
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
+    # One path for all rectangles: a patch for each would make a large file and a slow drawing.
     boxes = np.array(list(rectangles(mask)))
     x, y = across[boxes[:, 2:]], up[boxes[:, :2]]
     corners = np.stack([x[:, [0, 1, 1, 0, 0]], y[:, [0, 0, 1, 1, 0]]], axis=2)

@@ -145,12 +145,13 @@ def legend(panels: Sequence[Panel], top: float, width: float) -> tuple[Markup, i
     named = {mark.name: mark for panel in panels for mark in panel.marks if isinstance(mark, Curve | Dots | Area | Tiles) and mark.name}
     parts, x, line = [], 10.0, 0
     for name, mark in named.items():
-        long = 48 + 7.2 * len(Markup(name).striptags())
-        if x + long > width and x > 10.0:
+        # 7.2 pixels a letter: the width of text is known only to the browser.
+        entry_width = 48 + 7.2 * len(Markup(name).striptags())
+        if x + entry_width > width and x > 10.0:
             x, line = 10.0, line + 1
         y = top + LINE * line + 10
         parts.append(sample(mark, x, y) + Markup('<text x="{:.1f}" y="{:.1f}">{}</text>').format(x + 34, y + 4, name))
-        x += long
+        x += entry_width
     return Markup("").join(parts), line + 1 if named else 0
 
 
