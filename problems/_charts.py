@@ -40,6 +40,7 @@ def moving(
     """
     eta = [sp.Symbol(f"{x}_rate", real=True) for x in xi]
     P = M * sp.Matrix(place).jacobian(xi) * sp.Matrix(eta)
+    # By the derivative of the inverse, and not of place: the rates then need no linear system.
     rates = sp.Matrix(inverse).jacobian(q) * M.inv() * sp.Matrix(p)
     return Chart(eta=eta, xi=xi, p=tuple(P), q=tuple(place), inverse_eta=tuple(rates), inverse_xi=tuple(inverse))
 

@@ -117,6 +117,7 @@ def mass_matrix(q: Sequence[sp.Symbol]) -> sp.Matrix:
     return M.expand()
 
 
+# In closed form, not the published decimals: references need the start to any number of digits.
 def start() -> tuple[sp.Expr, ...]:
     """Return the angles, shape(7,), at which the loops are closed with crank and link on one line, Theta = 0."""
     far, near = sp.sqrt(B.dot(B)), d - rr
@@ -154,6 +155,7 @@ def crank_angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) ->
         xi=(beta,),
         p=tuple(M.subs(dict(zip(q, place, strict=True))) * place.diff(beta) * rate),
         q=tuple(place),
+        # M couples beta with Theta alone, so that a system of two unknowns gives beta' from p.
         inverse_eta=(M[:2, :2].LUsolve(sp.Matrix(p[:2]))[0],),
         inverse_xi=(q[0],),
     )

@@ -54,6 +54,7 @@ def problem(
         Coefficients of the torsion potential, kJ/mol.
     """
     outer, inner, b, degrees = sp.symbols("methyl methylene bond angle", positive=True)
+    # Not positive, as masses and lengths are: some coefficients are negative.
     C = sp.symbols("C0:6", real=True)
     q, p = coordinates(12)
     r, M = points(q), mass_matrix([outer, inner, inner, outer])

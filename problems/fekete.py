@@ -42,6 +42,7 @@ def problem(*, points: int = 20, damping: float = 0.5) -> ConstrainedHamiltonian
         q=q,
         p=p,
         v=v,
+        # Without evaluation: SymPy takes ten seconds to search the 190 logarithms of twenty points for factors, and finds none.
         H=sp.Add(*(x**2 / 2 for x in p), *(-sp.log(square, evaluate=False) / 2 for square in pairs)),
         force=tuple(-alpha * x for x in v),
         g=[x.dot(x) - 1 for x in r],

@@ -95,6 +95,7 @@ def started(M: sp.Matrix, across: sp.Expr, height: sp.Expr, yaw: str, pitch: str
     """Return a case with the oxygen atom at the origin, an attitude in radians, and an angular velocity about the oxygen atom."""
     Q, turning = turned(*map(sp.Rational, (yaw, pitch, roll))), sp.Matrix([sp.Rational(x) for x in omega])
     r = [Q * atom for atom in atoms(across, height)]
+    # About oxygen, which starts at rest in the well; the centre of mass then moves.
     v = [a for x in r for a in turning.cross(x)]
     return Case(q=[a for x in r for a in x], p=list(M * sp.Matrix(v)), about=about)
 
