@@ -69,6 +69,7 @@ def settle(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int, s
     # "not >=", so that NaN is taken, too.
     if not share >= smallest:
         smallest = share
+    # One division for each column; everything else are products.
     U[column, 0] = 1.0 / window[0, 0]
     for j in range(1, 2 * WIDTH + 2):
         U[column, j] = window[0, j]

@@ -121,6 +121,7 @@ class PoissonClaims:
 def on_form(claims: Claims, form: str) -> Claims:
     """Return the claims of a scheme on a form of the system: "" is (1.18), others are those of ``daebench.methods.fixed_step.forms``."""
     if form in ("baumgarte", "soft"):
+        # The feedback acts forwards in time: reversed, it would drive states away from the manifold.
         return replace(claims, symmetric=False, symplectic=False, system=form)
     if form in ("stiff", "canonical"):
         claims = replace(claims, symplectic=claims.canonical, system=form)

@@ -14,6 +14,7 @@ def update_position(x: tuple[Vector, Multiplier], data: tuple[Vector, Rows]) -> 
     value = g(q)
     change, pivot = solve(G(q) @ V.T, value)
     back = V.T @ change
+    # LENGTH, because near the origin of its coordinates g = 0 leaves a position uncertain by more than eps |q|.
     return (dq - back, nu + change), norm(back), max(LENGTH, norm(q)), norm(value), pivot
 
 

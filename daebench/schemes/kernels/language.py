@@ -332,7 +332,7 @@ def solve(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ...
 @overload
 def solve(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
 def solve(A: Any, b: Any, X: Any = None) -> Any:
-    """A^-1 b, the solutions for the rows of X as rows where they are asked for, and the smallest relative pivot."""
+    """A^-1 b; the solutions for the rows of X, as rows, if X is given; and the smallest relative pivot."""
 
 
 @overload

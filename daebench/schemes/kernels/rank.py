@@ -50,6 +50,7 @@ if RANK_WATCHED:
 
             sigma_2 <= sigma_1 - sigma_2        sigma_1 <= 3 (sigma_0 - sigma_1)
         """
+        # The two inequalities squared, so that no roots are taken.
         return bool(4.0 * now[1] <= now[2] and 16.0 * now[2] <= 9.0 * before[2])
 
 else:

@@ -60,6 +60,7 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
     first_guess = (p_free, q_free, zero(q0), zero(q0))
     due, _, _, _, due_pivot = due_at(first_guess, p_free, q_free)
     down0 = normals(p0, q0, H_pp(p0, q0), mass(p0, q0))
+    # A step that failed has no pivot; its status is reported below.
     settled = inner[2] if inner[0] == OK else INF
     start = (first_guess, due, 1.0 + 0 * h, inner[3], min(due_pivot, settled), (stage_lam, inner[0], inner[1]))
     (state, _, _, work, pivot, last), report = newton(update_symmetric, start, (p0, q0, h, down0))
