@@ -6,13 +6,13 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import scipy
 
 LARGEST = 60
-"""Positions up to which constraints are held against each other."""
+"""Largest number of positions with which contradictions are sought."""
 
 MET = 1e-9
-"""Residual, in parts of the change of a constraint with the size of positions, that counts as met."""
+"""Residual, relative to the change of a constraint with the size of positions, that counts as zero."""
 
 STARTS = (0.0, 0.01, 0.1, 0.3, 0.3, 1.0, 1.0, 1.0)
-"""Distances of the starts from the given positions, in parts of these."""
+"""Distances of the starts from the given positions, relative to these."""
 
 TIED = 1e-6
 """Part of the largest residual within which others are equal to it: the first of them is named, whatever their rounding."""

@@ -121,7 +121,7 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
 def _by_complex_step(phi: Mapping, x: Array, X: Array) -> tuple[Any, Any, str]:
     """Return Phi'(x) X and Phi(x), or None, and the reason for which they may be wrong."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # what is dropped is seen by its effect
+        warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # the comparison with differences finds what is dropped
         try:
             columns = np.array([_vector(phi, x + 1j * STEP * direction) for direction in X.T])
         except DaebenchError:
@@ -207,7 +207,7 @@ def _agree(value: Array, along: Array, floor: Array) -> bool:
 
 
 def _nowhere_zero(along: Array, parts: int) -> bool:
-    """Return whether no part is zero throughout, as what is cast to real numbers is."""
+    """Return whether no part is zero throughout; a part that is cast to real numbers is."""
     return all(bool(np.any(part)) for part in np.array_split(along, parts))
 
 

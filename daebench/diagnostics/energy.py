@@ -26,7 +26,7 @@ ROUNDED = 10.0
 """An error within this number of roundings, times the square root of the number of steps, counts as kept."""
 
 SAMPLES_AT_ONCE, FEWEST_AT_ONCE = 2**17, 64
-"""Errors are judged in parts of about so many samples, which stay in the processor's cache, and of so many errors at least."""
+"""Errors are judged in batches of about this many samples, which stay in the processor's cache, and of at least this many errors."""
 
 
 def energy_drift(

@@ -14,7 +14,7 @@ from daebench.runs.ivp import Array, Ivp
 from daebench.runs.trajectory import Outcome
 
 LOST = 1.0
-"""Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
+"""Energy error, relative to the mean kinetic energy, above which a motion is lost."""
 
 AT_REST = 1e4 * 2.0**-52
 """Least kinetic energy, relative to the largest energy along a run, that sizes are measured by: below it a body is at rest."""
@@ -102,7 +102,7 @@ def may_be_a_part(states: Array, sizes: Any) -> NDArray[np.bool_]:
     states : ndarray, shape(n, m, c)
         Positions of m motions at n times, or all of their coordinates.
     sizes : float or ndarray, shape(m,)
-        Their largest energy errors, in parts of the mean kinetic energy.
+        Their largest energy errors, relative to the mean kinetic energy.
     """
     n, m, c = states.shape
     # The energy error of a good method swings with the motion, so that the motion shows what the error cannot: its own period.
@@ -134,7 +134,7 @@ def energy_verdict(ivp: Ivp, run: Outcome) -> Drift:
 
 
 def size(error: Any, scales: EnergyScales) -> Any:
-    """Return an energy error, or several, in parts of the mean kinetic energy; above :data:`LOST` the motion is lost.
+    """Return an energy error, or several, relative to the mean kinetic energy; above :data:`LOST` the motion is lost.
 
     An error that is not a number has no size: nothing was measured.
     """

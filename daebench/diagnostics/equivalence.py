@@ -121,8 +121,8 @@ def equivalence(x: Array, y: Array, margin: float, *, level: float = LEVEL, seed
     members makes up the mean's difference, n pairs have none of these with the probability (1 - p)^n. With p = 2 % and a margin of two
     standard deviations of the others, 28 % of samples of 64 and 6 % of 128 were called equivalent.
 
-    Of 1000 samples in each of which one or all quantities differ by just the margin, so many percent were called equivalent, and at most
-    0.8 % different, at alpha = 0.05:
+    In 1000 samples, one or all quantities differ by exactly the margin. The percentage that was called equivalent is below, and at most
+    0.8 % were called different, at alpha = 0.05:
 
     ====================================================  ===  ===  ===  ===  ====
     pairs                                                  32   64  128  256  1024
@@ -155,7 +155,7 @@ def equivalence(x: Array, y: Array, margin: float, *, level: float = LEVEL, seed
     Raises
     ------
     BadInput
-        If there are too few, a number is not finite, or margin or level is not what it must be.
+        If there are too few pairs, a number is not finite, or margin or level is out of range.
     """
     positive("margin", margin)
     if not 0 < level < 0.5:
@@ -216,8 +216,8 @@ def _needed(differences: Sequence[Difference], margin: float, d: Array) -> int |
         n (w / g)^2                        for the mean
         n (w / g)^2 (s + g) / (s + w)      for a quantile,
 
-    s being how far the differences of pairs are from that of the quantiles. For what the sign test has to see is the part of pairs within g
-    of the quantile, which is proportional to g, beside the part that lie on two sides of it, which is proportional to s.
+    where s is the mean distance of the differences of pairs from that of the quantiles. The sign test has to see the part of pairs within g
+    of the quantile, which is proportional to g, against the part on two sides of it, which is proportional to s.
     """
     # The number of pairs grows as the inverse square of the gap, which is unknown within rounding.
     if any(abs(margin - abs(difference.value)) < CLOSE * margin for difference in differences):

@@ -111,7 +111,7 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     Parameters
     ----------
     ivp : ConstrainedIvp
-        The problem with its numbers, whose q0 is looked at.
+        The problem with its numbers, examined at q0.
 
     Returns
     -------
@@ -159,7 +159,7 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     Parameters
     ----------
     ivp : ConstrainedIvp
-        The problem with its numbers, whose q0 is looked at.
+        The problem with its numbers, examined at q0.
     """
     if ivp.facts.EXPLICIT and not beyond_comparison(ivp) and (fault := undetermined(ivp)):
         return fault
@@ -189,7 +189,7 @@ def contradicted(ivp: ConstrainedIvp) -> bool:
         q = np.append(ivp.q0[:n], ivp.q0[n:] + later)
         asked = float(np.max(np.abs(ivp.value("g", q))))
         for _ in range(ITERATIONS):
-            # Least squares, because dependent constraints are what is examined: elimination would fail on them.
+            # Least squares, because the constraints depend on each other: elimination would fail.
             q[:n] -= np.linalg.lstsq(ivp.value("G", q)[:, :n], ivp.value("g", q), rcond=DEPENDENT)[0]
         if float(np.max(np.abs(ivp.value("g", q)))) > UNMET * asked:
             return True
@@ -197,7 +197,7 @@ def contradicted(ivp: ConstrainedIvp) -> bool:
 
 
 def redundant(ivp: ConstrainedIvp) -> bool:
-    """Return whether constraints are redundant for good."""
+    """Return whether constraints are redundant permanently, not only at the start."""
     counted = freedom(ivp)
     return counted is not None and counted.permanent
 

@@ -7,13 +7,13 @@ import numpy as np
 from daebench.runs.ivp import Array, ConstrainedIvp
 
 SINGULAR = 1e-12
-"""Eigenvalue of a matrix with ones on its diagonal below which it is taken for zero."""
+"""Eigenvalue of a matrix with ones on its diagonal, below which it is zero."""
 
 DEPENDENT = 1e-9
-"""Singular value of G, its rows of length one, below which it is taken for zero, in parts of the largest."""
+"""Singular value of G with rows of length one, relative to the largest, below which it is zero."""
 
 SHARE = 1e-6
-"""Share of a constraint in a direction from which on it is named."""
+"""Smallest share of a constraint in a direction with which it is named."""
 
 
 @dataclass(frozen=True)

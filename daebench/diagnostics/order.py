@@ -125,7 +125,7 @@ def _slopes(h: Array, error: Array) -> Array:
 
 
 def _plateau(h: Array, error: Array) -> float:
-    """Return the error up to which points are spoilt by a plateau at the fine end; 0 if there is none."""
+    """Return the error up to which points are contaminated by a plateau at the fine end; 0 if there is none."""
     slopes = _slopes(h, error)
     length = _asymptotic(slopes)
     # Points of a plateau rarely agree on a slope over a factor of ten: here the fine end still converges.

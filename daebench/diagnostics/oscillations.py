@@ -11,7 +11,7 @@ UNRESOLVED = 0.4
 """Neighbouring samples that correlate by less than this follow no oscillation."""
 
 LINE = 0.2
-"""Part of the variance at one frequency from which on an error is periodic, and not noise."""
+"""Fraction of the variance at one frequency above which an error is periodic, and not noise."""
 
 PEAKED = 10.0
 """Kurtosis above which an error is a train of peaks; Gaussian noise has 3."""

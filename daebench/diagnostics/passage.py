@@ -71,7 +71,7 @@ class Crossing:
 
     @property
     def over(self) -> bool:
-        """Whether pivots have risen again to what they were before, or nearly so, over three states beyond the place."""
+        """Whether pivots have nearly risen to their former size over three states beyond the place."""
         if len(self.after) < 3 or self.after[-3][0] <= self.t:
             return False
         first, second, third = (pivot for _, _, pivot in self.after[-3:])

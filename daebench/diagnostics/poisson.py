@@ -29,7 +29,7 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
     ----------
     flow : callable
         The map Phi, best analytic in its argument and computed in complex numbers, with iterations inside it that converge in the
-        imaginary part too; of other maps Phi' is had from differences, and a warning says how good they are.
+        imaginary part too; for other maps Phi' is computed by differences, and a warning states their accuracy.
     y : array_like, shape(n,)
         The point.
     B : callable

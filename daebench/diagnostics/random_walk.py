@@ -34,7 +34,7 @@ AT_ROUNDING = 4.0
 """Roundings of a state within which a spread is round-off if its growth cannot be determined; the same for an error."""
 
 WALK = (0.25, 0.75)
-"""Exponents of a random walk are between these: halfway to those of what is bounded, 0, and of what is linear, 1."""
+"""Limits of the exponent of a random walk: halfway to those of a bounded error, 0, and of a linear drift, 1."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def random_walk(
 
     Truncation is common to members that follow the same motion; round-off differs between members. Unbiased rounding makes each error a
     random walk, with standard deviation ~ t^(1/2); biased rounding, as of an iteration that ends at a tolerance, makes it grow
-    linearly, HLW VIII.5. So two things are looked at:
+    linearly, HLW VIII.5. Two quantities are therefore examined:
 
     - the mean over members, by the rule of :func:`daebench.diagnostics.energy.energy_drift`. Its change is a drift where the changes of the
       members, fitted with the same shape, have a mean beyond 4.5 of its standard errors; the scatter of its window means has to be beaten

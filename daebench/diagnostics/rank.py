@@ -60,7 +60,7 @@ def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int
     """Return the time until G loses rank, by one state and its velocity, if it is within this number of steps of size h; else None.
 
     The roots of what ``independence`` in ``daebench/schemes/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and
-    what is found is believed where it is there at most a third of what it is at q.
+    the predicted zero is believed if the measured root there is at most a third of that at q.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def loses_rank(ivp: ConstrainedIvp, p: Array, q: Array, before: float, after: fl
     Returns
     -------
     bool
-        True also where vectors are arrays, or constraints so many that it is not looked at.
+        True also if vectors are arrays, or if there are too many constraints for the examination.
     """
     if beyond_comparison(ivp):
         return True
@@ -215,7 +215,7 @@ def may_lose_rank(members: Members) -> NDArray[np.bool_]:
     Parameters
     ----------
     members : Members
-        Members whose starts are looked at.
+        Members whose starts are examined.
 
     Returns
     -------
@@ -236,7 +236,7 @@ def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:
     """Return which coordinate is too light for the step where G keeps its rank in a time t, as part of a sentence; "" where G loses it.
 
     G M^-1 G^T is nearly singular where G is, and also where the masses are of very different size: rows of G that are independent are
-    then nearly parallel in the metric M^-1. The smallest singular value of G itself, its rows in parts of their lengths at q, tells.
+    then nearly parallel in the metric M^-1. The smallest singular value of G itself, its rows over their lengths at q, decides.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ class Dependence:
 
     @property
     def forms(self) -> Array:
-        """The forms Z^T (w^T g_qq) Z of all combinations, shape(c, f, f), in parts of what their terms are; zero where rounding."""
+        """The forms Z^T (w^T g_qq) Z of all combinations, shape(c, f, f), relative to the size of their terms; zero if rounding."""
         parts = np.einsum("if,kij,jg->kfg", self.Z, self.curvatures, self.Z)
         sizes = np.abs(self.w).T @ np.linalg.norm(parts, axis=(1, 2))
         forms = np.einsum("kc,kfg->cfg", self.w, parts) / np.where(sizes > 0, sizes, 1.0)[:, None, None]
@@ -58,7 +58,7 @@ class Dependence:
         return int(np.sum(eigenvalues > DEFINITE * eigenvalues[-1]))
 
     def bends(self, v: Array) -> tuple[float, Array] | None:
-        """Return w^T g_qq (v, v) of the combination where it is largest in parts of its terms, and that w; None where all are zero."""
+        """Return w^T g_qq (v, v) and w of the combination for which it is largest relative to its terms; None if all are zero."""
         parts = np.einsum("i,kij,j->k", v, self.curvatures, v)
         moduli = np.einsum("i,kij,j->k", np.abs(v), np.abs(self.curvatures), np.abs(v))
         sizes = np.abs(self.w).T @ moduli

@@ -12,7 +12,7 @@ FEWEST = 6
 """Fewest windows from which an exponent is read."""
 
 SHORTEST_OCTAVES = 8.0
-"""The spread is followed over the last so many octaves of the time at least, where there are as many."""
+"""Least number of last octaves of the time over which the spread is followed, if there are as many."""
 
 GROWS = 0.25
 """Exponent that the spread has to exceed by two of its standard errors if a constant is fitted beside the power."""
@@ -24,7 +24,7 @@ LEAST = -0.9
 """Least constant, relative to the square of the spread in the first window."""
 
 BENT, BENDING = 3.0, 0.02
-"""The spread follows no single power where the slopes over both halves of log t differ by more than so many standard errors and so much."""
+"""Standard errors and absolute size by which the slopes over both halves of log t differ if the spread follows no single power."""
 
 
 @dataclass(frozen=True)

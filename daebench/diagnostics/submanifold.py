@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 SHORT = 800
-"""Operations up to which an expression is shortened."""
+"""Largest number of operations of an expression that is shortened."""
 
 
 def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":

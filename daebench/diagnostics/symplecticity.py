@@ -48,8 +48,8 @@ def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
 def tangent_basis_at_one_time(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     """Return an orthonormal basis of the tangent vectors of a system in time that leave the time, and p_t, as they are.
 
-    The two-form dq ^ dp of the positions alone is what a damping contracts: dt ^ dp_t, which the vectors of :func:`tangent_basis` have
-    besides, is not.
+    A damping contracts the two-form dq ^ dp of the positions only. It does not contract dt ^ dp_t, which the vectors of
+    :func:`tangent_basis` have as well.
     """
     C = constraint_jacobian(ivp, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
     d = ivp.d

@@ -21,11 +21,11 @@ WINDOWS = 9
 """Fewest windows whose scatter is known well enough to hold a drift against it."""
 
 NOISE, FEW_WINDOWS, SLOW, WALK, NO_WINDOWS = 4.5, 8.0, 7.0, 20.0, 15.0
-"""A drift is beyond so many standard deviations of the window means: of noise; of noise in fewer than 15 windows; of what is an
-oscillation with a period near the whole time; of a random walk; and where windows hold no whole oscillations."""
+"""Numbers of standard deviations of the window means that a drift exceeds: for noise; for noise in fewer than 15 windows; for an
+oscillation with a period near the whole time; for a random walk; and if windows hold no whole oscillations."""
 
 LEFT = 2.5
-"""A drift is beyond so many times the part of the oscillation that the windows leave; the range of that part is twice as much."""
+"""Multiple of the part of the oscillation that the windows leave, which a drift exceeds; the range of that part is twice its size."""
 
 RED = 0.25
 """Correlation of neighbouring window means above which they are not noise; a fifth of it for few windows."""
@@ -37,10 +37,10 @@ LEAST_WINDOWS = 4
 """Fewest windows to which shapes are fitted."""
 
 SMALL, SMALL_ONE_WAY = 0.5, 0.1
-"""The window means of what is bounded are within this part of the range of the error, and within that where they go one way."""
+"""Largest range of the window means of a bounded error, relative to the range of the error; and the largest if they go one way."""
 
 ALIKE, BY_CHANCE = 0.3, 3.5
-"""Window means go one way where Kendall's correlation with time is beyond this, and so many of its standard deviations for noise."""
+"""Window means go one way if Kendall's correlation with time exceeds the first, and the second times its standard deviation for noise."""
 
 
 ALIASED = "aliased output: the oscillation has fewer than five outputs per period, so a slow change may be its alias"
@@ -99,7 +99,7 @@ class _Residuals:
     ripple_range: Array
 
     def leak(self, windows: NDArray[np.int64]) -> Array:
-        """Return the part of the fast oscillations that means over so many windows leave, at most."""
+        """Return the largest part of the fast oscillations that means over these numbers of windows leave."""
         return np.asarray(leakage(2 * self.ripples / (windows + 1)) * self.ripple_range / 2)
 
 

@@ -135,7 +135,7 @@ def _checks(ivp: Ivp) -> Mapping[str, Check]:
 
 
 def start(ivp: ConstrainedIvp) -> str:
-    """Return which constraint the start does not meet, and by how much; "" where it meets them all."""
+    """Return a sentence on the constraint that the start violates, with its residual; "" if it satisfies all of them."""
     state = tuple(ivp.p0), tuple(ivp.q0)
     scales = allowed(ivp)
     for name, at, values, scale in (
