@@ -211,6 +211,7 @@ class ConstrainedChain:
         zero, here = sp.zeros(b, b), sp.Matrix(self.mass.subs(self.node, at))
         if self.joint_mass is None:
             return zero, here, zero
+        # The mass of a joint may depend on its node: the joint of the next node is evaluated at k + 1.
         J, beyond = sp.Matrix(self.joint_mass.subs(self.node, at)), sp.Matrix(self.joint_mass.subs(self.node, at + 1))
         if k in self.joined:
             here += J[b:, b:]

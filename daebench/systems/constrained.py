@@ -191,6 +191,7 @@ class ConstrainedHamiltonian:
     @cached_property
     def mathematics(self) -> str:
         """Exact text of equations, parameters with defaults, cases, integrals, chart and flow; the same for all ways to write them."""
+        # Without descriptions, unlike the fingerprint: stored runs are found by this text, and a new word must not lose them.
         cases = {name: (case.q, case.p, case.parameters, case.on_singular) for name, case in self.cases.items()}
         return mathematics(self._all_parts, list(self.integrals), cases, self.parameters)
 

@@ -203,6 +203,7 @@ class PoissonLattice:
 
         def at(expression: sp.Expr, k: int) -> sp.Expr:
             """Return an expression of a site and its neighbours at site k, counted from 0."""
+            # Site -1 is the last one by Python's indices, which makes the lattice periodic; the other end takes the remainder.
             pairs = zip((self.left, self.here, self.right), (k - 1, k, (k + 1) % sites), strict=True)
             substitution = {symbol: symbols[i][where] for fields, where in pairs for i, symbol in enumerate(fields)}
             return sp.sympify(expression).xreplace(substitution | {self.site: sp.Integer(k + 1)})

@@ -72,6 +72,7 @@ def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], doma
 def _at(values: Any, inside: Any, point: Point) -> list[list[Any]] | None:
     """Return the terms of all expressions at a point; None if it is outside the domain or a value there is not finite."""
     try:
+        # Outside of real numbers a bound may be complex, which cannot be compared with 0.
         if not all(mp.im(bound) == 0 and mp.re(bound) > 0 for bound in inside(*point)):
             return None
         terms: list[list[Any]] = values(*point)

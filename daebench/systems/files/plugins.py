@@ -42,6 +42,7 @@ def plugins(taken: tuple[str, ...]) -> Plugins:
         by_name.setdefault(entry_point.name, []).append(entry_point)
     problems: dict[str, Problem] = {}
     broken: dict[str, str] = {}
+    # One broken package must not hide the problems of the others: its error becomes a sentence.
     for name, points in sorted(by_name.items()):
         try:
             problems[name] = _problem(name, points, taken)

@@ -120,6 +120,7 @@ def _kind(constructor: ast.FunctionDef) -> tuple[str, list[str]]:
 def _arguments(constructor: ast.FunctionDef) -> tuple[dict[str, float], dict[str, int], list[str]]:
     """Return run-time and structural parameters with their defaults, and what is wrong with them."""
     arguments, faults = constructor.args, []
+    # All faults are collected, so that one reading of the message is enough to correct the file.
     if others := [*arguments.posonlyargs, *arguments.args, *filter(None, (arguments.vararg, arguments.kwarg))]:
         given = ", ".join(parameter.arg for parameter in others)
         faults.append(f"line {constructor.lineno}: problem() takes {given}; write problem(*, ...): keyword-only arguments")

@@ -41,6 +41,7 @@ def _again(problem: Problem, structure: Mapping[str, int]) -> "Iterator[Definiti
 
 def _afresh(problem: Problem, structure: Mapping[str, int]) -> "Definition":
     """Return the definition of a file that is executed again, independent of any state of its module."""
+    # Executed anew, so that a definition that depends on a state of its module differs, and is noticed.
     module = sys.modules.pop(_name(problem))
     try:
         return _defined(problem, structure)
