@@ -1,4 +1,4 @@
-"""How a mechanism looks: bodies as lines through their points, point masses, springs and dampers, and what is fixed."""
+"""The picture of a mechanism: bodies as lines through their points, point masses, springs and dampers, and fixed points."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,8 +1,8 @@
 """Which points and directions have unknowns of their own, and where everything else is, linear in them.
 
-Bodies are gone through in the order in which they are declared. A body takes what is known already of its points and directions -
-those of the ground and of bodies before it - and gives unknowns only to what it needs besides: what more it has is linear in these. A point
-that two bodies name is one point, so that a joint there takes no equation.
+Bodies are placed in the order in which they are declared. A body takes the points and directions that are known already, from the ground
+and from earlier bodies, and gives unknowns only to those that it needs in addition; its other points are linear in these. A point that two
+bodies name is one point, so that a joint there takes no equation.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -47,7 +47,7 @@ class Guided:
 
 @dataclass
 class Places:
-    """Points and directions by name, and the frames of bodies, as far as they are known."""
+    """The points and directions by name, and the frames of bodies, that are known so far."""
 
     dimension: int
     declared: dict[str, Column]
@@ -98,7 +98,7 @@ class Places:
     def body(self, name: str, body: AnyBody) -> None:
         """Make the frame of a body, and find where all its points and directions are."""
         known = [x for x in body.names if x in self.columns]
-        # What is known comes first, so that new unknowns are given only to what is needed besides.
+        # Known points come first, so that new unknowns are given only where they are needed.
         chosen = self._independent([*known, *(x for x in body.names if x not in known)], self._needed(body))
         chosen += self._completed(name, body, chosen)
         columns = [self.columns[x] if x in self.columns else self.unknowns(x) for x in chosen]
@@ -119,7 +119,7 @@ class Places:
         return 4 if isinstance(body, Body) else 3 if isinstance(body, Plate) else 2
 
     def _independent(self, names: Iterable[str], most: int) -> list[str]:
-        """Return the first so many of them of which none is a combination of others."""
+        """Return the first names, ``most`` at most, of which none is a combination of others."""
         chosen: list[str] = []
         for name in names:
             trial = [*chosen, name]

@@ -56,7 +56,7 @@ class Row:
 
 
 def row_of(places: Places, points: int) -> Row | None:
-    """Return the nodes of so many points each, or None where unknowns do not come out even."""
+    """Return nodes of this number of points each, or None if nodes would have different numbers of unknowns."""
     owners = list(places.owners.values())
     blocks = [[x for unknowns in owners[i : i + points] for x in unknowns] for i in range(0, len(owners), points)]
     if len(blocks) < FEWEST or len({len(block) for block in blocks}) > 1:

@@ -66,7 +66,7 @@ def velocities(
     values: Values,
     labels: Sequence[str],
 ) -> list[sp.Expr]:
-    """Return v at the start, shape(d,): G v = -g_t, what is given, and the least kinetic energy of what is left."""
+    """Return v at the start, shape(d,): G v = -g_t, the given velocities, and the least kinetic energy otherwise."""
     rows, right = G0, -g_t.subs(at)
     for name, velocity in start.velocity.items():
         places.given(name)
