@@ -76,6 +76,7 @@ def structure_matrix(ivp: ConstrainedIvp) -> Callable[[NDArray[np.float64]], NDA
 
     def B(y: NDArray[np.float64]) -> NDArray[np.float64]:
         eta, xi = np.split(np.asarray(y), 2)
+        # Inverted, because B itself is asked for; flows solve with the two-form instead.
         return np.linalg.inv(np.array(form(_numbers(eta), _numbers(xi), par), dtype=float))
 
     return B

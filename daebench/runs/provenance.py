@@ -81,6 +81,7 @@ def text(name: str, about: Mapping[str, str]) -> str:
 
 def beside(path: Path) -> Path:
     """Return the path of the text on how a file was made."""
+    # After the whole name: x.csv and x.svg have texts of their own.
     return path.with_name(f"{path.name}.txt")
 
 

@@ -15,7 +15,7 @@ LARGEST = 1e300
 
 
 class WrongField(ValueError):
-    """A field that is not what it must be; the text names it."""
+    """A field with a wrong value; the text names the field."""
 
 
 class Kind(Protocol):
@@ -237,6 +237,6 @@ class Fields:
 
 
 def numbers(rows: int, columns: int | None = None, of: Kind | None = None) -> Items:
-    """Return the kind of so many numbers, or of rows of so many."""
+    """Return the kind of a list of ``rows`` numbers, or of rows of ``columns`` numbers."""
     number = Number() if of is None else of
     return Items(number if columns is None else Items(number, columns, columns), rows, rows)

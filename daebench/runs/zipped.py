@@ -1,4 +1,4 @@
-"""ZIP files from elsewhere, read with bounds: how large they become is looked at before anything is unpacked."""
+"""ZIP files from elsewhere, read with bounds: their unpacked size is checked before anything is unpacked."""
 
 import io
 import zipfile
