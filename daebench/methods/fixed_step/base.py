@@ -144,6 +144,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def _key(self, ivp: Ivp, options: Mapping[str, Any]) -> str:
         """Return a text that is the same for problems and methods with the same generated module."""
+        # No numbers in it: parameters, tableaux and weights are run-time data, so that one module serves all of them.
         return f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(options.items())}"
 
     def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, singular: str = "") -> str:
@@ -261,7 +262,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return f"dual{width(ivp, request.sensitivities)}" if request.sensitivities else request.precision
 
     def _differentiated(self, ivp: Ivp, request: Request, grid: Grid, kernel: types.ModuleType) -> Linked:
-        """Return the scheme linked to a problem, with its derivatives where they are asked for."""
+        """Return the scheme linked to a problem, with its derivatives if the request has sensitivities."""
         linked = self.linked(ivp, kernel, grid.h)
         if not request.sensitivities:
             return linked

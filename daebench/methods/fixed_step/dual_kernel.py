@@ -34,6 +34,7 @@ def seeds(ivp: Ivp, chosen: Directions, enter: Any, data: int) -> Seeds:
     start = np.concatenate(ivp.start)
     columns = []
     for par, moved in zip(chosen.par.T, chosen.start.T, strict=True):
+        # The map into the scheme's coordinates may depend on parameters, so that it is differentiated with the start.
         columns.append(enter(moved_by(ivp, par))(ivp.vectors(start + 1j * STEP * moved)))
     form = enter(ivp)(ivp.start)
     if np.ndim(form[0]) == 0:
@@ -81,7 +82,7 @@ class DualKernel:
         return result
 
     def sensitivities(self, stored: int, n: int, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
-        """Return the derivatives of n states, by name of what they are taken by and of the part; ``parts`` has their places in a state.
+        """Return the derivatives of n states, by the name of a parameter or initial value and of the part; ``parts`` has places in a state.
 
         The states are the start, those that were stored, and the end where that is not one of them.
         """

@@ -63,6 +63,7 @@ def numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: floa
 def _numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float) -> tuple[Any, Any]:
     """Return the state that the scheme computes in at the problem's start, and the run-time data."""
     linked = method.linked(ivp, _no_module(), h)
+    # The module is not called: what a page runs is JavaScript.
     return linked.enter(ivp.start), linked.par
 
 

@@ -169,7 +169,7 @@ class Run:
         self.interrupted = False
         self.looks: list[tuple[int, Array]] = []
         self.stride = max(1, -(-grid.steps // _looks(request, ivp.size))) if request.looks else 0
-        self.stored = bool(grid.every) and self.stride % grid.every == 0  # what is looked at is among the stored states
+        self.stored = bool(grid.every) and self.stride % grid.every == 0  # states that are looked at are then among the stored ones
         with np.errstate(all="ignore"), ExitStack() as first:
             if linking:
                 first.enter_context(uncollected())
@@ -241,7 +241,7 @@ class Run:
         return timed(self.kernel.integrate, args)
 
     def _advance(self, steps: int) -> float:
-        """Take so many steps, or as many as there are; return the CPU time it took."""
+        """Take a number of steps, and return the CPU time."""
         with np.errstate(all="ignore"):
             result, took = self._call(steps)
         self.x = self.state(result[0])
@@ -261,7 +261,7 @@ class Run:
         return took
 
     def piece(self, steps: int) -> float:
-        """Take so many steps, or as many as are left, and act if G loses rank; return the CPU time of the steps.
+        """Take a number of steps, at most those that are left, and act if G loses rank; return the CPU time of the steps.
 
         If the last step predicts a loss of rank in the next one, this stays pending for a longer run that continues from there.
         """
