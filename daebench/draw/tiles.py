@@ -60,6 +60,7 @@ def rectangles(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
     begun: dict[tuple[int, int], int] = {}
     for row, line in enumerate(sides):
         runs = set(zip(np.flatnonzero(line > 0).tolist(), np.flatnonzero(line < 0).tolist(), strict=True))
+        # A run that the next row does not continue is complete; sorted, so that the drawing has the same bytes every time.
         for run in sorted(begun.keys() - runs):
             yield begun.pop(run), row, *run
         for run in runs - begun.keys():

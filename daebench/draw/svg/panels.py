@@ -100,6 +100,7 @@ def panel_svg(panel: Panel, frame: Frame) -> Markup:
 
     Its clip path is named after the frame, so two clip paths of the same name in a page are equal.
     """
+    # Named by its numbers and not by a counter, so that a panel that is drawn again has the same text.
     name = "clip" + "-".join(f"{length:.0f}" for length in (frame.left, frame.top, frame.width, frame.height))
     box = Markup('x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"').format(frame.left, frame.top, frame.width, frame.height)
     title = Markup('<text class="title" x="{:.1f}" y="{:.1f}">{}</text>').format(frame.left, frame.top - 9, panel.title)
