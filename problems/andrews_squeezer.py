@@ -139,7 +139,7 @@ def folded(P: sp.Matrix) -> tuple[sp.Expr, ...]:
 
 
 def elbow(tip: sp.Matrix, first: sp.Expr, second: sp.Expr, side: int) -> tuple[sp.Expr, sp.Expr]:
-    """Return the angles of two pieces that lead to a tip with x > 0, by the law of cosines; turned to the left of it is side 1, else -1."""
+    """Return the angles of two pieces that lead to a tip with x > 0, by the law of cosines; with side 1 the first turns left."""
     r, towards = sp.sqrt(tip.dot(tip)), sp.atan(tip[1] / tip[0])
     before = sp.acos((r**2 + first**2 - second**2) / (2 * r * first))
     after = sp.acos((r**2 + second**2 - first**2) / (2 * r * second))

@@ -95,6 +95,7 @@ def height_and_angle(
     up = sp.Matrix([-along[1], along[0]])
     axle = L * sp.Matrix([sp.cos(phi), sp.sin(phi)])
     place = sp.Matrix([s * up, s * up + axle])
+    # With the derivative by time: the chart moves with the wheel.
     rate = place.jacobian([s, phi]) * sp.Matrix([s_rate, phi_rate]) + place.diff(t)
     x, v = sp.Matrix(q[:2]), sp.Matrix(p) / k
     across = sp.Matrix(q[2:]) - x

@@ -61,6 +61,7 @@ def problem(
         p=p,
         M=M,
         U=k * r[0].dot(r[0]) / 2 - E * e * (r[1][2] + r[2][2] - 2 * r[0][2]),
+        # In the order and with the factors that SETTLE expects: see ``rattle_settle``.
         g=[square - x for square, x in zip(squares, (b**2, b**2, 4 * across**2), strict=True)],
         parameters=dict(zip([heavy, light, b, degrees, e, E, k], [oxygen, hydrogen, bond, angle, charge, field, stiffness], strict=True)),
         cases={

@@ -94,6 +94,7 @@ def slope(q: Sequence[sp.Symbol]) -> sp.Matrix:
     anchors = [(carried(*of_crank, a), carried(*of_crank, a_rate))]
     anchors.append((carried(*of_coupler, a, b), carried(*of_coupler, a_rate, b_rate)))
     leg, turning = b - a, b_rate - a_rate
+    # Less 1, the rate of the crank: velocities above are those for a crank that turns at 1 rad/s.
     against = (leg[0] * turning[1] - leg[1] * turning[0]) / square(at["A"], at["B"]) - 1
     return sp.Matrix([*a_rate, *b_rate, *followed(e, anchors)]) / against
 
