@@ -40,6 +40,7 @@ def moving(
     """
     eta = [sp.Symbol(f"{x}_rate", real=True) for x in xi]
     P = M * sp.Matrix(place).jacobian(xi) * sp.Matrix(eta)
+    # By the derivative of the inverse, and not of place: the rates then need no linear system.
     rates = sp.Matrix(inverse).jacobian(q) * M.inv() * sp.Matrix(p)
     return Chart(eta=eta, xi=xi, p=tuple(P), q=tuple(place), inverse_eta=tuple(rates), inverse_xi=tuple(inverse))
 
@@ -58,4 +59,5 @@ def unit_vector(x: Sequence[Any], S: sp.Matrix) -> sp.Matrix:
 def projected(n: Sequence[sp.Expr], S: sp.Matrix) -> list[sp.Expr]:
     """Return the stereographic projection x, shape(2,), of a unit vector n, the inverse of :func:`unit_vector`."""
     seen = S.T * sp.Matrix(n)
+    # Singular only where n is the third column of S: problems choose S so that no motion comes near it.
     return [seen[0] / (1 - seen[2]), seen[1] / (1 - seen[2])]

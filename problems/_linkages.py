@@ -35,6 +35,7 @@ def located(distances: Distances, side: int) -> sp.Matrix:
         n, (aa, ab, bb) = legs[0].cross(legs[1]), (dot(legs[i], legs[j]) for i, j in ((0, 0), (0, 1), (1, 1)))
         det = aa * bb - ab**2
         coefficients = [(bb * right[0] - ab * right[1]) / det, (aa * right[1] - ab * right[0]) / det]
+    # The square root has its sign by ``side``: both points have the distances, and the linkage is in one of them.
     foot = sum((c * leg for c, leg in zip(coefficients, legs, strict=True)), sp.zeros(*p.shape))
     return p + foot + side * sp.sqrt((square - dot(foot, foot)) / dot(n, n)) * n
 

@@ -58,6 +58,7 @@ def planar(tau: Any, x: Vector, v: Vector) -> tuple[Vector, Vector]:
     At k = 1, the separatrix, both are the hyperbolic motion to the upper equilibrium.
     """
     rate = (x[0] * v[1] - x[1] * v[0]) / 2
+    # At an equilibrium the phase of the elliptic functions is not defined.
     if x[0] == 0 and rate == 0:
         return x, v
     half = mp.atan2(x[0], -x[1]) / 2
@@ -88,9 +89,11 @@ def spherical(tau: Any, x: Vector, v: Vector) -> tuple[Vector, Vector]:
     Without angular momentum the motion is planar, through the poles.
     """
     E, L = mp.fdot(v, v) / 2 + x[2], x[0] * v[1] - x[1] * v[0]
+    # So small an angular momentum is lost in the rounding of 1 - z^2 near the poles, where phi turns.
     if abs(L) <= mp.eps ** mp.mpf("0.45"):
         return _through_the_poles(tau, x, v)
     z1, z2, z3 = _turning_heights(E, L)
+    # 1 + z1 and 1 - z2 from the product of the roots: near a pole both are differences that lose their digits.
     below, above = L**2 / (2 * (1 + z2) * (1 + z3)), L**2 / (2 * (1 - z1) * (z3 - 1))
     width, w = z2 - z1, mp.sqrt((z3 - z1) / 2)
     k2 = width / (z3 - z1)
@@ -113,12 +116,14 @@ def _turning_heights(E: Any, L: Any) -> Vector:
     shift = E / 3
     a, b = 1 + E**2 / 3, E - shift - 2 * shift**3 - L**2 / 2
     radius = 2 * mp.sqrt(a / 3)
+    # Rounding may take the argument past 1 where two roots meet, as in a circular motion.
     angle = mp.acos(max(-1, min(1, -4 * b / radius**3))) / 3
     return sorted(shift + radius * mp.cos(angle - 2 * mp.pi * k / 3) for k in range(3))
 
 
 def _amplitude(z: Any, z_rate: Any, roots: Vector) -> Any:
     """Return the phase phi in [0, pi] with z = z1 + (z2 - z1) sin^2 phi and cos phi of the sign of z'."""
+    # At a turning point rounding may take the height past it.
     up, down = (mp.sqrt(max(height, 0)) for height in (z - roots[0], roots[1] - z))
     return mp.atan2(up, -down if z_rate < 0 else down)
 
@@ -130,6 +135,7 @@ def _Pi(n: Any, u: Any, k2: Any, precision: int) -> Any:
     Values are cached for the precision in which they are computed: the value at the start is the same for all times of a motion.
     """
     K = mp.ellipk(k2)
+    # Whole half turns of the amplitude are taken off: mpmath's integral is evaluated between -pi/2 and pi/2 only.
     turns = mp.nint(u / (2 * K))
     rest = u - 2 * K * turns
     phi = mp.atan2(mp.ellipfun("sn", rest, m=k2), mp.ellipfun("cn", rest, m=k2))

@@ -41,6 +41,7 @@ def _from_the_separatrix(J: Vector, y: Vector) -> tuple[Any, int]:
         first, third = J[2] * (J[1] - J[0]), J[0] * (J[2] - J[1])
         S = first * y[0] ** 2 - third * y[2] ** 2
         size = (first + third) * mp.fdot(y, y)
+        # Near the separatrix S is a small difference, and the period depends on its logarithm: its leading zeros are digits lost.
         return S, int(mp.ceil(mp.log10(size / abs(S)))) if S else 0
 
 

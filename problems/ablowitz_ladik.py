@@ -34,6 +34,7 @@ def problem(*, sites: int = 16) -> PoissonLattice:
     dx = sp.Rational(1, sites)
     d = 1 + dx**2 * (u**2 + v**2)
     by_u, by_v, logarithms = u * u_left / dx**2, v * v_left / dx**2, -sp.log(d) / dx**4
+    # The factors d_k cancel in this flow: it is a rotation with one speed for all sites.
     angle = 2 * t / dx**2
     x, z = dx**2 * (u**2 + v**2) + LEAST, dx**2 * (q**2 + p**2) + LEAST
     sigma, tau = sp.sqrt(sp.log(1 + x) / x), sp.sqrt((sp.exp(z) - 1) / z)

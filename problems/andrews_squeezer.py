@@ -117,6 +117,7 @@ def mass_matrix(q: Sequence[sp.Symbol]) -> sp.Matrix:
     return M.expand()
 
 
+# In closed form, not the published decimals: references need the start to any number of digits.
 def start() -> tuple[sp.Expr, ...]:
     """Return the angles, shape(7,), at which the loops are closed with crank and link on one line, Theta = 0."""
     far, near = sp.sqrt(B.dot(B)), d - rr
@@ -138,7 +139,7 @@ def folded(P: sp.Matrix) -> tuple[sp.Expr, ...]:
 
 
 def elbow(tip: sp.Matrix, first: sp.Expr, second: sp.Expr, side: int) -> tuple[sp.Expr, sp.Expr]:
-    """Return the angles of two pieces that lead to a tip with x > 0, by the law of cosines; turned to the left of it is side 1, else -1."""
+    """Return the angles of two pieces that lead to a tip with x > 0, by the law of cosines; with side 1 the first turns left."""
     r, towards = sp.sqrt(tip.dot(tip)), sp.atan(tip[1] / tip[0])
     before = sp.acos((r**2 + first**2 - second**2) / (2 * r * first))
     after = sp.acos((r**2 + second**2 - first**2) / (2 * r * second))
@@ -154,6 +155,7 @@ def crank_angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) ->
         xi=(beta,),
         p=tuple(M.subs(dict(zip(q, place, strict=True))) * place.diff(beta) * rate),
         q=tuple(place),
+        # M couples beta with Theta alone, so that a system of two unknowns gives beta' from p.
         inverse_eta=(M[:2, :2].LUsolve(sp.Matrix(p[:2]))[0],),
         inverse_xi=(q[0],),
     )

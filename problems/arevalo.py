@@ -33,6 +33,7 @@ def problem() -> ConstrainedHamiltonian:
         t=t,
         H=(p[0] ** 2 + p[1] ** 2) / 2,
         force=(2 * y, -2 * x),
+        # With the half of the published problem, which makes its multiplier comparable; elsewhere distances have no half.
         g=[(x**2 + y**2 - 1) / 2],
         cases={"exact": Case(q=(0, 1), p=(0, 0), about="at rest at (0, 1): x = sin t^2, y = cos t^2")},
         closed_form=closed_form,

@@ -61,6 +61,7 @@ def problem(*, mass: float = 1.0, length: float = 1.0, width: float = 0.1, gravi
                 q=placed(sp.pi / 2, L),
                 p=[0] * 16,
                 about="IFToMM benchmark A04: released at rest with all rods along edges of a cube",
+                # One of the sixteen constraints is redundant everywhere: elimination would stop at once.
                 on_singular="least-squares",
             ),
             "swing": Case(
@@ -127,6 +128,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix, length: 
     b, rate = sp.symbols("angle angle_rate", real=True)
     place = sp.Matrix(placed(b, length))
     along = place.diff(b)
+    # cos b and sin b are positions themselves: u_4 is (cos b, 0, sin b).
     here = along.subs({sp.cos(b): q[0], sp.sin(b): q[1]})
     return Chart(
         eta=(rate,),

@@ -54,6 +54,7 @@ def problem(
         Coefficients of the torsion potential, kJ/mol.
     """
     outer, inner, b, degrees = sp.symbols("methyl methylene bond angle", positive=True)
+    # Not positive, as masses and lengths are: some coefficients are negative.
     C = sp.symbols("C0:6", real=True)
     q, p = coordinates(12)
     r, M = points(q), mass_matrix([outer, inner, inner, outer])
@@ -104,6 +105,7 @@ def cases(b: sp.Expr, degrees: sp.Expr, masses: Sequence[sp.Expr]) -> dict[str, 
 
     def started(torsion: str, about: str, omega: Sequence[str] = ("0", "0", "0")) -> Case:
         r = atoms(b, degrees, sp.Rational(torsion))
+        # The centre of mass is at rest, so that the total momentum is zero.
         centre = sum((m * x for m, x in zip(masses, r, strict=True)), sp.zeros(3, 1)) / sum(masses)
         turning = sp.Matrix([sp.Rational(x) for x in omega])
         p = [m * turning.cross(x - centre) for m, x in zip(masses, r, strict=True)]

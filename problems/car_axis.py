@@ -52,6 +52,7 @@ def problem(
     xl, yl, xr, yr = q
     xb, yb = wheel = moving_wheel(t, L, r, w)
     left, right = sp.sqrt(xl**2 + yl**2), sp.sqrt((xr - xb) ** 2 + (yr - yb) ** 2)
+    # The left spring turns with the wheels' line at the rate r w / L: without this velocity the start would be inconsistent.
     slide = -k * r * w * L0 / L
     return ConstrainedHamiltonian(
         q=q,
@@ -59,6 +60,7 @@ def problem(
         t=t,
         M=k * sp.eye(4),
         U=((left - L0) ** 2 + (right - L0) ** 2) / 2 + k * gamma * (yl + yr),
+        # The constraints of the test set, scaled as there, so that multipliers differ in sign only.
         g=[xl * xb + yl * yb, (xl - xr) ** 2 + (yl - yr) ** 2 - L**2],
         parameters=dict(zip([*names, gamma], [epsilon, mass, length, rest_length, height, frequency, gravity], strict=True)),
         cases={"bari": Case(q=(0, L0, L, L0), p=(slide, 0, slide, 0), about="level, its springs at rest: Bari test set, to t = 3")},
@@ -93,6 +95,7 @@ def height_and_angle(
     up = sp.Matrix([-along[1], along[0]])
     axle = L * sp.Matrix([sp.cos(phi), sp.sin(phi)])
     place = sp.Matrix([s * up, s * up + axle])
+    # With the derivative by time: the chart moves with the wheel.
     rate = place.jacobian([s, phi]) * sp.Matrix([s_rate, phi_rate]) + place.diff(t)
     x, v = sp.Matrix(q[:2]), sp.Matrix(p) / k
     across = sp.Matrix(q[2:]) - x

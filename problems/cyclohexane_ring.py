@@ -61,6 +61,7 @@ def problem(
         q=q,
         p=p,
         M=mass_matrix([mass] * ATOMS),
+        # Twice three: opposite torsions have the same outer atoms, and so the same cosine.
         U=2 * sum(c * x**k for x in cosines for k, c in enumerate(C)),
         g=[distance(r, i, i + 1) - sides[0] for i in range(ATOMS)] + [distance(r, i, i + 2) - sides[1] for i in range(ATOMS)],
         parameters=dict(zip([mass, b, degrees, *C], [methylene, bond, angle, C0, C1, C2, C3, C4, C5], strict=True)),
@@ -107,6 +108,7 @@ def boat(first: sp.Expr, second: sp.Expr, A: sp.Expr) -> list[sp.Matrix]:
         |e_i|^2 are the roots of  x^3 - S x^2 + (s S - 3 s^2/4) x - 2 k^3 - k^2 S,   with any S
     """
     s, k = (second + first) / 2, (second - first) / 4
+    # S is chosen so that A is a root; the two others follow from a quadratic equation.
     S = (A**3 - 3 * s**2 * A / 4 - 2 * k**3) / (A**2 - s * A + k**2)
     half = (S - A) / 2
     root = sp.sqrt(half**2 - (2 * k**3 + k**2 * S) / A)

@@ -33,6 +33,7 @@ def problem(
     masses, lengths = sp.symbols("mass1 mass2", positive=True), sp.symbols("length1 length2", positive=True)
     gamma = sp.Symbol("gravity", real=True)
     q, p = coordinates(4)
+    # Exact, so that references can start on the manifold to any number of digits.
     a = sp.Rational(1, 10)
     return ConstrainedHamiltonian(
         q=q,

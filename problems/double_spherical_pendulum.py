@@ -64,6 +64,7 @@ def pushed(masses: Sequence[sp.Expr], lengths: Sequence[sp.Expr], angles: Sequen
     q: list[sp.Expr] = []
     p: list[sp.Expr] = []
     for mass, length, angle, rate in zip(masses, lengths, map(sp.sympify, angles), map(sp.Rational, rates), strict=True):
+        # Speeds add up as places do: the second mass moves with the first.
         place, speed = place + length * sp.Matrix([sp.sin(angle), 0, -sp.cos(angle)]), speed + length * rate
         q, p = [*q, *place], [*p, 0, mass * speed, 0]
     return Case(q=q, p=p, about=about)

@@ -59,6 +59,7 @@ def problem(
     phi = w * t + r * (1 - sp.cos(w * t))
     pull = c * (v[3] - v[2])
     driven = driven_places(phi, a, b)
+    # Positions and rates from the driven motion itself, so that the start is consistent for any parameters.
     begin = [place.subs(t, 0) for place in driven]
     rates = [place.diff(t).subs(t, 0) for place in driven]
     values = [crank, rod, rod_mass, slider_mass, load_mass, stiffness, damping, speed, ripple, gravity]

@@ -74,6 +74,7 @@ def projection(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix, a: 
 
     With the default semi-axes this point is an umbilic, which only geodesics through an umbilic reach.
     """
+    # A rotation with rational entries, so that the chart has no roots.
     u, S = sp.symbols("u1:3", real=True), sp.Matrix([[4, 0, 3], [0, 5, 0], [-3, 0, 4]]) / 5
     place = [b * x for b, x in zip(a, unit_vector(u, S), strict=True)]
     return moving(q, p, M, xi=u, place=place, inverse=projected([x / b for b, x in zip(a, q, strict=True)], S))

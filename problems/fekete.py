@@ -42,6 +42,7 @@ def problem(*, points: int = 20, damping: float = 0.5) -> ConstrainedHamiltonian
         q=q,
         p=p,
         v=v,
+        # Without evaluation: SymPy takes ten seconds to search the 190 logarithms of twenty points for factors, and finds none.
         H=sp.Add(*(x**2 / 2 for x in p), *(-sp.log(square, evaluate=False) / 2 for square in pairs)),
         force=tuple(-alpha * x for x in v),
         g=[x.dot(x) - 1 for x in r],
@@ -57,6 +58,7 @@ def cases(n: int) -> dict[str, Case]:
     rest = (0,) * (3 * n)
     spiral = [at(sp.pi * sp.Rational(10 * i, 13), sp.asin(1 - sp.Rational(2 * i + 1, n))) for i in range(n)]
     about = "at rest on a spiral, four points unless another number is asked for: they come to rest in a tetrahedron"
+    # Four points by default: a kernel for twenty takes about a minute to compile.
     several = {"spiral": Case(q=[x for point in spiral for x in point], p=rest, parameters={"points": 4}, about=about)}
     rings = [at(*place) for ring in RINGS for place in on_ring(*ring)]
     if n == len(rings):

@@ -94,6 +94,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix, length: 
         xi=(theta,),
         p=tuple(M * along * rate),
         q=tuple(place),
+        # The momenta along the motion: ``turned`` is the derivative of place by theta, written in positions.
         inverse_eta=(turned.dot(sp.Matrix(p)) / inertia,),
         inverse_xi=(sp.atan2(q[1], q[0]),),
     )

@@ -54,6 +54,7 @@ def problem(*, I1: float = 0.6, I2: float = 0.8, I3: float = 1.0) -> PoissonSyst
         },
         closed_form=closed_form,
         parts=parts(y, moments),
+        # All orders: the error of a splitting depends on which rotation comes first.
         splittings={"".join(order): tuple(f"T{axis}" for axis in order) for order in permutations("123")} | {"top": ("R", "S")},
         darboux=longitude(y),
         lift=rotation(y, moments),
@@ -103,6 +104,7 @@ def longitude(y: State) -> DarbouxMap:
         q=(q,),
         p=(p,),
         c=(c,),
+        # atan2 of (y1, y2), not (y2, y1): with this order {Q, P} is +1.
         Q=(sp.atan2(y[0], y[1]),),
         P=(y[2],),
         C=(sp.sqrt(y[0] ** 2 + y[1] ** 2 + y[2] ** 2),),

@@ -72,6 +72,7 @@ def cases(moments: State) -> dict[str, PoissonCase]:
     unit = {"mass": 1.0, "gravity": 1.0, "r2": 0.0}
     return {
         "heavy_top": PoissonCase(
+            # Decimals as they are printed with the benchmark.
             y=(0, 150 * moments[1], -sp.Rational("4.61538") * moments[2], 0, 0, 1),
             about="as rigid_body_rotation: spinning at 150 rad/s about axis 2, which lies horizontal and precesses",
         ),

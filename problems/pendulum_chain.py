@@ -61,6 +61,7 @@ def problem(*, links: int = 5, mass: float = 1.0, length: float = 1.0, gravity: 
                 about="released at rest, straight, 0.1 rad from hanging, any number of links: a small swing",
             ),
         },
+        # A function, because a chart of thousands of links is never asked for.
         more=lambda q, p: {"chart": angles(q, p, [m] * links, [length_] * links)},
         drawn=drawn,
     )

@@ -76,6 +76,7 @@ def cases(moments: Expressions) -> dict[str, Case]:
     """Return the free body that the problem ``free_rigid_body`` starts with, and a heavy top."""
     tilt = sp.Rational(11, 10)
     free = [component / moment for component, moment in zip((sp.cos(tilt), 0, sp.sin(tilt)), moments, strict=True)]
+    # About the fixed point, 0.234375 + 15 * 1^2: with moments about the centre of mass D would be singular.
     top = {"I1": 15.234375, "I2": 0.46875, "I3": 15.234375, "mass": 15.0, "gravity": 9.81}
     return {
         "free": Case(
@@ -83,6 +84,7 @@ def cases(moments: Expressions) -> dict[str, Case]:
         ),
         "heavy_top": Case(
             q=tuple(sp.eye(3)),
+            # Decimals as they are printed with the benchmark.
             p=turning((0, 150, -sp.Rational("4.61538")), moments),
             parameters=top,
             about="spinning at 150 rad/s about axis 2, which lies horizontal and precesses",

@@ -61,6 +61,7 @@ def problem(
         p=p,
         M=M,
         U=k * r[0].dot(r[0]) / 2 - E * e * (r[1][2] + r[2][2] - 2 * r[0][2]),
+        # In the order and with the factors that SETTLE expects: see ``rattle_settle``.
         g=[square - x for square, x in zip(squares, (b**2, b**2, 4 * across**2), strict=True)],
         parameters=dict(zip([heavy, light, b, degrees, e, E, k], [oxygen, hydrogen, bond, angle, charge, field, stiffness], strict=True)),
         cases={
@@ -95,6 +96,7 @@ def started(M: sp.Matrix, across: sp.Expr, height: sp.Expr, yaw: str, pitch: str
     """Return a case with the oxygen atom at the origin, an attitude in radians, and an angular velocity about the oxygen atom."""
     Q, turning = turned(*map(sp.Rational, (yaw, pitch, roll))), sp.Matrix([sp.Rational(x) for x in omega])
     r = [Q * atom for atom in atoms(across, height)]
+    # About oxygen, which starts at rest in the well; the centre of mass then moves.
     v = [a for x in r for a in turning.cross(x)]
     return Case(q=[a for x in r for a in x], p=list(M * sp.Matrix(v)), about=about)
 

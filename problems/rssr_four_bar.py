@@ -62,6 +62,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
     at = vectors({**GROUND, **POINTS})
     crank, rocker, coupler = (square(at[one], at[other]) for one, other in ("AO", "BQ", "AB"))
     y, z = -sp.sqrt(crank) * sp.sin(phi), sp.sqrt(crank) * sp.cos(phi)
+    # In the plane z = 0 of B the sphere about A is a circle about its foot, of radius^2 coupler - z^2.
     across, up = located([(sp.Matrix([0, y]), coupler - z**2), (sp.Matrix(at["Q"][:2]), rocker)], -1)
     place = [0, y, z, across, up, 0]
     a, b, still = sp.Matrix(q[:3]), sp.Matrix(q[3:]), sp.zeros(3, 1)

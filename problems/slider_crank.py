@@ -88,6 +88,7 @@ def crank_angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix, le
     a, b = lengths
     x, y = a * sp.cos(phi), a * sp.sin(phi)
     place = sp.Matrix([x, y, x + sp.sqrt(b**2 - y**2)])
+    # M couples the crank's tip with the slider, so that its velocity takes all momenta.
     v = M.LUsolve(sp.Matrix(p))
     return Chart(
         eta=(omega,),

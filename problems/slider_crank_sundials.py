@@ -61,6 +61,7 @@ def problem(
         p=p,
         v=v,
         M=M,
+        # The printed load is a force (0, F, -F sin p): it has this potential, so that only the damper is a force without one.
         U=stiffness / 2 * (length - l0) ** 2 - pull * (q[1] + sp.cos(q[2])),
         force=tuple(-damping * by_place.dot(sp.Matrix(v)) * by_place),
         g=[q[1] - sp.cos(q[2]) - a * sp.cos(q[0]), -sp.sin(q[2]) - a * sp.sin(q[0])],

@@ -62,6 +62,7 @@ def problem(*, mass: float = 1.0, radius: float = 2.0, tube: float = 1.0, gravit
             "inner": Case(
                 q=(big - small * sp.cos(near), 0, small * sp.sin(near)),
                 p=(0, m * (big - small * sp.cos(near)), 0),
+                # Without gravity, so that the innermost circle is a geodesic.
                 parameters={"gravity": 0.0},
                 about="no gravity, along the innermost circle and 1e-3 rad beside it: leaves an unstable geodesic and returns to it",
             ),

@@ -75,6 +75,7 @@ def started(
     q: list[sp.Expr] = []
     p: list[sp.Expr] = []
     for mass, *numbers in zip(masses, phi, theta, turn, rise, strict=True):
+        # Exact numbers, so that the start is on the sphere to any number of digits.
         a, b, *rates = map(sp.nsimplify, numbers)
         along = sp.Matrix([-sp.sin(a) * sp.sin(b), sp.cos(a) * sp.sin(b), 0])
         down = sp.Matrix([sp.cos(a) * sp.cos(b), sp.sin(a) * sp.cos(b), -sp.sin(b)])

@@ -70,6 +70,7 @@ def angle(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], M: sp.Matrix) -> Chart
     c, d = carried(at["C"], at["O"], at["A"], at["O"], crank), carried(at["D"], at["A"], at["B"], crank, b)
     pivot = located([(at["O"], square(at["O"], at["Q"])), (b, square(at["Q"], at["B"]))], -1)
     e = located([(c, square(at["C"], at["E"])), (d, square(at["D"], at["E"]))], 1)
+    # Rotated by cosine and sine of the pivot's direction, so that no angle, and no branch of one, is needed.
     turned = [(dot(point, pivot), pivot[0] * point[1] - pivot[1] * point[0]) for point in (crank, b, e)]
     place = [x / at["Q"][0] for point in turned for x in point]
     return by_angle(
@@ -93,6 +94,7 @@ def slope(q: Sequence[sp.Symbol]) -> sp.Matrix:
     anchors = [(carried(*of_crank, a), carried(*of_crank, a_rate))]
     anchors.append((carried(*of_coupler, a, b), carried(*of_coupler, a_rate, b_rate)))
     leg, turning = b - a, b_rate - a_rate
+    # Less 1, the rate of the crank: velocities above are those for a crank that turns at 1 rad/s.
     against = (leg[0] * turning[1] - leg[1] * turning[0]) / square(at["A"], at["B"]) - 1
     return sp.Matrix([*a_rate, *b_rate, *followed(e, anchors)]) / against
 

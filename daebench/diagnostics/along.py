@@ -26,6 +26,7 @@ MOST_POINTS = 2000
 def thinned(t: Array, errors: Mapping[str, Array]) -> tuple[Array, dict[str, Array]]:
     """Return times and errors at :data:`MOST_POINTS` outputs at most, each the largest error of a group of neighbours."""
     starts = np.unique(np.linspace(0, len(t) - 1, MOST_POINTS).astype(int))
+    # Maxima and not every n-th value: a picture that misses a peak shows an error that is too small.
     return t[starts], {name: np.maximum.reduceat(values, starts) for name, values in errors.items()}
 
 

@@ -11,15 +11,15 @@ from daebench.systems.lazily import scipy, sympy
 
 
 def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
-    """Return a problem with independent combinations of its constraints, where some are redundant for good; else as it is.
+    """Return a problem with independent combinations of its constraints if some are permanently redundant, otherwise the problem itself.
 
     ::
 
         n^T G(q) = 0,  n of shape(m, m - rank G), rows of G of length one       g_i - sum_j c_ij g_j,   c ~ n_i (n_j)^-1
 
     As many constraints as are redundant, those of which n has the largest pivots, are added to the others in the ratio that n has at the
-    start, to an eighth. To leave them out would do there too, but their share of n may vanish on the way, and G of the others then loses
-    rank; combinations keep theirs until n has turned by 90 degrees. Manifold and motion are those of all constraints together.
+    start, to an eighth. Leaving them out would be enough at the start, but their share of n may vanish on the way, and G of the others then
+    loses rank; combinations keep their rank until n has turned by 90 degrees. Manifold and motion are those of all constraints together.
 
     Parameters
     ----------
@@ -27,6 +27,7 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
         The problem with its numbers, on the manifold.
     """
     freedom_at_start = freedom(ivp)
+    # Constraints that depend on each other at the start only are needed later: nothing is combined.
     if freedom_at_start is None or not freedom_at_start.permanent:
         return ivp
 
@@ -36,6 +37,7 @@ def combined(ivp: ConstrainedIvp) -> ConstrainedIvp:
     added = sorted(map(int, scipy.linalg.qr(n.T, mode="r", pivoting=True)[1][: ivp.m - freedom_at_start.rank]))
     c = -n @ np.linalg.inv(n[added]) * length[:, None] / length[added]
     shares = {
+        # Rounded to eighths, so that the combinations are exact, short, and the same on every machine.
         i: {j: sympy.Rational(eighths, 8) for j, x in zip(added, c[i], strict=True) if (eighths := round(8 * float(x)))}
         for i in range(ivp.m)
         if i not in added

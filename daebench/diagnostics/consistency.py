@@ -68,6 +68,7 @@ def require_consistent(ivp: ConstrainedIvp, *, tolerance: float = TOLERANCE) -> 
             f"|G H_p| = {Gv:.3g}; check the parameters, and that the mass matrix is regular there."
         )
     g_most, Gv_most = allowed(ivp, tolerance)
+    # Before the offer of --project, which cannot help if no positions satisfy the constraints.
     if not g <= g_most and (why := contradiction(ivp)):
         raise BadInput(why)
     if not (g <= g_most and Gv <= Gv_most):
@@ -93,6 +94,7 @@ def allowed(ivp: ConstrainedIvp, tolerance: float = TOLERANCE) -> tuple[float, f
     """
     g_scale, Gv_scale = residual_scales(ivp, ivp.p0, ivp.q0)
     length, rate = constrained_scales(ivp, 0.0, rated=True)
+    # The slope of g per unit of position: it turns an allowed rounding of q into one of g, and with a rate into one of G v.
     steepness = g_scale / (float(np.max(np.abs(ivp.q0))) or 1.0)
     return tolerance * g_scale, max(tolerance * Gv_scale, ROUNDINGS * EPS * steepness * length * rate)
 
@@ -137,6 +139,7 @@ def project(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> tuple[Array, Arr
     length, _ = constrained_scales(replace(ivp, p0=p0, q0=q0), 0.0, rated=False)
     q1 = _nearest(f"positions of {ivp.problem}", lambda x: (ivp.value("g", tuple(x)), ivp.value("G", tuple(x))), q0, H_pp, length)
     moved_q = float(np.sqrt((q1 - q0) @ M @ (q1 - q0)))
+    # Positions first, then momenta at the new ones: each problem is smaller, and momenta never have to correct positions.
     M, H_pp = _metric(ivp, p0, q1)
     end = tuple(q1)
     p1 = _nearest(f"momenta of {ivp.problem}", lambda x: (ivp.value("Gv", tuple(x), end), ivp.value("Gv_p", tuple(x), end)), p0, M)

@@ -1,4 +1,4 @@
-"""Constraints that no positions obey: the least that their residuals come to, from several starts."""
+"""Constraints that no positions satisfy: the least residual that is reached from several starts."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import scipy
 
 LARGEST = 60
-"""Positions up to which constraints are held against each other."""
+"""Largest number of positions with which contradictions are sought."""
 
 MET = 1e-9
-"""Residual, in parts of the change of a constraint with the size of positions, that counts as met."""
+"""Residual, relative to the change of a constraint with the size of positions, that counts as zero."""
 
 STARTS = (0.0, 0.01, 0.1, 0.3, 0.3, 1.0, 1.0, 1.0)
-"""Distances of the starts from the given positions, in parts of these."""
+"""Distances of the starts from the given positions, relative to these."""
 
 TIED = 1e-6
 """Part of the largest residual within which others are equal to it: the first of them is named, whatever their rounding."""
@@ -22,7 +22,7 @@ EVALUATIONS = 300
 
 
 def contradiction(ivp: ConstrainedIvp) -> str:
-    """Return that no positions obey all constraints, with the least residual that was found, as a sentence; "" where some do.
+    """Return a sentence that no positions satisfy all constraints, with the least residual that was reached; "" if some do.
 
     Parameters
     ----------
@@ -34,6 +34,7 @@ def contradiction(ivp: ConstrainedIvp) -> str:
         return ""
     scale = _scales(ivp, n)
     size = float(np.max(np.abs(ivp.q0[:n]))) or 1.0
+    # A fixed seed: the same file gives the same sentence.
     draw, least = np.random.default_rng(1), np.full(ivp.m, np.inf)
     for distance in STARTS:
         residual = np.abs(_least_squares(ivp, ivp.q0[:n] + distance * size * draw.standard_normal(n), scale))
@@ -42,6 +43,7 @@ def contradiction(ivp: ConstrainedIvp) -> str:
         if np.max(residual) <= MET:
             return ""
         least = min(least, residual, key=np.linalg.norm)
+    # The first of residuals that are equal but for rounding, so that the message does not depend on the machine.
     k = int(np.argmax(least > (1 - TIED) * np.max(least)))
     value, words = f"{least[k] * scale[k]:.3g}", ivp.words(k)
     one = f"{value}, of {words}" if words else f"|{ivp.named(k) if ivp.m > 1 else 'g'}| = {value}"
@@ -52,25 +54,26 @@ def contradiction(ivp: ConstrainedIvp) -> str:
 
 
 def _scales(ivp: ConstrainedIvp, n: int) -> Array:
-    """Return by how much each constraint changes with a relative change of one of the positions, 1 where it does not."""
+    """Return the change of each constraint under a relative change of the positions by one; 1 if it does not change."""
     G = np.abs(np.asarray(ivp.value("G", tuple(ivp.q0)), dtype=float)[:, :n])
     scale = np.sum(G, axis=1) * float(np.max(np.abs(ivp.q0[:n])))
     return np.asarray(np.where(np.isfinite(scale) & (scale > 0), scale, 1.0))
 
 
 def _least_squares(ivp: ConstrainedIvp, x0: Array, scale: Array) -> Array:
-    """Return the residuals, in parts of their scales, where the sum of their squares is least near x0; NaN where they are not defined."""
+    """Return the residuals, relative to their scales, at the least sum of their squares near x0; NaN if they are not defined."""
     rest = tuple(ivp.q0[len(x0) :])
 
     def residual(x: Array) -> Array:
         return np.asarray(ivp.value("g", (*x, *rest)), dtype=float) / scale
 
-    def slopes(x: Array) -> Array:
+    def jacobian(x: Array) -> Array:
         return np.asarray(ivp.value("G", (*x, *rest)), dtype=float)[:, : len(x0)] / scale[:, None]
 
     try:
         with np.errstate(all="ignore"):
-            minimum = scipy.optimize.least_squares(residual, x0, slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS)
+            minimum = scipy.optimize.least_squares(residual, x0, jacobian, xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=EVALUATIONS)
     except (ValueError, np.linalg.LinAlgError):
+        # NaN withdraws the claim: constraints that are not defined everywhere cannot be called contradictory.
         return np.full(len(scale), np.nan)
     return np.asarray(minimum.fun, dtype=float)

@@ -109,7 +109,7 @@ class DarbouxLie:
         return float(np.max(np.abs(self.brackets(y) - [[0, 1, 0], [-1, 0, 0], [0, 0, 0]])))
 
     def _to_plane(self, y: Vector) -> tuple[Vector, Any]:
-        """Return where the line of Q through y meets the plane y_j = y0_j, and the time P it takes from there to y."""
+        """Return the point in which the line of Q through y meets the plane y_j = y0_j, and the time P from there to y."""
 
         def slope(x: Vector) -> tuple[Vector, Any]:
             B = self._regular(x)
@@ -127,7 +127,9 @@ class DarbouxLie:
             rates: Vector = length * np.append(along, time)
             return rates
 
+        # An absolute tolerance in the size of y0, because a coordinate may pass zero on the way.
         scale = TOLERANCE * (np.max(np.abs(self.y0)) or 1.0)
+        # Complex from the start: SciPy takes the number type of the integration from that of the initial values.
         start = np.append(y, 0.0).astype(complex)
         solution = scipy.integrate.solve_ivp(right, (0, 1), start, method="DOP853", rtol=TOLERANCE, atol=scale)
         if not solution.success:
@@ -175,9 +177,10 @@ def darboux_lie(system: "PoissonSystem", y0: ArrayLike) -> DarbouxLie:
     entries, bounds = (sp.lambdify(symbols, part, "numpy") for part in (system.B.tolist(), list(system.domain)))
     if not np.all(np.array(bounds(*point, *values)) > 0):
         raise BadInput("the point y0 is outside the domain of the system; choose one inside.")
-    at = np.abs(np.array(entries(*point, *values)))
-    i, j = (int(index) for index in np.unravel_index(np.argmax(np.triu(at)), at.shape))
-    if not at[i, j] > 0:
+    moduli = np.abs(np.array(entries(*point, *values)))
+    # The largest entry of B: the lines run fastest along its pair, and 1/b_ij stays smallest.
+    i, j = (int(index) for index in np.unravel_index(np.argmax(np.triu(moduli)), moduli.shape))
+    if not moduli[i, j] > 0:
         raise BadInput("B vanishes at y0, so every coordinate is a Casimir function there; choose a point of rank two.")
     return DarbouxLie(
         y0=point,

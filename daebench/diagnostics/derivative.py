@@ -66,13 +66,12 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
 
         Phi'(x) X_k = Im Phi(x + i s X_k) / s,      s = 1e-30
 
-    A map that drops imaginary parts, all of them or some, as where an iteration inside it is one of real numbers, has another
-    derivative by complex step than its own. So the derivative along one vector, a sum of all X_k with irregular weights, is also had
-    from central differences, extrapolated until they settle; and from smaller ones where these disagree, for a map may be smooth in
-    pieces only. Where the complex step agrees with neither to within their floor, all X_k are differentiated by differences, and a
-    :class:`DerivativeWarning` says to what floor. Differences that do not settle, as between masses of a ratio of 1e8, contradict
-    nothing but a derivative of zero. An iteration that ends too early does not count as dropping: what is differentiated
-    is the map as it is computed.
+    A map that drops imaginary parts, all or some, for example because an iteration inside it uses real numbers, has a wrong derivative by
+    complex step. The derivative along one vector, a sum of all X_k with irregular weights, is therefore also computed by central
+    differences, extrapolated until they converge; and by smaller ones if these disagree, because a map may be smooth only in pieces. If
+    the complex step agrees with neither to within their floor, all X_k are differentiated by differences, and a
+    :class:`DerivativeWarning` states the floor. Differences that do not converge, as between masses of a ratio of 1e8, refute only a
+    derivative of zero. An iteration that ends too early is not a dropped imaginary part: the derivative is that of the map as computed.
 
     Parameters
     ----------
@@ -96,14 +95,17 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
     value, image, why = _by_complex_step(phi, x, X)
     if value is not None and not (np.all(np.isfinite(value)) and np.all(np.isfinite(image))):
         return Derivative(value, image)
+    # One direction that mixes all of them with irregular weights: checking each would cost as much as differences alone.
     weights = np.cos(1.0 + np.arange(X.shape[1]))
     along, floor = _by_differences(phi, x, X @ weights, parts, FIRST)
     share = _share(along, floor, parts)
     if value is not None:
+        # Differences that do not converge agree with anything. They still refute a derivative that is zero throughout a part.
         if _agree(value @ weights, along, floor) and (share <= ROUGH or _nowhere_zero(value @ weights, parts)):
             return Derivative(value, image)
-        near, its_floor = _by_differences(phi, x, X @ weights, parts, NEAR)
-        if _agree(value @ weights, near, its_floor) and _share(near, its_floor, parts) <= ROUGH:
+        # Smooth in pieces only, a map may have a kink within the first, larger steps.
+        near, near_floor = _by_differences(phi, x, X @ weights, parts, NEAR)
+        if _agree(value @ weights, near, near_floor) and _share(near, near_floor, parts) <= ROUGH:
             return Derivative(value, image)
     if share > ROUGH:
         raise BadInput(
@@ -117,9 +119,9 @@ def derivative(phi: Mapping, x: ArrayLike, X: ArrayLike, parts: int = 1) -> Deri
 
 
 def _by_complex_step(phi: Mapping, x: Array, X: Array) -> tuple[Any, Any, str]:
-    """Return Phi'(x) X and Phi(x), or None, and why they may be wrong."""
+    """Return Phi'(x) X and Phi(x), or None, and the reason for which they may be wrong."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # what is dropped is seen by its effect
+        warnings.simplefilter("ignore", np.exceptions.ComplexWarning)  # the comparison with differences finds what is dropped
         try:
             columns = np.array([_vector(phi, x + 1j * STEP * direction) for direction in X.T])
         except DaebenchError:
@@ -132,14 +134,14 @@ def _by_complex_step(phi: Mapping, x: Array, X: Array) -> tuple[Any, Any, str]:
 def _by_differences(phi: Mapping, x: Array, direction: Array, parts: int, first: float) -> tuple[Array, Array]:
     """Return Phi'(x) along a direction, with the error of each entry, by central differences extrapolated to s = 0.
 
-    Steps are relative to the size of each part of x or of its image, which tell how large a momentum is that begins at rest; or of x
-    alone, where that settles better. The floor of an entry is what the last two extrapolations differ by, in the worst
-    entry of its part, and the rounding of the images at the smallest step that was used.
+    Steps are relative to the size of each part of x or of its image, which shows the size of a momentum that begins at rest; or to x
+    alone, if that converges better. The floor of an entry is the difference of the last two extrapolations, in the worst entry of its part,
+    plus the rounding of the images at the smallest step that was used.
     """
     image = np.real(_vector(phi, x))
     best: tuple[Array, Array] = np.zeros(len(image)), np.full(len(image), np.inf)
-    for other in (image, x):
-        moving = _sizes(x, other, parts)
+    for reference in (image, x):
+        moving = _sizes(x, reference, parts)
         s = first / (float(np.max(np.abs(direction) / moving)) or 1.0)
         estimate = _extrapolated(phi, x, direction, parts, s, image)
         best = min(best, estimate, key=lambda pair: _share(pair[0], pair[1], parts))
@@ -149,15 +151,17 @@ def _by_differences(phi: Mapping, x: Array, direction: Array, parts: int, first:
 
 
 def _extrapolated(phi: Mapping, x: Array, direction: Array, parts: int, s: float, image: Array) -> tuple[Array, Array]:
-    """Return the same by quotients that begin with a step s and end when they no longer converge."""
+    """Return the same for one first step s; the quotients end when they no longer converge."""
     best, error, share = np.zeros(len(image)), np.full(len(image), np.inf), np.inf
     last: list[Array] = []
     now = np.inf
     for level in range(LEVELS):
         row = [_quotient(phi, x, direction, s)]
+        # Richardson's extrapolation: the error of a central difference is a series in even powers of s.
         for k, coarser in enumerate(last):
             row.append(row[k] + (row[k] - coarser) / (SHRINK ** (2 * k + 2) - 1.0))
         if len(row) > 1:
+            # The last term is the rounding of the images, which a division by s enlarges: it ends the gain from smaller steps.
             off = np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - last[-1])) + np.finfo(float).eps * np.abs(image) / s
             sizes = _sizes(off, off, parts)
             now = _share(row[-1], sizes, parts)
@@ -165,6 +169,7 @@ def _extrapolated(phi: Mapping, x: Array, direction: Array, parts: int, s: float
                 best, error, share = row[-1], sizes, now
         if share <= ENOUGH or (level > LONGEST and now > share):
             break
+        # A row without a value, as of an implicit step that has no solution so far away, begins the table anew.
         last, s = row if np.all(np.isfinite(row[0])) else [], s / SHRINK
     return best, error
 
@@ -202,7 +207,7 @@ def _agree(value: Array, along: Array, floor: Array) -> bool:
 
 
 def _nowhere_zero(along: Array, parts: int) -> bool:
-    """Return whether no part is zero throughout, as what is cast to real numbers is."""
+    """Return whether no part is zero throughout; a part that is cast to real numbers is."""
     return all(bool(np.any(part)) for part in np.array_split(along, parts))
 
 

@@ -36,11 +36,12 @@ class Windows:
 
     @classmethod
     def none(cls, m: int) -> Self:
-        """Return a place for those of m errors."""
+        """Return empty windows for m errors."""
         return cls(np.zeros(m, dtype=np.int64), np.empty(m), np.empty(m))
 
     def put(self, members: NDArray[np.int64], means: Array) -> None:
-        """Take the window means of some, shape(members, windows)."""
+        """Store the window means of some errors, shape(members, windows)."""
+        # The middle of the outermost window is one difference away from the end: twice as much allows for a change that speeds up.
         ends = means[:, 0] - 2 * (means[:, 1] - means[:, 0]), means[:, -1] + 2 * (means[:, -1] - means[:, -2])
         self.count[members] = means.shape[1]
         self.least[members] = np.minimum.reduce([np.min(means, axis=1), *ends])
@@ -102,10 +103,12 @@ def _periods(error: Array, swings: NDArray[np.int64]) -> NDArray[np.int64]:
     likeness = np.full((len(error), n // 2), np.inf)
     differences = _mean_squares(error)
     for count in np.unique(swings).tolist():
+        # Around the mean period, which a count of swings gives roughly: swings may be missed, or noise may add some.
         lags = np.unique(np.linspace(0.6, 1.6, 60) * n / count).astype(int)
         lags = lags[(lags > 0) & (lags < n // 2)]
         rows = np.flatnonzero(swings == count)[:, None]
         likeness[rows, lags] = differences[rows, lags]
+    # A lag of 0 is chosen only where no other was allowed: it marks an oscillation that is too long to be compared.
     likeness[:, 0] = np.finfo(float).max
     return np.asarray(np.argmin(likeness, axis=1))
 
@@ -142,6 +145,7 @@ def edge_changes(u: Array, error: Array, noise: Array) -> tuple[NDArray[Any], Se
     changes : Secular
         Those of these k.
     """
+    # Each end is compared with everything outside of its own eighth, in which the change may still go on.
     late, early = error[:, np.searchsorted(u, EDGE, side="right") :], error[:, : np.searchsorted(u, 1 - EDGE)]
     first = _outside(error[:, 0], late, noise)
     last = _outside(error[:, -1], early, noise) & ~first

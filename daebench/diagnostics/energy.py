@@ -26,7 +26,7 @@ ROUNDED = 10.0
 """An error within this number of roundings, times the square root of the number of steps, counts as kept."""
 
 SAMPLES_AT_ONCE, FEWEST_AT_ONCE = 2**17, 64
-"""Errors are judged in parts of about so many samples, which stay in the processor's cache, and of so many errors at least."""
+"""Errors are judged in batches of about this many samples, which stay in the processor's cache, and of at least this many errors."""
 
 
 def energy_drift(
@@ -143,6 +143,7 @@ class _Judged:
         finite = np.asarray(np.isfinite(errors).all(axis=1) & np.all(np.isfinite(t)))
         if np.all(np.isfinite(t)) and np.any(np.diff(t) <= 0):
             raise BadInput("a drift needs increasing times; these do not increase.")
+        # Zeros in place of errors that are not finite: their verdict is FAILED already, and the others are judged as if alone.
         errors = errors if finite.all() else np.where(finite[:, None], errors, 0.0)
         largest = np.max(np.abs(errors), axis=1, initial=0.0)
         rounding = np.maximum(resolution, ROUNDED * eps * steps**0.5 * scale)
@@ -150,9 +151,10 @@ class _Judged:
         if len(t) < SHORTEST or not finite.any():
             return cls(verdicts, largest, None)
         sizes = np.where(largest > 0, largest, 1.0)
+        # Divided by its largest modulus, each error is of order one: squares neither overflow nor underflow.
         mean = trends(t, errors / sizes[:, None], np.maximum(rounding / sizes, 8 * float(np.finfo(float).eps)))
-        told = np.where(mean.drifts, DRIFTS, np.where(mean.reason == "", BOUNDED, UNDETERMINED))
-        return cls(np.where(verdicts == UNDETERMINED, told, verdicts), largest, mean)
+        decided = np.where(mean.drifts, DRIFTS, np.where(mean.reason == "", BOUNDED, UNDETERMINED))
+        return cls(np.where(verdicts == UNDETERMINED, decided, verdicts), largest, mean)
 
 
 def _drift(t: Array, error: Array, verdict: str, mean_trend: Trend, size: float, resolution: float) -> Drift:
@@ -175,11 +177,12 @@ def _drift(t: Array, error: Array, verdict: str, mean_trend: Trend, size: float,
 
 
 def read_law(t: Array, error: Array, mean_trend: Trend, resolution: float) -> Law | str:
-    """Return the law of an error that drifts, with its interval; in a word where the drift is that of the scatter, or irregular."""
+    """Return the law of a drift with its interval, or a word if the scatter grows or the drift is irregular."""
     word = law_of(mean_trend)
     if word in ("growing scatter", "irregular"):
         return word
     fast = mean_trend.fast and word == "saturated"
+    # The fast change is in the range of the whole error and no part of the oscillation; the later half has the oscillation alone.
     leak = mean_trend.leak * (float(np.ptp(error[len(error) // 2 :]) / np.ptp(error)) if fast else 1.0)
     return law_in(t, error, windows=mean_trend.windows, leak=leak, resolution=resolution, fast=fast)
 
@@ -196,7 +199,7 @@ def _with_law(drift: Drift, shape: Law, size: float) -> Drift:
 
 
 def law_of(mean_trend: Trend) -> str:
-    """Return the law of a drift in a word by the shape that fits best."""
+    """Return the law of a drift as a word, by the shape that fits best."""
     best = mean_trend.secular
     if mean_trend.spreads:
         return "growing scatter"

@@ -14,16 +14,16 @@ from daebench.runs.ivp import Array, Ivp
 from daebench.runs.trajectory import Outcome
 
 LOST = 1.0
-"""Energy error, in parts of the mean kinetic energy, above which a motion is lost."""
+"""Energy error, relative to the mean kinetic energy, above which a motion is lost."""
 
 AT_REST = 1e4 * 2.0**-52
-"""Part of the largest energy along a run that the kinetic energy counts for at least: below it a body is at rest."""
+"""Least kinetic energy, relative to the largest energy along a run, that sizes are measured by: below it a body is at rest."""
 
 SWINGS = 2
 """Fewest swings of a motion with which a drift of its energy error is distinguished from a part of an oscillation."""
 
 PART = f"too short: the motion swings fewer than {SWINGS} times, and a part of an oscillation looks like a drift"
-"""Why it is not decided whether an error drifts."""
+"""Reason for an undetermined verdict."""
 
 
 @dataclass(frozen=True)
@@ -91,19 +91,21 @@ def energy_scales(ivp: Ivp, run: Outcome) -> EnergyScales:
 
 
 def may_be_a_part(states: Array, sizes: Any) -> NDArray[np.bool_]:
-    """Return of which motions a drift of the energy error may be a part of an oscillation, shape(m,).
+    """Return for which motions a drift of the energy error may be a part of an oscillation, shape(m,).
 
-    The energy error of a method that bounds it oscillates with the motion. So the motion has to swing at least :data:`SWINGS` times: that
-    coordinate of it which does so most often, about its mean. An error above :data:`LOST` is no part of an oscillation.
+    The energy error of a method that bounds it oscillates with the motion. The motion therefore has to swing
+    at least :data:`SWINGS` times, in the coordinate that swings most often about its mean. An error above :data:`LOST` is no part of an
+    oscillation.
 
     Parameters
     ----------
     states : ndarray, shape(n, m, c)
         Positions of m motions at n times, or all of their coordinates.
     sizes : float or ndarray, shape(m,)
-        Their largest energy errors, in parts of the mean kinetic energy.
+        Their largest energy errors, relative to the mean kinetic energy.
     """
     n, m, c = states.shape
+    # The energy error of a good method swings with the motion, so that the motion shows what the error cannot: its own period.
     swings = oscillations(np.ascontiguousarray(states.reshape(n, m * c).T, dtype=float)).reshape(m, c)
     return np.asarray((np.max(swings, axis=1) < SWINGS) & (np.asarray(sizes) < LOST))
 
@@ -132,10 +134,11 @@ def energy_verdict(ivp: Ivp, run: Outcome) -> Drift:
 
 
 def size(error: Any, scales: EnergyScales) -> Any:
-    """Return an energy error, or several, in parts of the mean kinetic energy; above :data:`LOST` the motion is lost.
+    """Return an energy error, or several, relative to the mean kinetic energy; above :data:`LOST` the motion is lost.
 
     An error that is not a number has no size: nothing was measured.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
+        # A body at rest has no kinetic energy to compare with, and rounding would count as a motion that is lost.
         kinetic = np.maximum(scales.kinetic, AT_REST * np.asarray(scales.most))
         return np.where(kinetic > 0, error / kinetic, np.where(error == 0, 0.0, np.abs(error) * np.inf))[()]

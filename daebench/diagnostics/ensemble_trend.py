@@ -20,7 +20,7 @@ SPREAD_EARLY = 4.0
 
 
 def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
-    """Return how the mean over members changes.
+    """Return the change of the mean over members.
 
     Parameters
     ----------
@@ -41,6 +41,7 @@ def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
             if _common(error, mean)
             else replace(mean_trend, drifts=False, spreads=False, reason="the members' own scatter grows")
         )
+    # Independent members allow a test that one error does not: the scatter of their own changes, each fitted with the common shape.
     changes = factors(means, mean_trend.secular)
     deviation = float(np.std(changes, ddof=1)) / np.sqrt(len(error))
     clear = abs(float(np.mean(changes))) > SIGNIFICANT * deviation and mean_trend.secular.seen > noise
@@ -49,6 +50,7 @@ def ensemble_trend(t: Array, error: Array, noise: float) -> Trend:
         return replace(mean_trend, drifts=True, reason="", bound=bound)
     if mean_trend.drifts:
         return replace(mean_trend, drifts=False, reason="the change of the mean is within the scatter of independent members", bound=bound)
+    # Members scatter about the mean, so that a bound below their scatter is small, too: the mean itself may hardly oscillate.
     small = bound < max(float(np.ptp(mean)), 2 * float(np.max(np.std(error, axis=0))))
     return replace(
         mean_trend, bound=bound, reason="" if small and mean_trend.reason.startswith(("too short", "a single")) else mean_trend.reason

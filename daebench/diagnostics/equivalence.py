@@ -121,8 +121,8 @@ def equivalence(x: Array, y: Array, margin: float, *, level: float = LEVEL, seed
     members makes up the mean's difference, n pairs have none of these with the probability (1 - p)^n. With p = 2 % and a margin of two
     standard deviations of the others, 28 % of samples of 64 and 6 % of 128 were called equivalent.
 
-    Of 1000 samples in each of which one or all quantities differ by just the margin, so many percent were called equivalent, and at most
-    0.8 % different, at alpha = 0.05:
+    In 1000 samples, one or all quantities differ by exactly the margin. The percentage that was called equivalent is below, and at most
+    0.8 % were called different, at alpha = 0.05:
 
     ====================================================  ===  ===  ===  ===  ====
     pairs                                                  32   64  128  256  1024
@@ -150,12 +150,12 @@ def equivalence(x: Array, y: Array, margin: float, *, level: float = LEVEL, seed
     level : float
         The level alpha, below 1/2.
     seed : int
-        Without effect: nothing is drawn.
+        Ignored: no random numbers are drawn.
 
     Raises
     ------
     BadInput
-        If there are too few, a number is not finite, or margin or level is not what it must be.
+        If there are too few pairs, a number is not finite, or margin or level is out of range.
     """
     positive("margin", margin)
     if not 0 < level < 0.5:
@@ -181,10 +181,12 @@ def _of_mean(d: Array, level: float) -> Difference:
 
 def _mean_bounds(d: Array, tail: float) -> tuple[float, float]:
     """Return the farther ends of two intervals of a mean: that of Student and that of Hall, which corrects it for skewness."""
-    n, value, spread, rounding = len(d), float(np.mean(d)), float(np.std(d)), ROUNDED * float(np.max(np.abs(d)))
-    skewness = float(np.mean(((d - value) / spread) ** 3)) if spread > rounding else 0.0
-    error, beyond = spread / (n - 1) ** 0.5, float(scipy.stats.t.ppf(1 - tail, n - 1))
+    n, value, deviation, rounding = len(d), float(np.mean(d)), float(np.std(d)), ROUNDED * float(np.max(np.abs(d)))
+    skewness = float(np.mean(((d - value) / deviation) ** 3)) if deviation > rounding else 0.0
+    # n - 1 here and no correction in ``deviation``: together they are the standard error of the mean with the unbiased variance.
+    error, beyond = deviation / (n - 1) ** 0.5, float(scipy.stats.t.ppf(1 - tail, n - 1))
     ends = [beyond, -beyond, *(_unskewed(t, skewness, n) for t in (beyond, -beyond) if abs(skewness) > SYMMETRIC)]
+    # The farther ends of both intervals: neither is exact, and a wider interval can only delay a verdict.
     return value - max(ends) * error - rounding, value - min(ends) * error + rounding
 
 
@@ -201,6 +203,7 @@ def _of_quantile(x: Array, y: Array, q: float, level: float) -> Difference:
 
 def _far_tail(level: float) -> float:
     """Return the tail on either side of an interval, of which there is one for each quantity."""
+    # Bonferroni: one interval outside of the margin decides, so that the levels of all of them add up.
     return level / 2 / (1 + len(QUANTILES))
 
 
@@ -213,9 +216,10 @@ def _needed(differences: Sequence[Difference], margin: float, d: Array) -> int |
         n (w / g)^2                        for the mean
         n (w / g)^2 (s + g) / (s + w)      for a quantile,
 
-    s being how far the differences of pairs are from that of the quantiles. For what the sign test has to see is the part of pairs within g
-    of the quantile, which is proportional to g, beside the part that lie on two sides of it, which is proportional to s.
+    where s is the mean distance of the differences of pairs from that of the quantiles. The sign test has to see the part of pairs within g
+    of the quantile, which is proportional to g, against the part on two sides of it, which is proportional to s.
     """
+    # The number of pairs grows as the inverse square of the gap, which is unknown within rounding.
     if any(abs(margin - abs(difference.value)) < CLOSE * margin for difference in differences):
         return None
     inside: list[float] = [0.0]
@@ -228,7 +232,7 @@ def _needed(differences: Sequence[Difference], margin: float, d: Array) -> int |
 
 
 def _to_shrink(difference: Difference, margin: float) -> Iterator[tuple[float, float]]:
-    """Return how wide an interval is on each side of the difference that matters, and how far the margin is there."""
+    """Yield the width of the interval on each relevant side of the difference, and the distance of the margin on that side."""
     value = difference.value
     if abs(value) < margin:
         yield difference.high - value, margin - value

@@ -16,16 +16,16 @@ NEARBY = 1e-3
 """Distance of the points nearby, as a part of the largest coordinate: redundant constraints depend on each other there too."""
 
 POINTS = 3
-"""Points of the manifold nearby that are looked at."""
+"""Number of points of the manifold nearby."""
 
 LATER = (1e-3, 1e-1)
-"""Times after the start, s, at which positions are looked for that keep the constraints of a system in time."""
+"""Times after the start, s, at which positions that satisfy the constraints of a system in time are sought."""
 
 ITERATIONS = 20
-"""Of Gauss and Newton that look for them."""
+"""Number of Gauss-Newton iterations of that search."""
 
 UNMET = 1e-6
-"""Part of what a driver asks for that is left where it contradicts others; where it does not, some roundings are."""
+"""Relative residual above which a driver contradicts other constraints; one that does not leaves some roundings."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +96,10 @@ class Freedom:
     def remedy(self) -> str:
         """Advice on constraints that depend on others at the start, as part of a sentence."""
         solved = 'add --on-singular least-squares (on_singular="least-squares" in Python, and in a Case)'
-        first = f"remove {self.ivp.listed(self.others)}" if self.permanent else "start where they are independent"
+        advice = f"remove {self.ivp.listed(self.others)}" if self.permanent else "start where they are independent"
         if self.forbidden:
-            first = "keep it, or hold these directions at first order in its place, for points in a line by equations linear in positions"
-        return f"{first}, or {solved}, which finds multipliers of least norm"
+            advice = "keep it, or hold these directions at first order in its place, for points in a line by equations linear in positions"
+        return f"{advice}, or {solved}, which finds multipliers of least norm"
 
 
 def freedom(ivp: ConstrainedIvp) -> Freedom | None:
@@ -111,7 +111,7 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
     Parameters
     ----------
     ivp : ConstrainedIvp
-        The problem with its numbers, whose q0 is looked at.
+        The problem with its numbers, examined at q0.
 
     Returns
     -------
@@ -127,6 +127,7 @@ def freedom(ivp: ConstrainedIvp) -> Freedom | None:
         if not others:
             return Freedom(moving(ivp), ivp.m, ivp.m, ivp.m, {}, ivp)
         rank = rank_of(rows)
+        # The largest rank: the generic one. Single points nearby may be singular as well.
         nearby = max((rank_of(unit_rows(ivp, q)) for q in _nearby(ivp, rows, rank)), default=rank)
         second = dependence_at(ivp)
     except (np.linalg.LinAlgError, ValueError):
@@ -142,9 +143,11 @@ def _nearby(ivp: ConstrainedIvp, rows: Array, rank: int) -> Iterator[Array]:
         return
     by_mass = root(ivp, ivp.q0)  # q = by_mass x has unit mass in x
     for k in range(POINTS):
+        # Irregular weights, so that no symmetry of the problem keeps the rank low along the direction.
         direction = by_mass @ (np.cos(1.0 + k + np.arange(len(free))) @ free)
         size = NEARBY * (float(np.max(np.abs(ivp.q0))) or 1.0) / float(np.max(np.abs(direction)))
         try:
+            # To both sides in turn, because the constraints may be of another rank on one of them only.
             yield project(ivp, 0.0 * ivp.p0, ivp.q0 + (-1) ** k * size * direction)[1]
         except BadInput:
             continue
@@ -156,7 +159,7 @@ def dependence(ivp: ConstrainedIvp) -> str | None:
     Parameters
     ----------
     ivp : ConstrainedIvp
-        The problem with its numbers, whose q0 is looked at.
+        The problem with its numbers, examined at q0.
     """
     if ivp.facts.EXPLICIT and not beyond_comparison(ivp) and (fault := undetermined(ivp)):
         return fault
@@ -186,6 +189,7 @@ def contradicted(ivp: ConstrainedIvp) -> bool:
         q = np.append(ivp.q0[:n], ivp.q0[n:] + later)
         asked = float(np.max(np.abs(ivp.value("g", q))))
         for _ in range(ITERATIONS):
+            # Least squares, because the constraints depend on each other: elimination would fail.
             q[:n] -= np.linalg.lstsq(ivp.value("G", q)[:, :n], ivp.value("g", q), rcond=DEPENDENT)[0]
         if float(np.max(np.abs(ivp.value("g", q)))) > UNMET * asked:
             return True
@@ -193,7 +197,7 @@ def contradicted(ivp: ConstrainedIvp) -> bool:
 
 
 def redundant(ivp: ConstrainedIvp) -> bool:
-    """Return whether constraints are redundant for good."""
+    """Return whether constraints are redundant permanently, not only at the start."""
     counted = freedom(ivp)
     return counted is not None and counted.permanent
 

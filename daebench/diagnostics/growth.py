@@ -15,15 +15,14 @@ from daebench.systems.lazily import scipy
 NAN, INFINITE = float("nan"), float("inf")
 
 FEWEST = 5
-"""Fewest windows of two oscillations each that a law is read from; where there are fewer, it is read from the most, and the oscillation
-counts as their error."""
+"""Fewest windows of two oscillations each from which a law is read; if there are fewer, it is read from the largest number of windows, and
+the oscillation counts as their error."""
 
 RANGES = {"power": (0.1, 10.0), "exponential": (0.5, 100.0), "saturated": (0.5, 400.0), "step": (1 / 64, 63 / 64)}
-"""Numbers that are looked for: exponents, rates times the whole time, and places as parts of the whole time."""
+"""Ranges of the search: exponents, rates times the whole time, and places as fractions of the whole time."""
 
 TRIED, FINER, ROUGHLY = 60, 4, 1
-"""Numbers between two that are tried, how often they are tried again between the neighbours of the best, and where only the sum of squares
-is asked for."""
+"""Numbers tried in a range; refinements between the neighbours of the best one; and refinements if only the sum of squares is needed."""
 
 CONFIDENCE = 0.95
 """Level of the intervals."""
@@ -32,23 +31,23 @@ REJECTED = 0.99
 """Level at which a power of t has to be rejected beside another shape."""
 
 SLOWER = 3.0
-"""Rates of what settles fast are looked for from this part of the one by which the error has half of its change."""
+"""Rates of a fast saturation are sought from the rate at which half of the change is reached, divided by this."""
 
 OVERLAP = 1 / 6
 """Correlation of neighbouring windows of noise, which have half of their samples in common."""
 
 SLOWEST = 0.95
-"""Largest correlation of neighbouring windows that is reckoned with."""
+"""Largest correlation of neighbouring windows that is assumed."""
 
 NUMBERS = 3
 """Numbers of a law: a shift, a factor, and an exponent, rate or place."""
 
 CLEARER = 0.1
-"""Where the later half of the windows leaves less than this part of its share of the sum of squares, the interval has its exponent, too:
-the beginning is no part of the law."""
+"""If the fit to the later half of the windows leaves less than this part of its share of the sum of squares, the interval includes its
+exponent: the beginning then does not follow the law."""
 
 RESOLVED = 1e-6
-"""Part of an exponent within which it is found, and so the least half of its interval."""
+"""Relative accuracy of an exponent, and so the least half width of its interval."""
 
 LEAST_FREEDOM = 2.0
 """Fewest degrees of freedom of the scatter of window means."""
@@ -106,6 +105,7 @@ def law(t: Array, error: Array, *, windows: int = MOST, resolution: float = 0.0,
     """
     u = (t - t[0]) / (t[-1] - t[0])
     means = window_means(u, error, windows)
+    # Rounding of the means: below it one shape fits no better than another, and no interval may be narrower.
     floor = len(means) * max(resolution, 8 * float(np.finfo(float).eps) * float(np.max(np.abs(error)))) ** 2
     beat = len(means) * leak**2 / 2
     if fast:
@@ -140,15 +140,16 @@ class _Fit:
         return cls(number, floor + float(squares[best]), len(means), _alike(residual, floor))
 
     def allowed(self, level: float) -> float:
-        """Return by which part of the sum of squares another number may leave more."""
+        """Return the allowed relative excess of the sum of squares for another number."""
         w, r = self.windows, self.alike
         freedom = max(LEAST_FREEDOM, w * (1 - r**2) / (1 + r**2) - NUMBERS)
         return float(scipy.special.fdtri(1.0, freedom, level)) / ((w - NUMBERS) * (1 - r) / (1 + r))
 
 
 def _alike(residual: Array, floor: float) -> float:
-    """Return the correlation of neighbouring window means about a law; what a fit takes from it is given back."""
+    """Return the correlation of neighbouring window means about a law, corrected for the fit."""
     alike = float(correlation(residual)) if float(products(residual, residual)) > floor else 0.0
+    # Fitted numbers make residuals look less correlated, by about 2/w; windows that overlap by half correlate by 1/6 at least.
     return min(max(alike + 2 / len(residual), OVERLAP), SLOWEST)
 
 
@@ -182,8 +183,10 @@ def _exponents(means: Array, floor: float, beat: float, best: _Fit) -> tuple[flo
         residual = _residuals(means, _averaged("power", np.array([exponent]), len(means)))[0]
         return floor + float(residual @ residual) - most
 
+    # The interval is never narrower than the search resolves.
     inside = [best.number * (1 - RESOLVED), best.number * (1 + RESOLVED)]
     later, left = _later(means)
+    # The later half has half of the windows, so that twice its sum of squares is compared.
     if 2 * left < CLEARER * best.left:
         inside.append(later)
     ends = [_end(excess, best.number, last) for last in RANGES["power"]]
@@ -202,15 +205,16 @@ def _later(means: Array) -> tuple[float, float]:
 
 
 def _end(excess: Callable[[float], float], inside: float, last: float) -> float:
-    """Return where an excess becomes positive between a number inside of an interval and the last one, which is returned if it does not."""
+    """Return the number at which an excess becomes positive, between one inside of an interval and the last; the last if it does not."""
     if excess(inside) >= 0:
         return inside
+    # In steps first: the excess need not grow all the way, and the first crossing is the end of the interval.
     tried = np.geomspace(inside, last, TRIED // 3)
-    before = inside
+    previous = inside
     for number in map(float, tried[1:]):
         if excess(number) > 0:
-            return float(scipy.optimize.brentq(excess, before, number, rtol=1e-6))
-        before = number
+            return float(scipy.optimize.brentq(excess, previous, number, rtol=1e-6))
+        previous = number
     return last
 
 
@@ -230,13 +234,14 @@ def _saturated(means: Array, floor: float, beat: float, least: float = RANGES["s
     within = room >= 0
     reach = spread[within] * np.sqrt(room[within])
     low, high = float(np.min(limit[within] - reach)), float(np.max(limit[within] + reach))
-    if np.min(rates[within]) <= RANGES["saturated"][0]:  # it may as well go on for ever
+    # A rate as small as that is no saturation within the run: the limit is open on the side of the change.
+    if np.min(rates[within]) <= RANGES["saturated"][0]:
         low, high = (low, INFINITE) if outwards[first] > 0 else (-INFINITE, high)
     return Law("saturated", limit=float(limit[first]), limit_low=low, limit_high=high)
 
 
 def _slowest_rate(u: Array, error: Array) -> float:
-    """Return a rate below which the change of an error is not, which is far larger than what follows, by the time of its half."""
+    """Return the smallest rate of a fast change, by the time at which half of it is reached."""
     from_start = np.abs(error - error[0])
     half = int(np.argmax(from_start > np.mean(from_start[len(u) // 2 :]) / 2))
     slowest = np.log(2) / (SLOWER * max(float(u[half]), float(u[1])))
@@ -248,8 +253,9 @@ def _limits(means: Array, rates: Array) -> Array:
     """Return limits, the sums of squares left, the standard deviations of the limits for means of unit variance, the changes, and rates."""
     limits = []
     for rate, column in zip(rates, _averaged("saturated", rates, len(means)), strict=True):
-        left = 1 + column * np.expm1(-rate)  # exp(-k u), averaged: 1 at the start and nothing of it in the limit
+        left = 1 + column * np.expm1(-rate)  # exp(-k u), averaged over windows: 1 at the start, 0 in the limit
         A = np.column_stack([np.ones_like(left), -left])
+        # For a slow rate the columns are nearly parallel, so that the limit is not determined; for a fast one the second is zero.
         inverse = np.linalg.pinv(A, rcond=1e-12)
         limit, change = inverse @ means
         residual = means - A @ (limit, change)

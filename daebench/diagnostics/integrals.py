@@ -23,13 +23,13 @@ def energy_error(ivp: InitialValueProblem, trajectory: Outcome) -> Array:
 
 
 def energy_rounding(ivp: InitialValueProblem, eps: float) -> float:
-    """Return how much H changes when the coordinates at the start are changed by a part eps of the largest of their kind.
+    """Return the change of H if each coordinate at the start is changed by eps times the largest of its kind.
 
     ::
 
         eps ( sum_i |H_p|_i max |p| + sum_i |H_q|_i max |q| )        or, of a Poisson system,        eps sum_i |H_y|_i max |y|
 
-    So much the rounding of a state explains, also where H itself is zero because kinetic and potential energy cancel.
+    The rounding of a state explains an error of this size, also if H itself is zero because kinetic and potential energy cancel.
 
     Parameters
     ----------

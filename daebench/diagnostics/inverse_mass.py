@@ -7,13 +7,13 @@ import numpy as np
 from daebench.runs.ivp import Array, ConstrainedIvp
 
 SINGULAR = 1e-12
-"""Eigenvalue of a matrix with ones on its diagonal below which it is taken for zero."""
+"""Eigenvalue of a matrix with ones on its diagonal, below which it is zero."""
 
 DEPENDENT = 1e-9
-"""Singular value of G, its rows of length one, below which it is taken for zero, in parts of the largest."""
+"""Singular value of G with rows of length one, relative to the largest, below which it is zero."""
 
 SHARE = 1e-6
-"""Share of a constraint in a direction from which on it is named."""
+"""Smallest share of a constraint in a direction with which it is named."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class InverseMass:
         Whether H_pp has no negative eigenvalue.
     independent, determined : int
         Rank of G, and of G H_pp G^T: multipliers of independent constraints are determined where the two are equal.
-    along : tuple of int
-        Constraints whose gradients have a part in momenta that no velocity depends on.
+    along : str
+        Names of the constraints whose gradients have a part in momenta that no velocity depends on.
     """
 
     d: int
@@ -50,8 +50,8 @@ class InverseMass:
         if self.determined == self.independent:
             return ""
         where = f"{self.ranks}, so that multipliers are not determined: momenta along the gradient of {self.along} change no velocity"
-        cure = "add a gauge term to H that makes them do so, such as (q.p)^2/8 for a unit quaternion q, or (v.p)^2 with that gradient v"
-        return f"{where}; {cure}: where v.p = 0 it leaves the motion as it is"
+        advice = "add a gauge term to H that makes them do so, such as (q.p)^2/8 for a unit quaternion q, or (v.p)^2 with that gradient v"
+        return f"{where}; {advice}: where v.p = 0 it leaves the motion as it is"
 
     @property
     def note(self) -> str:
@@ -86,6 +86,7 @@ def inverse_mass(ivp: ConstrainedIvp, p: Array, q: Array) -> InverseMass:
     U, sizes, Vt = np.linalg.svd(rows, full_matrices=False)
     independent = int(np.sum(sizes > DEPENDENT * max(float(sizes[0]), DEPENDENT)))
     values, vectors = np.linalg.eigh(Vt[:independent] @ S @ Vt[:independent].T)
+    # On the row space of G alone, where only H_pp decides: redundant constraints must not count as undetermined.
     lost = np.abs(values) <= zero
     shares = U[:, :independent] @ (vectors[:, lost] / sizes[:independent, None])
     along = np.flatnonzero(np.max(np.abs(shares), axis=1, initial=0.0) > SHARE * np.max(np.abs(shares), initial=0.0))
@@ -103,6 +104,7 @@ def scaled(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[Array, Array]:
     """Return the roots r of the diagonal of H_pp without the time, 1 where it is zero, and H_pp with rows and columns divided by r."""
     n = ivp.d - bool(ivp.facts.EXTENDED)
     H_pp = np.asarray(ivp.value("H_pp", p, q), dtype=float)[:n, :n]
+    # Scaled by its diagonal, so that rank and sign do not depend on the units of the positions.
     root = np.sqrt(np.abs(np.diag(H_pp)))
     root = np.where(root > 0, root, 1.0)
     if not np.all(np.isfinite(H_pp)):
@@ -122,6 +124,7 @@ def root_of(ivp: ConstrainedIvp, p: Array, q: Array) -> Array:
     """
     root, S = scaled(ivp, p, q)
     eigenvalues, vectors = np.linalg.eigh(S)
+    # A matrix that is regular, or indefinite, takes Cholesky: exact to rounding, and the error that callers expect.
     if eigenvalues[0] > SINGULAR or eigenvalues[0] < -SINGULAR:
         n = len(root)
         return np.linalg.cholesky(np.asarray(ivp.value("H_pp", p, q), dtype=float)[:n, :n])

@@ -36,10 +36,10 @@ MANY_FOLDS = 6.0
 """Smallest growth of log delta in the second half of the time of a motion with the verdict chaotic."""
 
 BATCHES = 16
-"""Batches of intervals, whose means are taken for independent."""
+"""Number of batches of intervals; their means are treated as independent."""
 
 TRANSIENT = 0.1
-"""Part of the time that is left out of the exponent, in which the vector turns into the direction of fastest growth."""
+"""Fraction of the time left out of the exponent, while the vector turns into the direction of fastest growth."""
 
 CONFIDENCE = 0.95
 """Confidence of the intervals of exponents."""
@@ -48,7 +48,7 @@ TOLD = 10.0
 """Approximate smallest lambda t at which an exponent lambda can be distinguished from zero in a time t."""
 
 FEWEST = 2 * BATCHES
-"""Fewest intervals of time of which an exponent is taken."""
+"""Smallest number of intervals from which an exponent is computed."""
 
 
 @dataclass(frozen=True)
@@ -118,10 +118,12 @@ def exponents(growth: Array, interval: float) -> Exponents:
         folds = np.sum(growth[:, count // 2 :], axis=1)
         chaotic = (last >= EXPONENTIAL) & (last > half) & (folds >= MANY_FOLDS)
         regular = (last <= QUASI_PERIODIC) & (folds <= FEW_FOLDS)
+        # Batches of equal length at the end; what does not fill one is added to the transient at the beginning.
         size = int((1 - TRANSIENT) * count) // BATCHES
         batches = growth[:, count - size * BATCHES :].reshape(len(growth), BATCHES, size).mean(axis=2) / interval
         exponent = batches.mean(axis=1)
         reach = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2, BATCHES - 1)) * batches.std(axis=1, ddof=1) / np.sqrt(BATCHES)
+        # The largest exponent of a Hamiltonian motion is never negative: it is 0 at least along the flow.
         low, high = np.maximum(exponent - reach, 0.0), np.maximum(exponent + reach, 0.0)
     known = np.isfinite(last)
     verdict = np.select([~known, chaotic, regular], ["", CHAOTIC, REGULAR], UNDETERMINED)

@@ -51,7 +51,7 @@ def manifold_drift(ivp: ConstrainedIvp, trajectory: Trajectory) -> ManifoldDrift
 
 
 def residual_scales(ivp: ConstrainedIvp, p: Array, q: Array) -> tuple[float, float]:
-    """Return how much g and G H_p change when p and q are changed by a relative unit, at one state.
+    """Return the changes of g and G H_p under a relative change of p and q by one, at one state.
 
     ::
 
@@ -104,13 +104,14 @@ def distance(ivp: ConstrainedIvp, P: Array, Q: Array, *, sweeps: int = 6) -> Arr
     Returns
     -------
     ndarray, shape(n,)
-        NaN for a state that is not finite or from which the sweeps lead nowhere.
+        NaN for a state that is not finite or from which the sweeps do not converge.
     """
     d = ivp.d
     M, H_pp = ivp.along("mass", P, Q), ivp.along("H_pp", P, Q)
     W = np.zeros((len(P), 2 * d, 2 * d))
     W[:, :d, :d], W[:, d:, d:] = M, H_pp
     dx = np.zeros((len(P), 2 * d))
+    # The same number for all states, without a test, so that no state affects another.
     for _ in range(sweeps):
         p, q = P + dx[:, :d], Q + dx[:, d:]
         residual = np.concatenate([ivp.along("g", q), ivp.along("Gv", p, q)], axis=1)

@@ -5,10 +5,10 @@ import numpy as np
 from daebench.runs.trajectory import Array
 
 REDUNDANT = 1e-12
-"""Conditions that add less than this, relatively, to those before them are taken for redundant."""
+"""Relative size below which what a condition adds to those before it is redundant."""
 
 CONTRADICTION = 0.5
-"""Part of the right side that conditions may miss: redundant constraints contradict each other a little off their manifold."""
+"""Largest relative residual: off their manifold, redundant constraints contradict each other a little."""
 
 
 def least_displacement(C: Array, W: Array, b: Array) -> Array:
@@ -38,14 +38,16 @@ def least_displacement(C: Array, W: Array, b: Array) -> Array:
     with np.errstate(all="ignore"):
         WC = W @ np.swapaxes(C, 1, 2)
         normal = C @ WC
+        # Scaled to ones on the diagonal, so that the threshold for redundancy depends on no unit.
         size = np.sqrt(np.abs(np.diagonal(normal, axis1=1, axis2=2)))
         size = np.where(size > 0, size, 1.0)
         normal = normal / (size[:, :, None] * size[:, None, :])
         broken = ~np.all(np.isfinite(normal), axis=(1, 2)) | ~np.all(np.isfinite(b), axis=1)
+        # One matrix with a NaN would make the decomposition of all of them fail.
         normal[broken] = np.eye(normal.shape[1])
         mu = (np.linalg.pinv(normal, rcond=REDUNDANT, hermitian=True) @ (b / size)[:, :, None])[:, :, 0] / size
         dx = (WC @ mu[:, :, None])[:, :, 0]
-        missed = np.linalg.norm(((C @ dx[:, :, None])[:, :, 0] - b) / size, axis=1)
-        broken |= ~(missed <= CONTRADICTION * np.linalg.norm(b / size, axis=1))
+        residual = np.linalg.norm(((C @ dx[:, :, None])[:, :, 0] - b) / size, axis=1)
+        broken |= ~(residual <= CONTRADICTION * np.linalg.norm(b / size, axis=1))
     dx[broken] = np.nan
     return np.asarray(dx, dtype=float)

@@ -19,13 +19,13 @@ POINTS = 4
 """Points around the start."""
 
 PIECES = 8
-"""Parts of the way there, each ended on the manifold."""
+"""Number of pieces of the path to a point; each ends on the manifold."""
 
 NEARER = 1 / 3
 """A path is left out if it comes nearer than this part of its start to a loss of rank of G, because it may continue on another branch."""
 
 REGULAR = 1e-9
-"""Smallest singular value of G, in parts of the largest, of a start from which that can be said."""
+"""Least singular value of G at the start, relative to the largest, with which paths are held off a loss of rank."""
 
 SLOWLY = 1e-3
 """Speed in sizes of q in a second below which a state is at rest: residuals of velocities are not measured against less."""
@@ -36,10 +36,12 @@ def points(ivp: ConstrainedIvp) -> Iterator[State]:
 
     Where the manifold has branches that cross, G loses rank at the crossing, and points beyond it are left out.
     """
+    # A fixed seed: a file is refused everywhere or nowhere.
     draw = np.random.default_rng(1)
     size = float(np.max(np.abs(ivp.q0))) or 1.0
     inertia = mass(ivp, ivp.p0, ivp.q0)
     first = _singular_values(ivp, ivp.q0)
+    # A start at a loss of rank has no distance to keep from it: every path is then accepted.
     least = NEARER * first[-1] if first[-1] > REGULAR * first[0] else -1.0
     for k in range(POINTS + 1):
         dq, v = (0.1 * k / POINTS * size * draw.standard_normal(ivp.d) for _ in range(2))
@@ -52,9 +54,10 @@ def points(ivp: ConstrainedIvp) -> Iterator[State]:
 
 
 def _reached(ivp: ConstrainedIvp, p: Array, dq: Array, least: float) -> State:
-    """Return the state with momenta p at the end of a way dq; raise :class:`BadInput` where a singular value of G falls below the least."""
+    """Return the state with momenta p at the end of a path dq; raise :class:`BadInput` if a singular value of G falls below the least."""
     q = ivp.q0
     for _ in range(PIECES):
+        # In pieces: a projection from far away may end on another branch, without a message.
         p1, q, *_ = project(ivp, p, q + dq / PIECES)
         if not _singular_values(ivp, q)[-1] >= least:
             raise BadInput(f"{ivp.problem} comes near a place where G loses rank, on the way to {q}.")
@@ -62,7 +65,7 @@ def _reached(ivp: ConstrainedIvp, p: Array, dq: Array, least: float) -> State:
 
 
 def _singular_values(ivp: ConstrainedIvp, q: Array) -> Array:
-    """Return those of G, the largest first."""
+    """Return the singular values of G, the largest first."""
     return np.linalg.svd(np.asarray(ivp.value("G", tuple(q)), dtype=float), compute_uv=False)
 
 
@@ -74,7 +77,7 @@ def rates(ivp: ConstrainedIvp, p: Array, q: Array) -> State:
 
 
 def without_potential(ivp: ConstrainedIvp, p: Array, q: Array, rate: Array) -> float:
-    """Return by how much a rate (p', q') misses the motion without U, relative to its size; lam is the one that fits best."""
+    """Return the error of a rate (p', q') of the motion without U, relative to its size, for the lam that fits best."""
     derivation, d = ivp.source.derivation, ivp.d
     v, G = ivp.value("H_p", tuple(p), tuple(q)), ivp.value("G", tuple(q))
     slopes = [[entry.diff(symbol) for entry in sp.flatten(derivation.M)] for symbol in derivation.problem.q]
@@ -89,6 +92,7 @@ def off_manifold(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     """Return the largest of |g| and |G H_p|, relative to its change under a relative change of one in p and q."""
     state, slow = (tuple(p), tuple(q)), SLOWLY * mass(ivp, p, q) @ np.abs(q)
     sizes = float(np.max(np.abs(ivp.value("g", state[1])))), float(np.max(np.abs(ivp.value("Gv", *state))))
+    # A state that passes rest has no momentum, and a residual would be measured against nothing.
     scales = residual_scales(ivp, np.abs(p) + np.abs(slow), q)
     return max(size / (scale or 1.0) for size, scale in zip(sizes, scales, strict=True))
 
@@ -115,14 +119,16 @@ def flat(ivp: Ivp, state: Sequence[Any]) -> list[Any]:
 def exact_start(ivp: Ivp) -> tuple[list[list[Any]], dict[str, Any]]:
     """Return the initial values and the parameters of a case as mpmath numbers of the working precision."""
     problem = ivp.source.derivation.problem
+    # The decimal number that was written, and not the binary one that stands for it.
     exact = {symbol: sp.Rational(repr(ivp.parameters[str(symbol)])) for symbol in problem.parameters}
     case, parts = problem.cases[ivp.case], ivp.state.columns
+    # Five guard digits, so that only the conversion to the working precision rounds.
     start = [[sp.N(sp.sympify(x).subs(exact), mp.mp.dps + 5)._to_mpmath(mp.mp.prec) for x in getattr(case, part)] for part in parts]
     return start, {str(symbol): mp.mpf(value.p) / value.q for symbol, value in exact.items()}
 
 
 def numeric(ivp: ConstrainedIvp, expressions: Sequence[Any], *more: Any) -> Callable[..., Any]:
-    """Return expressions in p, q, the parameters and more symbols as a function of p, q and values of those."""
+    """Return expressions in p, q, the parameters and further symbols as a function of p, q and values of these symbols."""
     problem = ivp.source.derivation.problem
     call = sp.lambdify([list(problem.p), list(problem.q), list(problem.parameters), *more], expressions, "numpy", cse=True)
 

@@ -58,10 +58,12 @@ def nearest(conditions: Conditions, x0: Array, W: Array, least: Array) -> tuple[
         new = least_displacement(C, W[rows], (C @ dx[rows][:, :, None])[:, :, 0] - residual)
         increment = np.max(np.abs(new - dx[rows]), axis=1)
         size = np.maximum(floor[rows], np.max(np.abs(x0[rows] + new), axis=1))
+        # As in Newton's iteration of the schemes: where conditions are nearly redundant, increments stop shrinking above 4 eps.
         stalled = (increment >= previous[rows]) & (increment <= 1e4 * EPS * size)
         small = np.all(np.abs(residual) <= MET * size[:, None] * np.sum(np.abs(C), axis=2), axis=1)
         met[rows] = ((increment <= 4 * EPS * size) | stalled) & small
         dx[rows], previous[rows] = new, increment
+        # States that have converged are left out, so that each has the same bits alone and among others.
         rows = rows[~met[rows] & np.isfinite(increment)]
         if not len(rows):
             break

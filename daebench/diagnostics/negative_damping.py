@@ -9,11 +9,11 @@ ROUNDING = 1e-9
 
 
 def negative_damping(ivp: ConstrainedIvp) -> float:
-    """Return the largest power F . v of what changes its sign with v, at the start, for |v| = 1 along the manifold; 0 if none is positive.
+    """Return the largest power F . v of the part of F that is odd in v, at the start, for |v| = 1 on the manifold; 0 if none is positive.
 
-    Of H_q - F, what changes its sign with p is -F alone where H is even in p: no force has to be derived. A force by position or time is
-    no damping, nor is one that turns, and neither has any part in it. Where H is not even in p, or vectors are arrays, it is not looked
-    at, and 0.
+    If H is even in p, the part of H_q - F that is odd in p is that of -F alone, so that no force has to be derived. A force that depends
+    on position or time is no damping, and neither is a gyroscopic one; both have no part in the power. The result is 0 if H is not even in
+    p, or if vectors are arrays.
 
     Parameters
     ----------
@@ -29,10 +29,12 @@ def negative_damping(ivp: ConstrainedIvp) -> float:
     F = np.empty((len(free), n))
     for k, v in enumerate(free):
         p = np.append(mass @ v, 0.0)
-        there, back = ((ivp.value("H_p", s * p, q), ivp.value("H_q", s * p, q)) for s in (1, -1))
-        if np.abs(there[0] + back[0])[:n].max() > ROUNDING * np.abs(there[0][:n]).max():
+        forth, back = ((ivp.value("H_p", s * p, q), ivp.value("H_q", s * p, q)) for s in (1, -1))
+        if np.abs(forth[0] + back[0])[:n].max() > ROUNDING * np.abs(forth[0][:n]).max():
             return 0.0
-        F[k] = (back[1] - there[1])[:n] / 2
+        # The odd part of H_q - F: gravity, springs and drivers are even in p and cancel.
+        F[k] = (back[1] - forth[1])[:n] / 2
     power = F @ free.T
+    # The symmetric part alone does work: a gyroscopic force is skew and does none.
     largest = float(np.linalg.eigvalsh((power + power.T) / 2).max(initial=0.0))
     return largest if largest > ROUNDING * np.abs(F).max(initial=0.0) else 0.0

@@ -125,21 +125,25 @@ def _slopes(h: Array, error: Array) -> Array:
 
 
 def _plateau(h: Array, error: Array) -> float:
-    """Return the error up to which points are spoilt by a plateau at the fine end; 0 if there is none."""
+    """Return the error up to which points are contaminated by a plateau at the fine end; 0 if there is none."""
     slopes = _slopes(h, error)
     length = _asymptotic(slopes)
+    # Points of a plateau rarely agree on a slope over a factor of ten: here the fine end still converges.
     if length >= 3 and error[length - 1] > PLATEAU * error[0]:
         return 0.0
+    # An error also stops falling where its slope halves: a plateau is approached in a bend.
     coarser = np.append(slopes[1:], 0.0)[: len(slopes)]
     flat = np.flatnonzero((slopes < np.maximum(FALLING, coarser / 2)) & (error[1:] <= SCATTER * np.minimum.accumulate(error)[:-1]))
     return PLATEAU * float(np.max(error[: flat[-1] + 2])) if len(flat) else 0.0
 
 
 def _asymptotic(slopes: Array) -> int:
-    """Return how many points, from the finest on, agree on a slope."""
+    """Return the number of points, from the finest on, that agree on a slope."""
     k = 0
+    # From the fine end, and without a second try: a clean slope at large h may be of another regime.
     while k < len(slopes) and slopes[k] >= FALLING and (k == 0 or _near(slopes[k], slopes[:k])):
         k += 1
+    # Three points have one degree of freedom: their two slopes have to agree more closely.
     return 2 if k == 2 and abs(slopes[1] - slopes[0]) > FEW_BAND else k + 1
 
 

@@ -11,10 +11,10 @@ UNRESOLVED = 0.4
 """Neighbouring samples that correlate by less than this follow no oscillation."""
 
 LINE = 0.2
-"""Part of the variance at one frequency from which on an error is periodic, and not noise."""
+"""Fraction of the variance at one frequency above which an error is periodic, and not noise."""
 
 PEAKED = 10.0
-"""Kurtosis beyond which an error is a train of peaks; that of Gaussian noise is 3."""
+"""Kurtosis above which an error is a train of peaks; Gaussian noise has 3."""
 
 
 def centred(series: Array) -> Array:
@@ -28,7 +28,7 @@ def products(a: Array, b: Array) -> Any:
 
 
 def oscillations(residual: Array) -> NDArray[np.int64]:
-    """Return how often each error without its secular part swings about its mean, shape(m,).
+    """Return the number of swings of each error, without its secular part, about its mean, shape(m,).
 
     A swing is a passage from below the mean to a quarter of the standard deviation above it, or the same upside down where that is more:
     narrow peaks hardly move the mean.
@@ -39,18 +39,19 @@ def oscillations(residual: Array) -> NDArray[np.int64]:
         The errors less their secular parts, a row each.
     """
     r = centred(residual)
+    # A band about the mean, so that noise near it does not count as swings.
     level = 0.25 * np.sqrt(products(r, r) / r.shape[-1])
     return np.where(level > 0, np.maximum(_passages(r > level[:, None], r < 0), _passages(r < -level[:, None], r > 0)), 0)
 
 
 def _passages(above: NDArray[np.bool_], below: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return how often rows go from below to above, whatever is between."""
+    """Return the number of passages of each row from below to above, whatever is between."""
     either = above | below
     side = above[either]
     ends = np.cumsum(np.count_nonzero(either, axis=1))
     up = np.flatnonzero(side[1:] & ~side[:-1]) + 1
     row = np.searchsorted(ends, up, side="right")
-    within = np.searchsorted(ends, up - 1, side="right") == row  # the last sample of one row is no neighbour of the next row's first
+    within = np.searchsorted(ends, up - 1, side="right") == row  # the last sample of a row and the first of the next are no neighbours
     return np.bincount(row[within], minlength=len(ends))
 
 
@@ -76,13 +77,15 @@ def _lined(r: Array, squares: Array) -> NDArray[np.bool_]:
     """Return which series of mean zero have a line at a high frequency in their spectrum, or peaks."""
     n = r.shape[-1]
     power = np.abs(np.fft.rfft(r * np.hanning(n))) ** 2
+    # A line spreads over three frequencies under the Hann window.
     around = np.pad(power, ((0, 0), (1, 1)))
+    # Only above 2/5 of the highest frequency: fewer than five samples a period.
     high = np.max((around[:, :-2] + power + around[:, 2:])[:, n // 5 :], axis=1)
     return np.asarray((high > LINE * np.sum(power, axis=1)) | (np.mean(r**4, axis=1) * n**2 > PEAKED * squares**2))
 
 
 def rough(residual: Array) -> NDArray[np.bool_]:
-    """Return which errors are made of steps that know nothing of each other, as a random walk is: of an oscillation the steps are alike.
+    """Return which errors are sums of independent steps, as a random walk is: neighbouring steps of an oscillation are alike.
 
     Parameters
     ----------

@@ -66,11 +66,12 @@ class Crossing:
         self.after.append((t, self.ivp.value("H_p", p, q), pivot))
         self.smallest = min(self.smallest, pivot)
         if len(self.after) > 2 * KEPT:
+            # Every other state, so that what is kept stays spread over the whole time, whatever the number of steps.
             self.after = [*self.after[:-3:2], *self.after[-3:]]
 
     @property
     def over(self) -> bool:
-        """Whether pivots have risen again to what they were before, or nearly so, over three states beyond the place."""
+        """Whether pivots have nearly risen to their former size over three states beyond the place."""
         if len(self.after) < 3 or self.after[-3][0] <= self.t:
             return False
         first, second, third = (pivot for _, _, pivot in self.after[-3:])
@@ -80,13 +81,14 @@ class Crossing:
     def passage(self) -> Passage:
         """Which branch the motion took: its velocity after, extrapolated back, against that before.
 
-        Branches meet in a place where G loses rank, and each is smooth: on the branch that the motion came on, the parabola through
-        three velocities after leads back to that before. Where it is far from the line through two, steps are too large to tell.
+        Branches meet at a loss of rank of G, and each is smooth: if the motion stays on its branch, the parabola through three later
+        velocities leads back to the velocity before. If it is far from the line through two of them, steps are too large for an answer.
         """
         velocities = self._spread() if self.over else ()
         if not velocities:
             return Passage(t=self.t, pivot=self.smallest, branch="unknown", turn=math.nan)
         v0 = self.ivp.value("H_p", self.p0, self.q0)
+        # A mass matrix of thousands of bodies is not formed for an angle.
         M = None if beyond_comparison(self.ivp) else self.ivp.value("mass", self.p0, self.q0)
         back, rough = extrapolated(velocities, self.t0), extrapolated(velocities[1:], self.t0)
         clear = _norm(back - rough, M) <= TELLING * _norm(v0, M)
@@ -96,6 +98,7 @@ class Crossing:
         """Return three states, as (t, v), that are spread over the time since G lost rank: the third is the last."""
         beyond = [(t, v) for t, v, _ in self.after if t > self.t]
         end = beyond[-1][0]
+        # Spread over the time since the loss of rank: three states of one step would extrapolate their rounding.
         second = min(range(1, len(beyond) - 1), key=lambda k: abs(beyond[k][0] - self.t - (end - self.t) * 2 / 3))
         first = min(range(second), key=lambda k: abs(beyond[k][0] - self.t - (end - self.t) / 3))
         return [beyond[first], beyond[second], beyond[-1]]

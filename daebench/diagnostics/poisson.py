@@ -29,7 +29,7 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
     ----------
     flow : callable
         The map Phi, best analytic in its argument and computed in complex numbers, with iterations inside it that converge in the
-        imaginary part too; of other maps Phi' is had from differences, and a warning says how good they are.
+        imaginary part too; for other maps Phi' is computed by differences, and a warning states their accuracy.
     y : array_like, shape(n,)
         The point.
     B : callable
@@ -45,6 +45,6 @@ def poisson_defect(flow: Map, y: ArrayLike, B: Structure) -> float:
 
 
 def structure_change(jacobian: Derivative, y: Array, B: Structure) -> float:
-    """Return the same of a map whose derivative along the unit vectors at y is known."""
+    """Return the same for a map whose derivative along the unit vectors at y is known."""
     carried = jacobian.value @ np.asarray(B(y), dtype=float) @ jacobian.value.T
     return float(np.max(np.abs(carried - np.asarray(B(jacobian.image), dtype=float))))

@@ -14,7 +14,7 @@ from daebench.runs.scales import constrained_scales_of
 
 @dataclass(frozen=True)
 class ProjectedMembers:
-    """Members whose starts are on the manifold of each, but for those whose projection did not converge.
+    """Members with starts on their manifolds, except those whose projection did not converge.
 
     Parameters
     ----------
@@ -54,19 +54,20 @@ def project_members(members: Members) -> ProjectedMembers:
         )
     p0, q0 = members.start
     M, H_pp = members.along("mass", p0, q0), members.along("H_pp", p0, q0)
+    # h = 0: the length of the problem without the length of a step, as ``project`` takes it for a single start.
     length, _ = constrained_scales_of(replace(members, h=0.0), rated=False)
 
     def on_positions(q: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
-        some = members.some(rows)
-        return some.along("g", q), some.along("G", q)
+        unmet = members.some(rows)
+        return unmet.along("g", q), unmet.along("G", q)
 
     q1, _, met = nearest(on_positions, q0, H_pp, length)
     moved_q = _length(q1 - q0, M)
     M, H_pp = members.along("mass", p0, q1), members.along("H_pp", p0, q1)
 
     def on_momenta(p: Array, rows: NDArray[np.intp]) -> tuple[Array, Array]:
-        some = members.some(rows)
-        return some.along("Gv", p, q1[rows]), some.along("Gv_p", p, q1[rows])
+        unmet = members.some(rows)
+        return unmet.along("Gv", p, q1[rows]), unmet.along("Gv_p", p, q1[rows])
 
     p1, _, also_met = nearest(on_momenta, p0, M, np.zeros(len(p0)))
     return ProjectedMembers(replace(members, start=(p1, q1)), moved_q, _length(p1 - p0, H_pp), met & also_met)

@@ -56,19 +56,21 @@ def fewest(q: float, level: float) -> int:
 
     All numbers have to be on the quantile's longer side with a probability of half of the level at most: max(q, 1 - q)^n <= level / 2.
     """
+    # Less a rounding, so that an integer quotient is not raised to the next number.
     return int(np.ceil(np.log(level / 2) / np.log(max(q, 1 - q)) * (1 - ROUNDED)))
 
 
 @lru_cache(maxsize=64)
 def ranks(count: int, q: float, level: float) -> Ranks | None:
-    """Return the ranks that refute a quantile at a level, of which either takes a quarter, or up to half where less is impossible.
+    """Return the ranks that refute a quantile at a level; each takes a quarter of the level, or half if a quarter is impossible.
 
-    None is returned where half of the level is too little for one of them.
+    None is returned if half of the level is not enough for one of them.
     """
     if count < fewest(q, level):
         return None
     up_to = scipy.stats.binom.cdf(np.arange(count), count, q)
     from_next = scipy.stats.binom.sf(np.arange(count), count, q)
+    # A quarter for each rank test leaves half of the level to the sign test; few pairs need more to have ranks at all.
     share = [level / 4 if level / 4 >= least else level / 2 for least in (from_next[-1], up_to[0])]
     above = int(np.argmax(from_next <= share[0])) + 1
     below = int(np.searchsorted(up_to, share[1], side="right")) - 1
@@ -77,12 +79,12 @@ def ranks(count: int, q: float, level: float) -> Ranks | None:
 
 @lru_cache(maxsize=64)
 def _fewest_one_way(count: int, left: float) -> NDArray[np.int64]:
-    """Return how many of m pairs have to lie one way round, for m from 0 to the number of all pairs, by the sign test."""
+    """Return the least number of m pairs that lie one way round if the sign test refutes, for m from 0 to the number of all pairs."""
     return np.asarray(scipy.stats.binom.isf(left, np.arange(count + 1), 0.5) + 1, dtype=np.int64)
 
 
 def quantile(ordered: Array, q: float) -> float:
-    """Return the quantile of a sample that is in order: the least member that a part q of all are not larger than."""
+    """Return the quantile of order q of an ordered sample: its least member that is not smaller than a part q of the sample."""
     return float(ordered[max(0, int(np.ceil(q * len(ordered) * (1 - ROUNDED))) - 1)])
 
 
@@ -100,6 +102,7 @@ def _upper(x: Array, y: Array, q: float, level: float) -> float:
         return float("inf")
     ordered_x, ordered_y = np.sort(x), np.sort(y)
     last, first = float(ordered_x[limits.above - 1]), float(ordered_y[limits.below])
+    # The difference of the sample is never refuted, and the bound by ranks alone always is.
     possible, refuted = quantile(ordered_x, q) - quantile(ordered_y, q), last - first
     for _ in range(HALVINGS):
         shift = possible + (refuted - possible) / 2
@@ -126,6 +129,6 @@ def _refuted(x: Array, moved: Array, first: float, last: float, left: float) -> 
 
 
 def _below(numbers: Array, t: Array, side: Literal["left", "right"]) -> NDArray[np.int64]:
-    """Return how many of the numbers are below each of the increasing t, or with "right" not above it."""
+    """Return the count of numbers below each of the increasing t, or, with "right", of numbers not above it."""
     near = np.sort(numbers[(numbers >= t[0]) & (numbers <= t[-1])])
     return np.asarray(np.count_nonzero(numbers < t[0]) + np.searchsorted(near, t, side=side))

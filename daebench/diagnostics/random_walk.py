@@ -19,10 +19,10 @@ MEMBERS = 16
 """Smallest number of members with which a random walk can be identified."""
 
 OCTAVES = 8
-"""The spread is followed over the last so many octaves of the time, where errors are given at equally spaced times alone."""
+"""Number of last octaves of the time over which the spread is followed, if errors are given only at equally spaced times."""
 
 WINDOW_OCTAVES = 14
-"""The same where means over windows are given, which go back further: 4.2 decades."""
+"""The same if means over windows are given, which go back further: 4.2 decades."""
 
 CONFIDENCE = 2.0
 """Half width of the interval of an exponent in standard errors: 95 % of a normal distribution; 94 of 100 intervals contained it."""
@@ -31,10 +31,10 @@ ROUNDED = 8 * float(np.finfo(float).eps)
 """Part of the largest error below which an error counts as zero."""
 
 AT_ROUNDING = 4.0
-"""A spread within so many roundings of a state is round-off where its growth cannot be read, and an error likewise."""
+"""Roundings of a state within which a spread is round-off if its growth cannot be determined; the same for an error."""
 
 WALK = (0.25, 0.75)
-"""Exponents of a random walk are between these: halfway to those of what is bounded, 0, and of what is linear, 1."""
+"""Limits of the exponent of a random walk: halfway to those of a bounded error, 0, and of a linear drift, 1."""
 
 
 @dataclass(frozen=True)
@@ -103,11 +103,11 @@ class Walk:
 def random_walk(
     t: ArrayLike, error: ArrayLike, *, resolution: float = 0.0, rounding: float = 0.0, windows: tuple[ArrayLike, ArrayLike] | None = None
 ) -> Walk:
-    """Return how the errors e_i(t) of the members i of an ensemble grow, of the energy or any other conserved quantity.
+    """Return the growth of the errors e_i(t) of the members i of an ensemble, of the energy or any other conserved quantity.
 
     Truncation is common to members that follow the same motion; round-off differs between members. Unbiased rounding makes each error a
     random walk, with standard deviation ~ t^(1/2); biased rounding, as of an iteration that ends at a tolerance, makes it grow
-    linearly, HLW VIII.5. So two things are looked at:
+    linearly, HLW VIII.5. Two quantities are therefore examined:
 
     - the mean over members, by the rule of :func:`daebench.diagnostics.energy.energy_drift`. Its change is a drift where the changes of the
       members, fitted with the same shape, have a mean beyond 4.5 of its standard errors; the scatter of its window means has to be beaten
@@ -145,7 +145,7 @@ def random_walk(
         Round-off of one value of the error, such as eps |H|, where it is known, or what starts that differ make of truncation where that
         is more; a spread below it counts as none.
     rounding : float
-        What the rounding of a state changes the quantity by, where it is known, see :func:`daebench.diagnostics.integrals.energy_rounding`.
+        Change of the quantity by the rounding of a state, if it is known, see :func:`daebench.diagnostics.integrals.energy_rounding`.
     windows : (array_like, array_like), shape(w,) and shape(N, w), optional
         Centres of windows that are equally long in log t, and the mean of each member over each: the spread is followed over these.
 
@@ -167,7 +167,9 @@ def random_walk(
     size = float(np.max(np.abs(error))) or 1.0
     spread_windows = _means(t, error) if windows is None else _given(windows)
     octaves = OCTAVES if windows is None else WINDOW_OCTAVES
+    # All sizes are relative to the largest error, so that no square underflows.
     spread = spread_exponent(spread_windows[0], spread_windows[1] / size, max(resolution / size, ROUNDED), octaves)
+    # Few roundings take values on a coarse grid: their spread has no exponent that could be read.
     if _undecided(spread) and np.max(np.std(spread_windows[1], axis=1, ddof=1)) <= AT_ROUNDING * rounding:
         spread = Spread(seen=False)
     walk = _judged(t, error / size, max(resolution / size, ROUNDED), spread)
@@ -181,6 +183,7 @@ def _judged(t: Array, error: Array, noise: float, spread: Spread) -> Walk:
     """Return the verdict on errors of modulus at most 1."""
     of_mean = ensemble_trend(t, error, noise)
     slopes = _slopes(t, error)
+    # Members that follow the same motion have equal slopes; the oscillation that they share is then the error.
     slope_error = max(float(np.std(slopes, ddof=1)) / np.sqrt(len(slopes)), energy_drift(t, np.mean(error, axis=0)).slope_error)
     verdict, reason, law = _verdict(of_mean, error, spread, noise)
     last = float(np.mean(error[:, -(len(t) // 8) :]))
@@ -268,6 +271,7 @@ def _given(windows: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
 def _means(t: Array, error: Array) -> tuple[Array, Array]:
     """Return centres of the windows, and the members' means over them, shape(windows, N)."""
     edges = np.searchsorted(t, t[-1] * 2.0 ** (np.arange(-2 * OCTAVES, 1) / 2))
+    # The end itself belongs to the last window.
     edges[-1] = len(t)
     windows = [slice(a, b) for a, b in pairwise(edges) if b > a]
     return np.array([np.mean(t[window]) for window in windows]), np.array([np.mean(error[:, window], axis=1) for window in windows])

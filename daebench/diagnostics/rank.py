@@ -14,31 +14,31 @@ from daebench.runs.members import Members
 from daebench.systems.lazily import scipy
 
 WITHIN = 3
-"""Steps after the start in which a loss of rank is looked for before there are steps to extrapolate from."""
+"""Number of steps after the start in which a loss of rank is predicted before there are steps to extrapolate from."""
 
 AFTER_FAILURE = 5
-"""Steps in which it is looked for after a step that could not be done."""
+"""Number of steps in which it is predicted after a step that failed."""
 
 SUSPECT = 1e-6
-"""Root of what is measured below which constraints are compared; of dependent ones it is at most about 1e-8."""
+"""Measured root below which constraints are compared with each other; for dependent ones it is at most about 1e-8."""
 
 BELIEVED = 1 / 3
-"""Part of the present root of what is measured that it may be, at most, where a line says that it is zero."""
+"""Largest measured root at a predicted zero, relative to the present one, with which the prediction is believed."""
 
 PIECES, FINER = 32, 16
-"""Pieces of the way along which a loss of rank is looked for, and of two of these where G comes nearest to one."""
+"""Number of pieces of the path that is searched for a loss of rank, and of the two pieces around the smallest singular value."""
 
 SUNK = 0.5
-"""Part of its largest value along the way that a singular value of G falls below, where the way is looked at more closely."""
+"""Singular value of G, relative to its largest along the path, below which the path is examined more closely."""
 
 GONE = 1e-3
-"""Part below which, looked at closely, it is zero there."""
+"""Relative value below which, after a closer look, it is zero."""
 
 CLOSE = 1e-10
-"""Part of a piece within which a point of the way is on the manifold."""
+"""Distance from the manifold, relative to a piece of the path, that counts as zero."""
 
 SWEEPS = 12
-"""Sweeps that bring a point of the way onto the manifold, at most."""
+"""Largest number of iterations that bring a point of the path onto the manifold."""
 
 LIGHT = 1e-2
 """Part of the largest mass below which a mass is light."""
@@ -47,10 +47,10 @@ HEAVIER = "use a smaller h, which resolves the light mass, or leave that mass ou
 """Advice if a run stops because a mass is too light for the step."""
 
 TOO_LARGE = "the step is too large: G keeps its rank, but turns so far within a step that its equations become singular"
-"""What is wrong where the equations of a step become singular and G keeps its rank."""
+"""Reason for singular equations of a step if G keeps its rank."""
 
 SMALLER = "use a smaller h"
-"""What to do about that."""
+"""Advice in that case."""
 
 GO_ON = "to go on, add --on-singular continue (on_singular), which says which branch the motion takes"
 """Advice if a run stops because G loses rank."""
@@ -60,7 +60,7 @@ def upcoming_loss(ivp: ConstrainedIvp, p: Array, q: Array, h: float, within: int
     """Return the time until G loses rank, by one state and its velocity, if it is within this number of steps of size h; else None.
 
     The roots of what ``independence`` in ``daebench/schemes/kernels/rank.py`` measures at q, q - h v and q - 2 h v are extrapolated, and
-    what is found is believed where it is there at most a third of what it is at q.
+    the predicted zero is believed if the measured root there is at most a third of that at q.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def loses_rank(ivp: ConstrainedIvp, p: Array, q: Array, before: float, after: fl
     Returns
     -------
     bool
-        True also where vectors are arrays, or constraints so many that it is not looked at.
+        True also if vectors are arrays, or if there are too many constraints for the examination.
     """
     if beyond_comparison(ivp):
         return True
@@ -118,6 +118,7 @@ def loses_rank(ivp: ConstrainedIvp, p: Array, q: Array, before: float, after: fl
         values = np.array([sigma(x) for x in way])
         k = int(np.argmin(values))
         largest = float(np.max(values))
+        # The minimum is at an end, or hardly below the rest: a closer look would only find the same value.
         if not 0 < k < len(way) - 1 or values[k] > SUNK * largest:
             return bool(values[k] <= GONE * largest)
         closer = _way(ivp, W, way[k - 1], (way[k] - way[k - 1]) / (FINER / 2))
@@ -127,6 +128,7 @@ def loses_rank(ivp: ConstrainedIvp, p: Array, q: Array, before: float, after: fl
 
 def _independence_of_rows(ivp: ConstrainedIvp, q: Array) -> Callable[[Array], float]:
     """Return a function of positions: the smallest singular value of G that is not zero at q, its rows and columns scaled as there."""
+    # Scaled once, at q: scaled anew everywhere, a row that goes to zero would be given length one and hide the loss.
     G = np.asarray(ivp.value("G", q), dtype=float)[:, : len(q) - ivp.facts.EXTENDED]
     rows = _lengths(G, 1)[:, None]
     columns = _lengths(G / rows, 0)
@@ -153,11 +155,13 @@ def _way(ivp: ConstrainedIvp, W: Array, q: Array, dq: Array) -> Iterator[Array]:
         for _ in range(SWEEPS):
             C, residual = np.asarray(ivp.value("G", x), dtype=float), np.asarray(ivp.value("g", x), dtype=float)
             step = least_displacement(C[None], W[None], -residual[None])[0]
+            # A correction longer than the piece itself would leave the way; the point stays as it is.
             if not np.all(np.isfinite(step)) or float(np.max(np.abs(step))) > size:
                 break
             x = x + step
             if float(np.max(np.abs(step))) <= CLOSE * size:
                 break
+        # The chord of the last piece is the next free flight, as in SHAKE: this keeps the direction of the motion.
         q, dq = x, x - q
         yield q
 
@@ -174,7 +178,7 @@ def _least_between(sigma: Callable[[Array], float], way: Sequence[Array]) -> flo
 
 
 def upcoming_losses(members: Members, p: Array, q: Array, within: int) -> Array:
-    """Return the same time for each member of an ensemble, shape(n,), equal to the bit; NaN if there is none.
+    """Return the time of :func:`upcoming_loss` for each member of an ensemble, shape(n,), equal to the bit; NaN if there is none.
 
     Parameters
     ----------
@@ -193,11 +197,13 @@ def upcoming_losses(members: Members, p: Array, q: Array, within: int) -> Array:
 
 
 def _zero_ahead(sigma: Callable[[Any], Any], h: Any, within: int) -> Array:
-    """Return when a line through sigma(-h) and sigma(0) is zero, where sigma falls faster and faster and is small there; else NaN."""
+    """Return the zero of the line through sigma(-h) and sigma(0), if sigma falls over two steps and is small at it; else NaN."""
     s = [sigma(k * h) for k in (-2, -1, 0)]
     with np.errstate(all="ignore"):
+        # Over both steps: one pair of values may fall by a single rough step.
         falls = (s[0] > s[1]) & (s[1] > s[2]) & (s[2] <= within * (s[1] - s[2]))
         t = np.where(falls, h * s[2] / (s[1] - s[2]), np.nan)
+    # A line may predict a zero where there is none: the prediction is believed only if the quantity is small there.
     return np.where(sigma(t) <= BELIEVED * s[2], t, np.nan) if np.any(falls) else t
 
 
@@ -209,7 +215,7 @@ def may_lose_rank(members: Members) -> NDArray[np.bool_]:
     Parameters
     ----------
     members : Members
-        Members whose starts are looked at.
+        Members whose starts are examined.
 
     Returns
     -------
@@ -221,6 +227,7 @@ def may_lose_rank(members: Members) -> NDArray[np.bool_]:
     with np.errstate(all="ignore"):
         one_step = np.reshape(members.h, (-1, 1)) * members.along("H_p", p, q)
         here, before = (np.sqrt(np.abs(members.along("independence", p, x))) for x in (q, q - one_step))
+        # "not >", so that NaN is a suspect.
         suspect = ~(here > SUSPECT * np.maximum(before, 1.0))
     return np.asarray(suspect | ~np.isnan(upcoming_losses(members, p, q, WITHIN)))
 
@@ -229,7 +236,7 @@ def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:
     """Return which coordinate is too light for the step where G keeps its rank in a time t, as part of a sentence; "" where G loses it.
 
     G M^-1 G^T is nearly singular where G is, and also where the masses are of very different size: rows of G that are independent are
-    then nearly parallel in the metric M^-1. The smallest singular value of G itself, its rows in parts of their lengths at q, tells.
+    then nearly parallel in the metric M^-1. The smallest singular value of G itself, its rows over their lengths at q, decides.
 
     Parameters
     ----------
@@ -247,6 +254,7 @@ def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:
     if not (np.all(np.isfinite(there)) and np.all(lengths > 0)):
         return ""
     now, then = (float(np.linalg.svd(rows / lengths, compute_uv=False)[-1]) for rows in (G, there))
+    # 1 / (M^-1)_ii is the mass that a force on q_i alone has to accelerate.
     masses = 1.0 / np.diag(ivp.value("H_pp", p, q))[: len(q) - ivp.facts.EXTENDED]  # the time has no mass
     light = int(np.argmin(masses))
     share = float(masses[light] / np.max(masses))
@@ -256,7 +264,7 @@ def badly_scaled(ivp: ConstrainedIvp, p: Array, q: Array, t: float) -> str:
 
 
 def zero_of(times: Sequence[float], pivots: Sequence[float]) -> float:
-    """Return where the line through the roots of two measurements in a row reaches zero, which go like the square of an angle.
+    """Return the zero of the line through the roots of two consecutive measurements, which go like the square of an angle.
 
     Parameters
     ----------

@@ -22,6 +22,7 @@ def reversibility_defect(flow: Flow, p: ArrayLike, q: ArrayLike) -> float:
         Zero to round-off for a rho-reversible map; NaN if the map gives one.
     """
     p0, q0 = np.array(p, dtype=float), np.array(q, dtype=float)
+    # Copies, because code from outside may change its arguments.
     p1, q1 = flow(p0.copy(), q0.copy())
     p2, q2 = flow(-np.asarray(p1), np.array(q1))
     return float(np.linalg.norm(np.concatenate([-np.asarray(p2) - p0, np.asarray(q2) - q0])))

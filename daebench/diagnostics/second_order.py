@@ -10,16 +10,16 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import scipy
 
 ZERO = 1e-8
-"""Part of the second derivatives of the constraints that a combination of them has at least, unless it is zero."""
+"""Second derivative of a combination of constraints, relative to its terms, below which it is zero."""
 
 DEFINITE = 1e-6
-"""Part of the largest eigenvalue above which one is positive, or below minus which it is negative."""
+"""Eigenvalue, relative to the largest, above which it is positive, and below minus which it is negative."""
 
 ROUNDS = 500
-"""Rounds of the search for a combination that is semidefinite."""
+"""Number of iterations of the search for a semidefinite combination."""
 
 LARGEST = 200
-"""Constraints up to which this is looked at."""
+"""Largest number of constraints that are examined."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Dependence:
 
     @property
     def forms(self) -> Array:
-        """The forms Z^T (w^T g_qq) Z of all combinations, shape(c, f, f), in parts of what their terms are; zero where rounding."""
+        """The forms Z^T (w^T g_qq) Z of all combinations, shape(c, f, f), relative to the size of their terms; zero if rounding."""
         parts = np.einsum("if,kij,jg->kfg", self.Z, self.curvatures, self.Z)
         sizes = np.abs(self.w).T @ np.linalg.norm(parts, axis=(1, 2))
         forms = np.einsum("kc,kfg->cfg", self.w, parts) / np.where(sizes > 0, sizes, 1.0)[:, None, None]
@@ -58,7 +58,7 @@ class Dependence:
         return int(np.sum(eigenvalues > DEFINITE * eigenvalues[-1]))
 
     def bends(self, v: Array) -> tuple[float, Array] | None:
-        """Return w^T g_qq (v, v) of the combination where it is largest in parts of its terms, and that w; None where all are zero."""
+        """Return w^T g_qq (v, v) and w of the combination for which it is largest relative to its terms; None if all are zero."""
         parts = np.einsum("i,kij,j->k", v, self.curvatures, v)
         moduli = np.einsum("i,kij,j->k", np.abs(v), np.abs(self.curvatures), np.abs(v))
         sizes = np.abs(self.w).T @ moduli
@@ -68,7 +68,7 @@ class Dependence:
 
 
 def dependence_at(ivp: ConstrainedIvp) -> Dependence | None:
-    """Return how constraints depend on each other at the start; None where they do not, or where it is not looked at.
+    """Return the dependence of constraints on each other at the start; None if there is none, or if it is not examined.
 
     Parameters
     ----------
@@ -80,6 +80,7 @@ def dependence_at(ivp: ConstrainedIvp) -> Dependence | None:
     G = np.asarray(ivp.value("G", tuple(ivp.q0)), dtype=float)
     lengths = np.linalg.norm(G, axis=1)
     lengths = np.where(lengths > 0, lengths, 1.0)
+    # Before the masses are asked for: independent constraints, the usual case, need no root of M^-1.
     if not np.all(np.isfinite(G)) or _rank(G / lengths[:, None]) == ivp.m:
         return None
     root = root_of(ivp, ivp.p0, ivp.q0)
@@ -89,6 +90,7 @@ def dependence_at(ivp: ConstrainedIvp) -> Dependence | None:
     U, _, Vt = np.linalg.svd(rows / sizes[:, None])
     rank = _rank(rows / sizes[:, None])
     curvatures = np.array([ivp.value("curvature", tuple(ivp.q0), tuple(row)) for row in np.eye(ivp.m)], dtype=float)
+    # Divided by the lengths, so that w combines the constraints themselves and not their normalised gradients.
     return Dependence(U[:, rank:] / sizes[:, None], root @ Vt[rank:].T, curvatures)
 
 
@@ -111,6 +113,7 @@ def semidefinite(forms: Array) -> Array | None:
     c, f, _ = forms.shape
     Q, sizes, _ = np.linalg.svd(forms.reshape(c, f * f).T, full_matrices=False)
     basis = Q[:, sizes > ZERO * max(float(np.max(sizes, initial=0.0)), ZERO)]
+    # From the identity, which lies deep in the cone: projections in turn then end at a form of large rank.
     A = (basis @ (basis.T @ np.eye(f).ravel())).reshape(f, f)
     for _ in range(ROUNDS):
         size = float(np.linalg.norm(A))
@@ -143,6 +146,7 @@ def _highest(basis: Array) -> Array | None:
         eigenvalues, vectors = np.linalg.eigh(A)
         if eigenvalues[0] >= -DEFINITE and program.x[-1] - eigenvalues[0] <= DEFINITE:
             return np.asarray(A / np.linalg.norm(A))
+        # Each eigenvector that a form violates becomes a condition on all later forms.
         cuts = np.vstack([cuts, np.einsum("kij,ia,ja->ak", basis, vectors, vectors)])
     return None
 

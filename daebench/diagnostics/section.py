@@ -24,7 +24,7 @@ class Section:
     y : ndarray, shape(k, 2)
         Places.
     distance : ndarray, shape(k,)
-        Distances from where the ray begins.
+        Distances from the origin of the ray.
     """
 
     t: Array
@@ -43,7 +43,7 @@ class Closure:
     period : float
         Mean time of one.
     spread : float
-        Largest less smallest distance of the crossings from where the ray begins: 0 for a closed orbit.
+        Largest less smallest distance of the crossings from the origin of the ray: 0 for a closed orbit.
     drift : Drift
         The secular part of the distances; "undetermined" of fewer than 32 crossings.
     """
@@ -55,7 +55,7 @@ class Closure:
 
 
 def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike, direction: ArrayLike) -> Section:
-    """Return where a planar trajectory crosses the ray center + r direction, r > 0, in the sense in which it does so first.
+    """Return the crossings of a planar trajectory with the ray center + r direction, r > 0, in the sense of the first one.
 
     Between outputs y is the cubic Hermite interpolant of states and of right sides B grad H, whose error of order four in their distance
     bounds what can be told from a crossing. A periodic orbit about the center crosses each ray from there once in a revolution, if it
@@ -68,9 +68,9 @@ def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike
     trajectory : PoissonTrajectory
         A run on it, with several outputs in each revolution.
     center : array_like, shape(2,)
-        Where the ray begins: an equilibrium, say.
+        Origin of the ray, for example an equilibrium.
     direction : array_like, shape(2,)
-        Where it leads to; a coordinate axis makes it part of a coordinate line.
+        Direction of the ray; with a coordinate axis it is part of a coordinate line.
 
     Raises
     ------
@@ -83,10 +83,12 @@ def section(ivp: PoissonIvp, trajectory: PoissonTrajectory, *, center: ArrayLike
     if len(t) < 2:
         return _crossed(np.empty(0), np.empty((0, 2)), begin, along)
     orbit = scipy.interpolate.CubicHermiteSpline(t, y, rate)
+    # Roots of one cubic polynomial in each interval, instead of a search along the orbit.
     height = scipy.interpolate.CubicHermiteSpline(t, (y - begin) @ across, rate @ across)
     times = np.unique(height.roots(discontinuity=False, extrapolate=False))
     times = times[np.isfinite(times) & ((orbit(times) - begin) @ along > 0)]
     sense = np.sign(height(times, 1))
+    # Where an orbit winds unevenly it may cross the ray backwards, which is no revolution.
     times = _apart(times[sense == sense[0]], t) if len(times) else times
     return _crossed(times, orbit(times), begin, along)
 

@@ -56,7 +56,7 @@ class Secular:
     increments: Any
 
     def along(self, u: Array) -> Array:
-        """Return them at times u, scaled to 0 ... 1, shape(m, n); they are 0 at the start."""
+        """Return the shapes at times u, scaled to 0 ... 1, shape(m, n); they are 0 at the start."""
         rows = np.empty((len(self.law), len(u)))
         for law, number in set(zip(self.law.tolist(), self.number.tolist(), strict=True)):
             members = (self.law == law) & (self.number == number)
@@ -64,11 +64,11 @@ class Secular:
         return rows
 
     def one(self, i: int) -> Self:
-        """Return that of one error."""
+        """Return the shape of one error."""
         return replace(self, **{field.name: getattr(self, field.name)[i].item() for field in fields(self)})
 
     def put(self, members: Any, others: Self) -> None:
-        """Put others in the place of some."""
+        """Replace the shapes of some errors by others."""
         for field in fields(self):
             getattr(self, field.name)[members] = getattr(others, field.name)
 
@@ -114,13 +114,16 @@ def secular(means: Array) -> Secular:
     m = centred(means)
     factors = np.einsum("mw,ws->ms", m, shifted) / squares
     misfits = products(m, m)[:, None] - factors**2 * squares
+    # A difference of nearly equal sums of squares: where a shape fits almost exactly, residuals are formed instead.
     for k in np.flatnonzero(np.min(misfits, axis=1) < CANCELLED * products(m, m)):
         misfits[k] = np.sum((m[k, :, None] - shifted * factors[k]) ** 2, axis=0)
     rows = np.arange(len(m))
     best, power = np.argmin(misfits, axis=1), np.argmin(misfits[:, : len(POWERS)], axis=1)
+    # Powers are preferred: a step or an exponential has to be clearly better, because noise alone often makes it slightly so.
     best = np.where(misfits[rows, best] < BETTER * misfits[rows, power], best, power)
     factor = factors[rows, best]
     residual = m - shifted.T[best] * factor[:, None]
+    # Three numbers of a shape were fitted: shift, factor, and exponent, rate or place.
     scatter = np.sqrt(products(residual, residual) / (m.shape[1] - 3))
     seen = np.ptp(columns.T[best] * factor[:, None], axis=1)
     return Secular(LAWS[best], NUMBERS[best], factor, seen, scatter, correlation(residual), correlation(np.diff(residual)))
@@ -137,7 +140,8 @@ def factors(means: Array, best: Secular) -> Array:
         The shape of one error.
     """
     columns = _shapes(means.shape[1])[0]
-    same = np.flatnonzero((best.law == LAWS) & (best.number == NUMBERS))
-    fitted = columns[:, same[0]] if len(same) else np.linspace(0, 1, means.shape[1])
+    column = np.flatnonzero((best.law == LAWS) & (best.number == NUMBERS))
+    # A shape with a number from a finer search is in no column; a straight line then has to do.
+    fitted = columns[:, column[0]] if len(column) else np.linspace(0, 1, means.shape[1])
     shifted = fitted - np.mean(fitted)
     return np.asarray(means @ shifted / float(shifted @ shifted), dtype=float)

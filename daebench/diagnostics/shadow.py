@@ -89,6 +89,7 @@ def shadow_hamiltonian(p: ArrayLike, q: ArrayLike, actions: ArrayLike, h: float,
     middle = p[half : n + 1 - half]
     total = np.zeros(len(middle))
     for m in range(-half, half):
+        # A difference over 2 j steps is the sum of these steps, so that step m has the weights of all differences that contain it.
         weight = sum(weights[max(-m, m + 1) - 1 :])
         window = slice(half + m, half + m + len(middle))
         total += weight * (np.sum(middle * steps[window], axis=1) - actions[window])

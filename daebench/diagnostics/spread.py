@@ -12,10 +12,10 @@ FEWEST = 6
 """Fewest windows from which an exponent is read."""
 
 SHORTEST_OCTAVES = 8.0
-"""The spread is followed over the last so many octaves of the time at least, where there are as many."""
+"""Least number of last octaves of the time over which the spread is followed, if there are as many."""
 
 GROWS = 0.25
-"""A spread grows whose exponent is larger than this by two of its standard errors, and may have a constant beside it."""
+"""Exponent that the spread has to exceed by two of its standard errors if a constant is fitted beside the power."""
 
 LONG = 11.0
 """Smallest number of octaves that distinguish a constant from a power."""
@@ -24,7 +24,7 @@ LEAST = -0.9
 """Least constant, relative to the square of the spread in the first window."""
 
 BENT, BENDING = 3.0, 0.02
-"""The spread follows no single power where the slopes over both halves of log t differ by more than so many standard errors and so much."""
+"""Standard errors and absolute size by which the slopes over both halves of log t differ if the spread follows no single power."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +82,7 @@ def spread_exponent(t: Array, means: Array, resolution: float, octaves: float) -
     seen = np.std(means, axis=1, ddof=1) > resolution
     if not seen.any():
         return Spread(seen=False)
+    # Windows before the spread is seen hold rounding alone, whose logarithm would bend the fit.
     first = max(int(np.argmax(seen)), int(np.searchsorted(t, t[-1] * 2.0**-octaves)))
     if len(t) - first < FEWEST:
         return Spread()
@@ -100,11 +101,13 @@ def _fitted(x: Array, means: Array) -> Spread:
     parameters, _, of_line = np.linalg.lstsq(line, logs)[0], *straight_line(x, logs)
     exponent, jacobian, fitted = float(parameters[0]), line, line @ parameters
     if x[-1] - x[0] > LONG * np.log(2.0) and exponent - 2 * max(of_line, _jackknife(np.linalg.pinv(line)[0] @ without)) > GROWS:
+        # A constant is fitted only where the spread grows over many octaves: elsewhere it takes the place of the power.
         exponent, jacobian, fitted = _with_constant(x, logs, line, parameters)
     inverse = np.linalg.pinv(jacobian)
     error = max(_jackknife(inverse[0] @ without), of_line)
     late = x >= (x[0] + x[-1]) / 2
     bend = np.where(late, _weights(x, late), -_weights(x, ~late))
+    # The influence of the logarithms on the bend, directly and by way of the fit.
     left = bend - (bend @ jacobian) @ inverse
     bent = bool(abs(bend @ (logs - fitted)) > max(BENDING, BENT * _jackknife(left @ without)))
     return Spread(exponent, error, float((x[-1] - x[0]) / np.log(10.0)), bent)
@@ -121,20 +124,21 @@ def _with_constant(x: Array, logs: Array, line: Array, parameters: Array) -> tup
         return np.asarray(values(numbers) - logs)
 
     fit = scipy.optimize.least_squares(residuals, [*parameters, 0.0], bounds=([-np.inf, -np.inf, LEAST], np.inf))
+    # At its bound the constant is not determined, and its derivative does not describe the error.
     if not fit.success or np.any(fit.active_mask):
         return float(parameters[0]), line, np.asarray(line @ parameters)
     return float(fit.x[0]), np.asarray(fit.jac), values(fit.x)
 
 
 def _weights(x: Array, used: Array) -> Array:
-    """Return the numbers whose products with values add up to the least-squares slope over some of the x."""
+    """Return the weights of values whose weighted sum is the least-squares slope over some of the x."""
     apart = np.where(used, x - np.mean(x[used]), 0.0)
     return np.asarray(apart / float(apart @ apart))
 
 
 def _log_spreads(means: Array) -> tuple[Array, Array]:
     """Return the logarithms of the standard deviations over members, shape(w,), and those without one member each, shape(w, N)."""
-    N, tiny = means.shape[1], np.finfo(float).tiny
+    N, tiny = means.shape[1], np.finfo(float).tiny  # so that a spread of zero has a logarithm
     squares = (means - np.mean(means, axis=1, keepdims=True)) ** 2
     total = np.sum(squares, axis=1, keepdims=True)
     without = np.maximum(total - N / (N - 1) * squares, 0.0) / (N - 2)

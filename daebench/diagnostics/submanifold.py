@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 SHORT = 800
-"""Operations up to which an expression is shortened."""
+"""Largest number of operations of an expression that is shortened."""
 
 
 def as_poisson(problem: "ConstrainedHamiltonian") -> "PoissonSystem":
@@ -95,8 +95,8 @@ def _structure(local: "LocalDerivation") -> "sp.Matrix":
 
 
 def _inverse(A: "sp.Matrix") -> "sp.Matrix":
-
     try:
+        # By cofactors, which need no pivots: elimination would have to decide whether expressions are zero.
         return A.inv(method="ADJ")
     except sympy.matrices.exceptions.NonInvertibleMatrixError as error:
         raise BadInput("X^T J X of the problem's chart is singular everywhere; its coordinates are not independent.") from error
@@ -125,13 +125,13 @@ def _cases(problem: "ConstrainedHamiltonian") -> dict[str, "PoissonCase"]:
     for name, case in problem.cases.items():
         start = dict(zip([*problem.p, *problem.q], [*case.p, *case.q], strict=True))
         y = _at([*problem.chart.inverse_eta, *problem.chart.inverse_xi], start)
+        # A start where the chart is singular has no coordinates.
         if not any(coordinate.has(sp.nan, sp.zoo, sp.oo, -sp.oo) for coordinate in y):
             cases[name] = PoissonCase(y=y, parameters=case.parameters, about=case.about)
     return cases
 
 
 def _at(expressions: Iterable["sp.Expr"], start: Mapping["sp.Symbol", "sp.Expr"]) -> tuple["sp.Expr", ...]:
-
     return tuple(sp.sympify(expression).subs(start, simultaneous=True) for expression in expressions)
 
 

@@ -38,6 +38,7 @@ def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
         With more columns where constraints are redundant, two for each that is.
     """
     C = constraint_jacobian(ivp, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
+    # Rows of length one, because g and G H_p have different units, and the rank must not depend on them.
     size = np.linalg.norm(C, axis=1, keepdims=True)
     _, singular, rows = np.linalg.svd(C / np.where(size > 0, size, 1.0))
     rank = int(np.sum(singular > 1e-12 * singular[0]))
@@ -47,8 +48,8 @@ def tangent_basis(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
 def tangent_basis_at_one_time(ivp: ConstrainedIvp, p: ArrayLike, q: ArrayLike) -> Array:
     """Return an orthonormal basis of the tangent vectors of a system in time that leave the time, and p_t, as they are.
 
-    The two-form dq ^ dp of the positions alone is what a damping contracts: dt ^ dp_t, which the vectors of :func:`tangent_basis` have
-    besides, is not.
+    A damping contracts the two-form dq ^ dp of the positions only. It does not contract dt ^ dp_t, which the vectors of
+    :func:`tangent_basis` have as well.
     """
     C = constraint_jacobian(ivp, np.array(p, dtype=float)[None], np.array(q, dtype=float)[None])[0]
     d = ivp.d
@@ -160,10 +161,11 @@ def symplecticity_defect(flow: Flow, p: ArrayLike, q: ArrayLike, X: ArrayLike) -
 
 
 def two_form_change(carried: Array, X: Array, left: float = 1.0) -> float:
-    """Return how far the two-form of vectors that a map has carried along is off that of the vectors X, or off the share left of it.
+    """Return the change of the two-form from vectors X to their images under a map, or the difference from the share of it that is left.
 
     The vectors have momenta first; the number is the spectral norm of the difference.
     """
+    # The spectral norm does not depend on the orthonormal basis of the tangent space.
     return float(np.linalg.norm(_two_form(carried) - left * _two_form(X), 2))
 
 

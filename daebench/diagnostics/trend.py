@@ -21,11 +21,11 @@ WINDOWS = 9
 """Fewest windows whose scatter is known well enough to hold a drift against it."""
 
 NOISE, FEW_WINDOWS, SLOW, WALK, NO_WINDOWS = 4.5, 8.0, 7.0, 20.0, 15.0
-"""A drift is beyond so many standard deviations of the window means: of noise; of noise in fewer than 15 windows; of what is an
-oscillation with a period near the whole time; of a random walk; and where windows hold no whole oscillations."""
+"""Numbers of standard deviations of the window means that a drift exceeds: for noise; for noise in fewer than 15 windows; for an
+oscillation with a period near the whole time; for a random walk; and if windows hold no whole oscillations."""
 
 LEFT = 2.5
-"""A drift is beyond so many times the part of the oscillation that the windows leave; the range of that part is twice as much."""
+"""Multiple of the part of the oscillation that the windows leave, which a drift exceeds; the range of that part is twice its size."""
 
 RED = 0.25
 """Correlation of neighbouring window means above which they are not noise; a fifth of it for few windows."""
@@ -37,10 +37,10 @@ LEAST_WINDOWS = 4
 """Fewest windows to which shapes are fitted."""
 
 SMALL, SMALL_ONE_WAY = 0.5, 0.1
-"""The window means of what is bounded are within this part of the range of the error, and within that where they go one way."""
+"""Largest range of the window means of a bounded error, relative to the range of the error; and the largest if they go one way."""
 
 ALIKE, BY_CHANCE = 0.3, 3.5
-"""Window means go one way where Kendall's correlation with time is beyond this, and so many of its standard deviations for noise."""
+"""Window means go one way if Kendall's correlation with time exceeds the first, and the second times its standard deviation for noise."""
 
 
 ALIASED = "aliased output: the oscillation has fewer than five outputs per period, so a slow change may be its alias"
@@ -84,7 +84,7 @@ class Trend:
     fast: Any
 
     def one(self, i: int) -> Self:
-        """Return that of one error."""
+        """Return the trend of one error."""
         numbers = {field.name: getattr(self, field.name)[i] for field in fields(self)[1:]}
         return replace(self, secular=self.secular.one(i), **{name: np.asarray(x).item() for name, x in numbers.items()})
 
@@ -99,7 +99,7 @@ class _Residuals:
     ripple_range: Array
 
     def leak(self, windows: NDArray[np.int64]) -> Array:
-        """Return the part of the fast oscillations that means over so many windows leave, at most."""
+        """Return the largest part of the fast oscillations that means over these numbers of windows leave."""
         return np.asarray(leakage(2 * self.ripples / (windows + 1)) * self.ripple_range / 2)
 
 
@@ -112,12 +112,12 @@ class _Means:
 
 
 def trend(t: Array, error: Array, noise: float) -> Trend:
-    """Return how the mean of one error changes, see :func:`trends`."""
+    """Return the change of the mean of one error, see :func:`trends`."""
     return trends(t, error[None], np.array([noise])).one(0)
 
 
 def trends(t: Array, error: Array, noise: Array) -> Trend:
-    """Return how the mean of each error changes; each result is independent of the other errors, to the bit.
+    """Return the change of the mean of each error; each result is independent of the other errors, to the bit.
 
     Parameters
     ----------
@@ -129,15 +129,18 @@ def trends(t: Array, error: Array, noise: Array) -> Trend:
         Round-off of one value of each.
     """
     u = (t - t[0]) / (t[-1] - t[0])
+    # A first fit by the most windows: the number of oscillations can be counted only after the secular part is taken away.
     coarse = secular(window_means(u, error, MOST))
     residuals = _residuals(u, error - coarse.along(u))
     windows = window_count(residuals.ripples)
     part, bound, left, means = _by_windows(u, error, coarse, residuals, windows)
     changed = part.seen > np.maximum.reduce([noise, _thresholds(part, windows, residuals.rows) * part.scatter, LEFT * left])
     alias = changed.copy()
+    # A change beyond the range of what oscillates cannot be the alias of it.
     alias[changed] = aliased(residuals.rows[changed]) & (part.seen < np.ptp(residuals.rows, axis=1))[changed]
     drifts = changed & ~alias
     spreads = ~changed & (residuals.swings >= OSCILLATIONS) & _spreads(residuals.rows, noise)
+    # The bound on a drift is never smaller than the change that is stated beside it.
     bound = np.where(drifts, np.maximum(bound, np.abs(part.change)), bound)
     reason = np.where(alias, ALIASED, "").astype(object)
     open_ = np.flatnonzero(~changed & ~spreads)
@@ -168,6 +171,7 @@ def _by_windows(
         means = window_means(u, error[members], count)
         taken.put(members, means)
         moved.range[members], moved.one_way[members] = np.ptp(means, axis=1), goes_one_way(means)
+        # Fewer windows leave too few degrees of freedom; the first fit is kept for these errors.
         known = windows[members] >= WINDOWS
         if known.any():
             part.put(members[known], secular(means[known]))
@@ -180,7 +184,7 @@ def goes_one_way(means: Array) -> NDArray[np.bool_]:
     """Return whether window means go up or down with time, by the signs of all of their differences, shape(m,).
 
     Kendall's correlation is the sum of the signs over their number n (n - 1) / 2, and has the variance 2 (2 n + 5) / (9 n (n - 1)) where
-    the means know nothing of each other.
+    the means are independent.
 
     Parameters
     ----------
@@ -199,10 +203,11 @@ def beyond(secular_part: Secular) -> bool:
 
 
 def _thresholds(part: Secular, windows: NDArray[np.int64], residual: Array) -> Array:
-    """Return how many standard deviations of the window means drifts have to be beyond."""
+    """Return the number of standard deviations of the window means that a drift has to exceed."""
     walks = _wanders(part, windows)
-    asked = ~walks & (windows < MOST)
-    walks[asked] = rough(residual[asked])
+    # Where there are most windows, their own correlations show a walk; else the samples have to.
+    unclear = ~walks & (windows < MOST)
+    walks[unclear] = rough(residual[unclear])
     choices = [walks, windows < WINDOWS, windows < ENOUGH, part.neighbours > RED]
     return np.select(choices, [WALK, NO_WINDOWS, FEW_WINDOWS, SLOW], NOISE)
 
@@ -215,6 +220,7 @@ def _wanders(part: Secular, windows: Any) -> NDArray[np.bool_]:
 
 def _spreads(residual: Array, noise: Array) -> NDArray[np.bool_]:
     quarters = [np.std(quarter, axis=1) for quarter in np.array_split(residual, 4, axis=1)]
+    # From quarter to quarter, so that a single burst is no growth.
     grows = (quarters[3] > noise) & (quarters[3] > SPREADING * quarters[0])
     return np.asarray(np.logical_and.reduce([grows, *(a < b for a, b in pairwise(quarters))]))
 
@@ -228,15 +234,15 @@ def _doubts(
     means: _Means,
     members: NDArray[np.int64],
 ) -> Any:
-    """Return why errors without a drift are not known to be bounded; "" if they are."""
-    whole, bound, swings = np.ptp(error[members], axis=1), bound[members], residuals.swings[members]
-    moves = means.one_way[members] & (means.range[members] >= SMALL_ONE_WAY * whole)
-    unbound = moves | (bound >= whole) | (means.range[members] >= SMALL * whole)
+    """Return the reasons for which errors without a drift are not known to be bounded; "" if they are."""
+    extent, bound, swings = np.ptp(error[members], axis=1), bound[members], residuals.swings[members]
+    moves = means.one_way[members] & (means.range[members] >= SMALL_ONE_WAY * extent)
+    unbound = moves | (bound >= extent) | (means.range[members] >= SMALL * extent)
     walks = unbound & (swings >= OSCILLATIONS) & _wanders(part, MOST)[members]
-    asked = unbound & ~walks
-    walks[asked] = rough(residuals.rows[members[asked]])
+    unclear = unbound & ~walks
+    walks[unclear] = rough(residuals.rows[members[unclear]])
     alias = unbound & ~walks & (swings >= OSCILLATIONS)
     alias[alias] = aliased(residuals.rows[members[alias]])
-    choices = [whole <= noise[members], walks, swings < OSCILLATIONS, ~unbound, alias, moves]
+    choices = [extent <= noise[members], walks, swings < OSCILLATIONS, ~unbound, alias, moves]
     reasons = np.array(["", WALKS, FEW, "", ALIASED, ONE_WAY, SHORT], dtype=object)
     return np.asarray(reasons[np.select(choices, range(6), 6)])

@@ -7,10 +7,10 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import scipy
 
 DEPENDENT = 1e-9
-"""Sine of the angle between a row of G and the span of others, in the metric M^-1, below which it is taken for dependent."""
+"""Sine of the angle between a row of G and the span of others, in the metric M^-1, below which the row is dependent."""
 
 LARGEST = 200
-"""Constraints up to which they are compared with each other: it takes m^2 d operations."""
+"""Largest number of constraints that are compared with each other, which takes m^2 d operations."""
 
 
 def moving(ivp: ConstrainedIvp) -> int:
@@ -38,6 +38,7 @@ def condition(ivp: ConstrainedIvp, q: Array) -> float:
 
     Rounding of multipliers grows by it at most.
     """
+    # From the rows, whose singular values are the roots of those of G M^-1 G^T: the product itself would lose half of the digits.
     rows = unit_rows(ivp, q)
     sizes = np.linalg.svd(rows, compute_uv=False)
     return float(sizes[0] / sizes[rank_of(rows) - 1]) ** 2
@@ -45,6 +46,7 @@ def condition(ivp: ConstrainedIvp, q: Array) -> float:
 
 def dependent_rows(rows: Array) -> dict[int, list[int]]:
     """Return the rows that depend on those before them, each with the independent ones that it is a combination of."""
+    # In the order of the file, not by size: a message then names the later constraint as the dependent one.
     basis: list[int] = []
     others: dict[int, list[int]] = {}
     for k, row in enumerate(rows):

@@ -17,16 +17,17 @@ from daebench.runs.ivp import Array, ConstrainedIvp
 from daebench.systems.lazily import scipy
 
 TOLERANCE = 1e-12
-"""Of the integration of the motion and of the divergence along it, by SciPy's DOP853."""
+"""Tolerance of SciPy's DOP853 for the motion and the divergence along it."""
 
 DEPENDENT = 1e-9
-"""Part of the largest singular value below which one is taken for zero: constraints may be redundant."""
+"""Singular value, relative to the largest, below which it is zero: constraints may be redundant."""
 
 
 def divergence(ivp: ConstrainedIvp, p: Array, q: Array) -> float:
     """Return the rate of change of log volume at a point of the manifold of a system in time, 1/s."""
     state, d = (tuple(p), tuple(q)), ivp.d - 1
     H_pp = ivp.value("H_pp", *state)[:d, :d]
+    # H_qp of the problem has the forces in it, H_pq has not: their difference is the derivative of the forces alone.
     F_p = (ivp.value("H_pq", *state).T - ivp.value("H_qp", *state))[:d, :d]
     _, singular, rows = np.linalg.svd(ivp.value("G", state[1])[:, :d] @ H_pp)
     S = rows[int(np.sum(singular > DEPENDENT * singular[0])) :].T
@@ -54,4 +55,5 @@ def volume_share(carried: ArrayLike, X: ArrayLike) -> float:
     for Z in (np.asarray(carried, dtype=float), np.asarray(X, dtype=float)):
         half = Z[: len(Z) // 2].T @ Z[len(Z) // 2 :]
         volumes.append(np.linalg.det(half - half.T))
+    # The determinant of a skew matrix is a square; rounding may make one that is zero negative.
     return float(np.sqrt(max(volumes[0], 0.0) / volumes[1]))

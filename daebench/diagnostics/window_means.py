@@ -14,7 +14,7 @@ PERIODS = 2.0
 
 
 def window_count(oscillations: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many windows, each overlapping the next by half, hold two periods of each oscillation."""
+    """Return the number of windows, each overlapping the next by half, that hold two periods of each oscillation."""
     return np.minimum(MOST, (2 * oscillations / PERIODS).astype(np.int64) - 1)
 
 
@@ -47,6 +47,7 @@ def window_means(u: Array, values: Array, windows: int) -> Array:
     means = np.empty((*values.shape[:-1], windows))
     for first, taper in ((0, np.sin), (1, np.cos)):  # every other window begins where the last but one ends
         starts, end = bounds[first:windows:2], bounds[first + 2 : windows + 2 : 2][-1]
+        # A window with samples at its ends only has weights of zero: the small number keeps 0/0 away.
         weights = taper(np.pi / length * u[:end]) ** 2 + 1e-12
         means[..., first::2] = np.add.reduceat(values[..., :end] * weights, starts, axis=-1) / np.add.reduceat(weights, starts)
     return means
@@ -54,9 +55,9 @@ def window_means(u: Array, values: Array, windows: int) -> Array:
 
 def leakage(periods: Array) -> Array:
     """Return 1 / (pi x (x^2 - 1)), the part of an oscillation that the mean over a window of x of its periods leaves, at most."""
-    several = np.maximum(periods, 1.0)
+    resolved = np.maximum(periods, 1.0)
     with np.errstate(divide="ignore"):
-        return np.asarray(np.minimum(1.0, 1 / (np.pi * several * (several**2 - 1))))
+        return np.asarray(np.minimum(1.0, 1 / (np.pi * resolved * (resolved**2 - 1))))
 
 
 def smooth(u: Array, values: Array) -> Array:
@@ -70,4 +71,5 @@ def smooth(u: Array, values: Array) -> Array:
         Errors, a row each.
     """
     middles = np.arange(1, MOST + 1) / (MOST + 1)
+    # Contiguous rows, so that sums along each have the same order, and bits, as if it were alone.
     return np.ascontiguousarray(scipy.interpolate.CubicSpline(middles, window_means(u, values, MOST), axis=-1)(u))

@@ -47,6 +47,7 @@ def apart(levels: Array, gap: float) -> Array:
     groups: list[tuple[float, int]] = []
     for level in levels:
         groups.append((float(level), 1))
+        # Groups that touch become one about their common mean: a name is moved no further than its neighbours force it.
         while len(groups) > 1 and groups[-1][0] - groups[-2][0] < gap * (groups[-1][1] + groups[-2][1]) / 2:
             (a, m), (b, n) = groups[-2:]
             groups[-2:] = [((m * a + n * b) / (m + n), m + n)]

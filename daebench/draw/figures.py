@@ -143,6 +143,7 @@ _STYLE: Any = {
     "savefig.facecolor": "white",
     "figure.constrained_layout.use": True,
     "path.simplify": True,
+    # Letters as paths: a figure looks the same where its fonts are missing.
     "svg.fonttype": "path",
     # The identifiers in a file are otherwise drawn at random.
     "svg.hashsalt": "daebench",
@@ -191,6 +192,7 @@ def grid_of_axes(rows: int, columns: int, height: float, *, x: str = "", y: str 
     """
     from daebench.draw.canvas import Canvas
 
+    # Not pyplot, which keeps every figure in memory and may open windows.
     figure = Canvas(figsize=(WIDTH, height))
     axes = figure.subplots(rows, columns, squeeze=False, **settings)
     for labelled, label in ((axes[-1], {"xlabel": x}), (axes[:, 0], {"ylabel": y})):
@@ -235,7 +237,7 @@ def _draw_both(figure: "Figure", svg: Path, png: Path) -> None:
     layout = figure.get_layout_engine()
     part_labels(figure)
     _draw(figure, svg)
-    figure.set_layout_engine("none")  # both have the places that were found for the first
+    figure.set_layout_engine("none")  # the layout of the first drawing serves for both
     _draw(figure, png)
     figure.set_layout_engine(layout)
 
@@ -253,6 +255,7 @@ def part_labels(figure: "Figure") -> None:
         figure.draw_without_rendering()
     for axis in (axis for axes in figure.axes if axes.get_visible() for axis in (axes.xaxis, axes.yaxis)):
         taken: list[Any] = []
+        # Major ticks first: where there is no room for all, minor ones give way.
         for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
             box = tick.label1.get_window_extent()
             if not tick.label1.get_visible() or not tick.label1.get_text() or not box.width:
@@ -280,6 +283,7 @@ PICTURES = (".pdf", ".svg", ".png")
 
 def _drawn_by() -> str | None:
     """Return the module that draws a figure: the first one up the call stack other than this one."""
+    # By the call stack: a drawing need not say where it comes from, and cannot say it wrongly.
     frame = sys._getframe(1)
     while frame.f_back and frame.f_globals.get("__name__") == __name__:
         frame = frame.f_back

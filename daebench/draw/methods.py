@@ -90,10 +90,10 @@ OTHER = Stroke(BROWN, MIXED, "h")
 """Stroke of a method that is not listed here, such as an external code."""
 
 MARKERS = "hvpXdP<>"
-"""Of codes of one's own, each by its name; those in one picture differ in colour too, see :func:`strokes_of`."""
+"""Markers of the user's own codes, chosen by name; in one picture they also differ in colour, see :func:`strokes_of`."""
 
 COLORS = (BROWN, OLIVE, INDIGO, SKY, ORANGE, PURPLE, GREEN, VERMILION, BLUE, BLACK)
-"""Colours of codes of one's own, in the order in which they are taken."""
+"""Colours of the user's own codes, in the order of use."""
 
 NAMES = {
     "rattle": "RATTLE",
@@ -206,8 +206,8 @@ def stroke_of(method: str) -> Stroke:
 def strokes_of(methods: Iterable[str]) -> dict[str, Stroke]:
     """Return the strokes of the methods of one picture: those of :func:`stroke_of`, but a colour of its own for each that is not listed.
 
-    Codes of one's own take the colours that no other curve of the picture has, as long as there are some, and then colours with a marker
-    that no other has. Their colours depend on the picture.
+    The user's own codes take the colours that no other curve of the picture has, as long as there are some, and then combinations of colour
+    and marker that no other curve has. Their colours depend on the picture.
 
     Examples
     --------
@@ -220,6 +220,7 @@ def strokes_of(methods: Iterable[str]) -> dict[str, Stroke]:
     colors, pairs = [stroke.color for stroke in listed], {(stroke.color, stroke.marker) for stroke in listed}
     for method in filter(_is_other, strokes):
         stroke = strokes[method]
+        # The colour that is used least, and of equals the first in order.
         color = min(COLORS, key=colors.count)
         marker = next((x for x in (stroke.marker, *MARKERS) if (color, x) not in pairs), None)
         if marker is None:
@@ -238,7 +239,7 @@ def _is_other(method: str) -> bool:
 
 
 def short_name_of(method: str, most: int = 30) -> str:
-    """Return the name of a method, and of the long path of a code of one's own its end, of so many letters.
+    """Return the name of a method; of a long path to a code, only its end, with ``most`` letters in all.
 
     Examples
     --------

@@ -102,6 +102,7 @@ def zigzag(ends: Array, amplitude: float) -> Array:
     """Return the corners of a spring between two points of the plane, shape(ZIGZAG + 4, 2). Its width does not depend on its length."""
     leg = ends[1] - ends[0]
     length = float(np.hypot(*leg)) or 1.0
+    # A short spring is drawn narrower: its corners would otherwise be longer than itself.
     side = min(amplitude, length / 8) * np.array([-leg[1], leg[0]]) / length
     along = np.concatenate([[0.0], np.linspace(END, 1 - END, ZIGZAG + 2), [1.0]])
     aside = np.concatenate([[0.0, 0.0], (-1.0) ** np.arange(ZIGZAG), [0.0, 0.0]])
@@ -134,12 +135,12 @@ def moving(points: Array, candidates: Sequence[int]) -> list[int]:
 
 
 def _points(flat: list[Any], symbols: list[Any], parameters: list[Any], par: list[float]) -> Callable[[Array], Array]:
-
     call = sp.lambdify([symbols, parameters], [[sp.sympify(x) for x in point] for point in flat], "numpy")
 
     def at(states: Array) -> Array:
         with np.errstate(all="ignore"):
             points = call(list(states.T), par)
+        # A coordinate that is constant is one number, whatever the number of states.
         return np.moveaxis(np.array([[np.broadcast_to(x, len(states)) for x in point] for point in points], dtype=float), 2, 0)
 
     return at
@@ -158,7 +159,6 @@ def _dimension(problem: str, picture: "Picture", flat: Sequence[Any]) -> int:
 
 
 def _require_declared(problem: str, points: Sequence[Any], known: set[Any]) -> None:
-
     symbols = {symbol for point in points for x in point for symbol in sp.sympify(x).free_symbols}
     if extra := sorted(map(str, symbols - known)):
         raise InvalidProblem(f"the picture of {problem} contains {', '.join(extra)}, which is not a coordinate or parameter; declare it.")

@@ -75,6 +75,7 @@ def _sizes(ax: Any, x: Array, steps: SolverSteps) -> None:
 
 
 def _orders(ax: Any, x: Array, steps: SolverSteps) -> None:
+    # "pre", because an order belongs to the step that ends at its time.
     _curve(ax, x, steps.order, color=BLACK, drawstyle="steps-pre")
     top = int(max(5, steps.order.max(initial=1)))
     ax.set(ylabel="order", ylim=(0.5, top + 0.5), yticks=range(1, top + 1, 1 if top <= 5 else 3))
@@ -100,8 +101,8 @@ def _shares(ax: Any, x: Array, steps: SolverSteps) -> None:
         _curve(ax, x, share, color=COLORS[name], linestyle=(0, (2, 1)) if out else "-", linewidth=1.1, label=label)
     ax.axhline(1.0, color=QUIET, linewidth=1.2)
     largest = max((float(share.max(initial=0.0)) for share in shares.values()), default=0.0)
-    seen = [share[share > DEPTH * max(largest, 1.0)] for share in shares.values()]
-    least = min((float(share.min()) for share in seen if len(share)), default=1.0)
+    visible = [share[share > DEPTH * max(largest, 1.0)] for share in shares.values()]
+    least = min((float(share.min()) for share in visible if len(share)), default=1.0)
     ax.set(yscale="log", ylabel="estimate / tolerance", ylim=(0.5 * min(least, 1.0), 3.0 * max(largest, 1.0)))
     ax.minorticks_off()
 
@@ -109,6 +110,7 @@ def _shares(ax: Any, x: Array, steps: SolverSteps) -> None:
 def _curve(ax: Any, x: Array, y: Any, **settings: Any) -> None:
     """Draw values. Of many values, draw the largest of each window above a band down to the smallest."""
     if len(x) > 2 * WINDOWS:
+        # The largest of each window, because failures and spikes last one step and would vanish among many.
         edges = np.linspace(0, len(x), WINDOWS + 1).astype(int)[:-1]
         x, least, y = x[edges], np.minimum.reduceat(y, edges), np.maximum.reduceat(y, edges)
         step = {"step": "pre"} if "drawstyle" in settings else {}

@@ -20,10 +20,7 @@ class Springs(Protocol):
 
 
 def draw_springs(axis: Any, springs: Springs, points: Array, extent: float, **style: Any) -> None:
-    """Draw springs and dampers at one time.
-
-    Shapes: points (k, 2).
-    """
+    """Draw springs and dampers at one time, between points of shape(k, 2)."""
     for spring in springs.springs:
         axis.plot(*zigzag(points[list(spring)], AMPLITUDE * extent).T, **style)
     for damper in springs.dampers:

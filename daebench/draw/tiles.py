@@ -25,9 +25,10 @@ def fill(axis: Any, across: Array, up: Array, classes: NDArray[np.int64], colour
 
     Each colour fills an area that includes the tiles of all later classes, so that no gaps are visible between neighbours.
 
-    Shapes: across, up (columns + 1,); classes (rows, columns).
+    The edges ``across`` are of shape(columns + 1,), ``up`` of shape(rows + 1,), and the classes of shape(rows, columns).
     """
     for k in np.unique(classes).tolist():
+        # ">=" and not "==": areas of later classes are painted over this one, so that seams between tiles do not show.
         _add(axis, across, up, classes >= k, facecolor=colours[k], edgecolor="none")
     axis.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
 
@@ -41,6 +42,7 @@ def hatch(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], pattern:
 def _add(axis: Any, across: Array, up: Array, mask: NDArray[np.bool_], **look: Any) -> None:
     """Draw the tiles of a mask as one area."""
     path = mpl.path.Path
+    # One path for all rectangles: a patch for each would make a large file and a slow drawing.
     boxes = np.array(list(rectangles(mask)))
     x, y = across[boxes[:, 2:]], up[boxes[:, :2]]
     corners = np.stack([x[:, [0, 1, 1, 0, 0]], y[:, [0, 0, 1, 1, 0]]], axis=2)
@@ -58,6 +60,7 @@ def rectangles(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int, int, int]]:
     begun: dict[tuple[int, int], int] = {}
     for row, line in enumerate(sides):
         runs = set(zip(np.flatnonzero(line > 0).tolist(), np.flatnonzero(line < 0).tolist(), strict=True))
+        # A run that the next row does not continue is complete; sorted, so that the drawing has the same bytes every time.
         for run in sorted(begun.keys() - runs):
             yield begun.pop(run), row, *run
         for run in runs - begun.keys():

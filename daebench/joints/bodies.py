@@ -114,4 +114,4 @@ class Body:
 
 
 AnyBody = PointMass | Rod | Plate | Body
-"""What has mass."""
+"""Bodies and point masses."""

@@ -21,6 +21,7 @@ def case_of(name: str, start: Start, places: Places, M: sp.Matrix, g: Labelled, 
     slopes = np.abs(numbers(G0, numbers_here)) @ places.scales
     for (label, equation), slope in zip(g, slopes, strict=True):
         off = number(equation.subs(at), numbers_here)
+        # Relative to the change of the equation over the mechanism; an equation that hardly changes is compared with the others.
         if abs(off) > CLOSE * max(slope, CLOSE * slopes.max()):
             raise InvalidProblem(
                 f"case {name!r} starts in an inconsistent position: the equation of {label} has a residual of {off:.3g}; move one of its "

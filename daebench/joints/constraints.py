@@ -27,7 +27,7 @@ Labelled = list[tuple[str, sp.Expr]]
 
 
 def equations_of(joints: Sequence[Joint | Distance | Driver], places: Places, values: Values) -> tuple[Labelled, Labelled, list[range]]:
-    """Return all equations with what they keep, what has to be positive at the start, and which equations are those of each joint."""
+    """Return all equations with their words, the expressions that are positive at the start, and the equations of each joint."""
     tied: Labelled = [pair for name, frame in places.frames.items() if name != GROUND for pair in frame.rigidity()]
     signs: Labelled = []
     tied += places.closures
@@ -77,17 +77,19 @@ def _direction(what: str, axis: Place, places: Places) -> sp.Matrix:
 
 
 def keepers(tied: Labelled, q: Sequence[sp.Symbol]) -> list[int | None]:
-    """Return for each equation the first that is the same but for a factor, itself or one before; None if it holds in any position."""
+    """Return for each equation the first one that equals it up to a factor, possibly itself; None if it holds in any position."""
     seen: dict[Any, int] = {}
     index = {x: i for i, x in enumerate(q)}
     firsts: list[int | None] = []
     for k, (label, equation) in enumerate(tied):
         used = sorted((x for x in equation.free_symbols if x in index), key=lambda x: index[x])
+        # As a monic polynomial: two equations that differ by a factor are then equal.
         plain = sp.Poly(equation, *used) if used else None
         if not used and sp.expand(equation) != 0 and t in equation.free_symbols:
             raise InvalidProblem(f"{label} moves only the ground; drive a point or body that can move.")
         if plain is None or plain.is_zero:
             firsts.append(None)
         else:
+            # An equation with the time is compared as it is: its coefficients are functions, by which nothing is divided.
             firsts.append(seen.setdefault(plain.monic() if t not in equation.free_symbols else equation, k))
     return firsts

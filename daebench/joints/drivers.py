@@ -90,7 +90,7 @@ def driven_coordinate(driver: DrivenCoordinate, columns: Mapping[str, Column]) -
 
 
 def driven_angle(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tuple[sp.Expr, sp.Expr]:
-    """Return the equation of a driven angle, and what is positive where the angle is that and not half a turn more.
+    """Return the equation of a driven angle, and an expression that is negative half a turn from it.
 
     ::
 
@@ -100,11 +100,12 @@ def driven_angle(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None
     u, turned, length = _hand(driver, a, b, axis)
     along, aside = b.along(u) * length, b.along(turned)
     hand = a.along(u)
+    # One equation and a sign: the equation holds at the opposite angle as well, which only the start can tell apart.
     return hand.dot(sp.cos(angle) * aside - sp.sin(angle) * along), hand.dot(sp.cos(angle) * along + sp.sin(angle) * aside)
 
 
 def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tuple[sp.Matrix, sp.Matrix, sp.Expr]:
-    """Return a direction of both bodies at right angles to the axis, the same turned by a right angle, and what that made it longer by."""
+    """Return a direction of both bodies perpendicular to the axis, the same turned by a right angle, and the factor of its length."""
     if axis is None:
         if len(a.columns[0].reference) == 3:
             raise InvalidProblem(f"the driven angle of {driver.first} and {driver.second} has no axis; give axis=(x, y, z).")
@@ -114,6 +115,7 @@ def _hand(driver: DrivenAngle, a: Frame, b: Frame, axis: sp.Matrix | None) -> tu
         perpendicular = [was for was, _ in a.directions if simplified(was.dot(axis)) == 0]
         candidates = [(u, axis.cross(u), length) for u in (*perpendicular, *across(axis))]
     for u, turned, length in candidates:
+        # A body has only the directions that it names: both bodies have to have u, and the second its perpendicular.
         if a.holds(u, 0) and b.holds(u, 0) and b.holds(turned, 0):
             return u, turned, length
     raise InvalidProblem(

@@ -26,6 +26,7 @@ ROUNDED = 64 * 2.0**-52
 def exact(x: Exact) -> sp.Expr:
     """Return an exact number: 0.1 and "0.1" are one tenth, expressions stay."""
     if isinstance(x, sp.Expr):
+        # A Float by its decimal text: 0.1 in an expression is one tenth, as it is alone.
         return x.replace(lambda part: isinstance(part, sp.Float), lambda part: sp.Rational(str(part)))
     try:
         return sp.Rational(str(x))
@@ -43,6 +44,7 @@ def vector(what: str, x: Sequence[Exact]) -> sp.Matrix:
 def simplified(x: sp.Expr) -> sp.Expr:
     """Return an expression multiplied out; sums of squares of sines and cosines go too."""
     plain = sp.expand(x)
+    # simplify is slow, and helps only where squares of sines and cosines add up to one.
     return sp.expand(sp.simplify(plain)) if plain.has(TrigonometricFunction) else plain
 
 
@@ -88,5 +90,6 @@ def rank(matrix: Array) -> int:
     """Return the rank of a matrix whose columns are of any size."""
     if matrix.size == 0:
         return 0
+    # Columns of length one, so that the threshold depends on no unit.
     scale = np.linalg.norm(matrix, axis=0)
     return int(np.linalg.matrix_rank(matrix / np.where(scale > 0, scale, 1.0), tol=CLOSE))

@@ -65,6 +65,7 @@ Force = Spring | Damper
 def spring_energy(spring: Spring, columns: Mapping[str, Column], values: Values) -> sp.Expr:
     """Return U of a spring."""
     gap, rest = columns[spring.second].now - columns[spring.first].now, _rest(spring, columns)
+    # Without a length at rest U is a polynomial, smooth also where the points meet.
     if rest == 0:
         return exact(spring.stiffness) / 2 * gap.dot(gap)
     along = length_along(spring, columns, values)
@@ -90,6 +91,7 @@ def length_along(force: Force, columns: Mapping[str, Column], values: Values) ->
     if k is None:
         return None
     ways = (gap / gap[k]).applyfunc(sp.cancel)
+    # The direction of the gap depends on the position: it is no line.
     if ways.free_symbols - {*values}:
         return None
     at_reference = number((b.reference - a.reference)[k], values)
@@ -116,6 +118,7 @@ def damping_force(
             warnings.warn(text, NegativeDamping, stacklevel=3)
         gap = columns[damper.second].now - columns[damper.first].now
         along = length_along(damper, columns, values)
+        # l dl/dq in place of dl/dq, divided by l^2 at the end: this avoids the root of l.
         slope, square = (gap.T * gap.jacobian(q), gap.dot(gap)) if along is None else (sp.Matrix([along]).jacobian(q), sp.S.One)
         total -= c / square * (slope * sp.Matrix(v))[0] * slope.T
     return list(total) if damped else None

@@ -26,17 +26,17 @@ class Column:
     """A point (weight 1) or direction (weight 0) that is fixed in a body."""
 
     name: str
-    """Its name."""
+    """Name of the point or direction."""
     reference: sp.Matrix
-    """Where it is, or points to, at the reference position; shape (2, 1)."""
+    """Place or direction at the reference position; shape (2, 1) or (3, 1)."""
     now: sp.Matrix
-    """The same at any position: linear in the unknowns."""
+    """Place or direction at any position: linear in the unknowns."""
     weight: int
     """1 of a point, 0 of a direction."""
 
     @property
     def homogeneous(self) -> sp.Matrix:
-        """Its reference with the weight below."""
+        """The reference with the weight below it."""
         return sp.Matrix([*self.reference, self.weight])
 
 
@@ -47,7 +47,7 @@ class Frame:
     body: str
     """Name of the body."""
     columns: tuple[Column, ...]
-    """The points and directions, the one that a plane body has besides included."""
+    """The points and directions, including the additional direction of a plane body."""
     declared: int
     """Number of those that are declared."""
     values: Values
@@ -60,7 +60,7 @@ class Frame:
 
     @property
     def size(self) -> float:
-        """How far its points are from the first of them, m; 1 if there is only one."""
+        """Largest distance of its points from the first of them, m; 1 if there is only one."""
         return spread(numbers(sp.Matrix.hstack(*(x.reference for x in self.columns if x.weight)), self.values)) or 1.0
 
     def holds(self, place: sp.Matrix, weight: int) -> bool:
@@ -82,33 +82,35 @@ class Frame:
                 f"the {what} {tuple(place)} is not fixed in {self.body!r} by only {', '.join(x.name for x in self.columns)}; "
                 "give the body one more point or direction, for example as a Body."
             )
+        # Columns may be fewer than rows: the place was found to fit, so that any independent rows give its coefficients.
         rows = independent_rows(self.basis, self.values)
         solved = self.basis.extract(rows, list(range(len(self.columns)))).LUsolve(target.extract(rows, [0]))
         return [sp.cancel(simplified(c)) for c in solved]
 
     def placed(self, place: sp.Matrix, weight: int) -> sp.Matrix:
-        """Return where a point or direction of the reference position is at any position, linear in the unknowns."""
+        """Return a point or direction of the reference position at any position, linear in the unknowns."""
         c = self.coefficients(place, weight)
         return sum((x * column.now for x, column in zip(c, self.columns, strict=True)), sp.zeros(len(place), 1))
 
     def at(self, place: sp.Matrix) -> sp.Matrix:
-        """Return where a point of the body is."""
+        """Return the place of a point of the body."""
         return self.placed(place, 1)
 
     def along(self, direction: sp.Matrix) -> sp.Matrix:
-        """Return where a direction of the body points."""
+        """Return a direction of the body at any position."""
         return self.placed(direction, 0)
 
     @property
     def directions(self) -> list[tuple[sp.Matrix, sp.Matrix]]:
-        """Directions of which all in the body are made: at the reference position and at any."""
+        """Directions that span all directions in the body: at the reference position and at any."""
         first = self.columns[0]
         return [(x.reference - x.weight * first.reference, x.now - x.weight * first.now) for x in self.columns[1:]]
 
     def rigidity(self) -> list[tuple[str, sp.Expr]]:
-        """Return in words and as expressions what has to stay for the body to be rigid: distances, and products of directions."""
+        """Return the quantities that a rigid body keeps, in words and as expressions: distances, and products of directions."""
         declared = self.columns[: self.declared]
         points, directions = [x for x in declared if x.weight], [x for x in declared if not x.weight]
+        # Between all pairs: with four points six distances, as many as a rigid body in space needs.
         spans = [(f"the distance of {a.name} and {b.name}", b.reference - a.reference, b.now - a.now) for a, b in combinations(points, 2)]
         conditions = [(words, now.dot(now) - simplified(was.dot(was))) for words, was, now in spans]
         legs = [(b.name, b.reference - points[0].reference, b.now - points[0].now) for b in points[1:]]
@@ -143,7 +145,8 @@ def independent_rows(matrix: sp.Matrix, values: Values) -> list[int]:
     """Return the first rows of the homogeneous references of a frame, side by side, that are independent."""
     entries = numbers(matrix, values)
     directions, points = entries[:, entries[-1] == 0], entries[:-1, entries[-1] != 0]
-    entries[:, entries[-1] == 0] = directions / np.linalg.norm(directions, axis=0) * (spread(points) or 1.0)  # as long as points are apart
+    # Directions get the length by which points are apart, because rows are compared with each other.
+    entries[:, entries[-1] == 0] = directions / np.linalg.norm(directions, axis=0) * (spread(points) or 1.0)
     rows: list[int] = []
     for k in range(entries.shape[0]):
         if rank(entries[[*rows, k]].T) > len(rows):

@@ -37,6 +37,7 @@ def moments(name: str, body: AnyBody, corners: dict[str, sp.Matrix], values: Val
         return _of_body(name, body, mass, corners, values)
     count = 1 if isinstance(body, PointMass) else body.corners
     V = sp.Matrix.hstack(*(sp.Matrix([*corners[corner], 1]) for corner in body.names[:count]))
+    # Moments of a uniform simplex: one formula for a point, a rod and a triangle.
     return mass / (count * (count + 1)) * V * (sp.eye(count) + sp.ones(count, count)) * V.T
 
 
@@ -88,11 +89,12 @@ def _least_moment(E: sp.Matrix, values: Values) -> tuple[float, float, Array]:
     """Return the least and the largest eigenvalue of a tensor, and the direction of the least."""
     sizes, directions = np.linalg.eigh(numbers(E, values))
     along = directions[:, 0]
+    # The sign of an eigenvector is arbitrary: with its largest entry positive, messages do not differ between machines.
     return float(sizes[0]), float(sizes[-1]), along * np.sign(along[np.abs(along).argmax()])
 
 
 def _written(along: Array) -> str:
-    return f"({', '.join(f'{x:.3g}' for x in along + 0.0)})"
+    return f"({', '.join(f'{x:.3g}' for x in along + 0.0)})"  # + 0.0 turns -0 into 0
 
 
 def mass_terms(name: str, J: sp.Matrix, frame: Frame, index: Mapping[sp.Symbol, int]) -> Terms:
@@ -105,6 +107,7 @@ def mass_terms(name: str, J: sp.Matrix, frame: Frame, index: Mapping[sp.Symbol, 
         C[:, row] = inverse[:, k]
     spread = (C * J * C.T).applyfunc(sp.cancel)
     unit = np.append(np.full(frame.basis.rows - 1, 1 / frame.size), 1.0)
+    # In units of the body's size: moments of order 0, 1 and 2 cannot be compared otherwise.
     lost = unit[:, None] * numbers(frame.basis * spread * frame.basis.T - J, frame.values) * unit
     if np.abs(lost).max() > CLOSE * np.abs(unit[:, None] * numbers(J, frame.values) * unit).max():
         raise InvalidProblem(f"{name} has mass away from its points; give it more points or directions.")

@@ -24,6 +24,7 @@ def common_axis(a: Frame, b: Frame, axis: sp.Matrix) -> list[sp.Expr]:
         u_a . w_b = u . w  for all directions of a body that has none along u, as a rod that is hinged across
     """
     pairs = [(one, other) for one, other in ((a, b), (b, a)) if one.holds(axis, 0)]
+    # Both bodies have the axis by name: nothing is left to keep.
     if len(pairs) == 2 and all(sp.expand(x) == 0 for x in a.along(axis) - b.along(axis)):
         return []
     for one, other in pairs:
@@ -56,6 +57,7 @@ def equations(joint: Joint, a: Frame, b: Frame, place: sp.Matrix, axes: Sequence
         return [*common_axis(a, b, axes[0]), *_on_axis(a, b, place, across(axes[0]))]
     conditions = coincidence(a, b, place)
     if isinstance(joint, Universal):
+        # The right angle of the cross; that each axis stays in its body needs no equation.
         conditions.append(a.along(axes[0]).dot(b.along(axes[1])))
     elif isinstance(joint, Revolute) and not flat:
         conditions += common_axis(a, b, axes[0])

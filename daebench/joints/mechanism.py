@@ -95,7 +95,7 @@ class Mechanism:
         return _problem(self, more)
 
     def chain(self) -> ConstrainedChain:
-        """Return the same as a chain, written at one node: steps cost as much per body however many there are.
+        """Return the mechanism as a chain, defined at one node: the cost of a step per body does not depend on their number.
 
         Its nodes are moving points, one or a few together, in the order in which bodies name them.
 
@@ -177,6 +177,7 @@ def _chain(mechanism: Mechanism) -> ConstrainedChain:
     worked = _worked(mechanism)
     in_time = any(t in x.free_symbols for x in (*worked.energies, *(x for _, x in worked.g)))
     chain = None
+    # A chain has neither time nor forces without potential.
     if not in_time and all(exact(force.damping) == 0 for force in mechanism.forces):
         more = {"parameters": dict(mechanism.parameters), "drawn": lambda _: worked.picture}
         chain = chain_of(worked.places, worked.terms, worked.energies, worked.g, mechanism.cases, **more)

@@ -29,7 +29,7 @@ class BodyRow:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Its numbers in words."""
+        """The numbers of the body as texts, for a row of a table."""
         inertia = "" if self.kind == "PointMass" else ", ".join(f"{x:.4g}" for x in self.inertia)
         return self.name, self.kind, f"{self.mass:.4g}", inertia, ", ".join(f"{x:.4g}" for x in self.centre), f"{self.size:.4g}"
 
@@ -44,6 +44,7 @@ def _row(name: str, body: AnyBody, references: dict[str, sp.Matrix], values: Val
     J = numbers(moments(name, body, references, values), values)
     mass, centre = float(J[-1, -1]), J[:-1, -1] / J[-1, -1]
     E = np.linalg.eigvalsh(J[:-1, :-1] - mass * np.outer(centre, centre))
+    # Eigenvalues of I = tr(E) - E from those of the Euler tensor.
     inertia = np.sort(np.sum(E) - E) if len(E) == 3 else np.array([np.sum(E)])
     places = numbers(sp.Matrix.hstack(*(references[x] for x in body.names)), values) if body.names else np.empty((len(centre), 0))
     points = np.column_stack([places, centre])

@@ -1,4 +1,4 @@
-"""How a mechanism looks: bodies as lines through their points, point masses, springs and dampers, and what is fixed."""
+"""The picture of a mechanism: bodies as lines through their points, point masses, springs and dampers, and fixed points."""
 
 from collections.abc import Mapping, Sequence
 
@@ -45,5 +45,6 @@ def _lines(body: AnyBody, frame: Frame, columns: Mapping[str, Column]) -> list[l
     if len(points) == 2:
         return [[tuple(x) for x in points]]
     ring = [*points, points[0]]
+    # The diagonals of four points: their ring alone looks like a plane figure.
     spokes = [(a, b) for k, a in enumerate(points) for b in points[k + 2 :] if not (k == 0 and b is points[-1])]
     return [[tuple(x) for x in ring], *([tuple(a), tuple(b)] for a, b in (spokes if len(points) == 4 else []))]

@@ -1,8 +1,8 @@
 """Which points and directions have unknowns of their own, and where everything else is, linear in them.
 
-Bodies are gone through in the order in which they are declared. A body takes what is known already of its points and directions -
-those of the ground and of bodies before it - and gives unknowns only to what it needs besides: what more it has is linear in these. A point
-that two bodies name is one point, so that a joint there takes no equation.
+Bodies are placed in the order in which they are declared. A body takes the points and directions that are known already, from the ground
+and from earlier bodies, and gives unknowns only to those that it needs in addition; its other points are linear in these. A point that two
+bodies name is one point, so that a joint there takes no equation.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -47,14 +47,14 @@ class Guided:
 
 @dataclass
 class Places:
-    """Points and directions by name, and the frames of bodies, as far as they are known."""
+    """The points and directions by name, and the frames of bodies, that are known so far."""
 
     dimension: int
     declared: dict[str, Column]
     """All points and directions that move, in their reference place."""
     guides: dict[str, list[sp.Matrix]]
     columns: dict[str, Column]
-    """Those of which it is known where they are at any position."""
+    """Points and directions whose place is known at any position."""
     values: Values
     """Parameters at which ranks are decided."""
     frames: dict[str, Frame] = field(default_factory=dict)
@@ -72,7 +72,7 @@ class Places:
 
     @property
     def scales(self) -> Array:
-        """How far each unknown may go, shape(d,): the size of the mechanism for one of a point, the length for one of a direction."""
+        """Range of each unknown, shape(d,): the size of the mechanism for one of a point, the length for one of a direction."""
         every = [*self.columns.values(), *(x for name, x in self.declared.items() if name not in self.columns)]
         size = spread(numbers(sp.Matrix.hstack(*(x.reference for x in every if x.weight)), self.values)) or 1.0
         lengths = {name: float(np.linalg.norm(numbers(self.declared[name].reference, self.values))) for name in self.owners}
@@ -87,6 +87,7 @@ class Places:
         if guides:
             start = gone(guides, column.reference)
             D = sp.Matrix.hstack(*guides)
+            # From the foot of the perpendicular from the origin, so that the unknown of a point on an axis is its coordinate.
             now = (column.reference - D * start).applyfunc(simplified) + D * now
         self.q += symbols
         self.reference += list(start)
@@ -97,6 +98,7 @@ class Places:
     def body(self, name: str, body: AnyBody) -> None:
         """Make the frame of a body, and find where all its points and directions are."""
         known = [x for x in body.names if x in self.columns]
+        # Known points come first, so that new unknowns are given only where they are needed.
         chosen = self._independent([*known, *(x for x in body.names if x not in known)], self._needed(body))
         chosen += self._completed(name, body, chosen)
         columns = [self.columns[x] if x in self.columns else self.unknowns(x) for x in chosen]
@@ -109,7 +111,7 @@ class Places:
             self._derived(name, frame, other)
 
     def _needed(self, body: AnyBody) -> int:
-        """Return how many points and directions a body has to have."""
+        """Return the number of points and directions that a body needs."""
         if isinstance(body, PointMass):
             return 1
         if self.dimension == 2:
@@ -117,7 +119,7 @@ class Places:
         return 4 if isinstance(body, Body) else 3 if isinstance(body, Plate) else 2
 
     def _independent(self, names: Iterable[str], most: int) -> list[str]:
-        """Return the first so many of them of which none is a combination of others."""
+        """Return the first names, ``most`` at most, of which none is a combination of others."""
         chosen: list[str] = []
         for name in names:
             trial = [*chosen, name]
@@ -127,7 +129,7 @@ class Places:
         return chosen
 
     def _completed(self, name: str, body: AnyBody, chosen: list[str]) -> list[str]:
-        """Return directions, new ones, that a body needs besides its own names."""
+        """Return new directions that a body needs in addition to its names."""
         needed = self._needed(body)
         if len(chosen) == needed:
             return []
@@ -143,6 +145,7 @@ class Places:
         """Place a point or direction by a body's frame; one that is known already closes a loop."""
         column = self.given(name)
         now = frame.placed(column.reference, column.weight)
+        # A guided point has unknowns of its own even if the body determines its place: the guide is then the constraint.
         if name not in self.columns and name not in self.guides:
             self.columns[name] = Column(name, column.reference, now, column.weight)
             return

@@ -56,7 +56,7 @@ class Row:
 
 
 def row_of(places: Places, points: int) -> Row | None:
-    """Return the nodes of so many points each, or None where unknowns do not come out even."""
+    """Return nodes of this number of points each, or None if nodes would have different numbers of unknowns."""
     owners = list(places.owners.values())
     blocks = [[x for unknowns in owners[i : i + points] for x in unknowns] for i in range(0, len(owners), points)]
     if len(blocks) < FEWEST or len({len(block) for block in blocks}) > 1:
@@ -97,6 +97,7 @@ def _parts(row: Row, places: Places, terms: Terms, energies: Sequence[sp.Expr], 
     masses = _masses(row, places, terms)
     if equations is None or potentials is None or masses is None:
         return None
+    # Node 0 is left out: it may have an anchor, or lack a joint, and is compared with the others afterwards.
     single = _uniform(equations[0][1:], 1)
     joints = _uniform(equations[1][1:], 1)
     U = _uniform([[sp.Add(*x)] for x in potentials[0][1:]], 1)
@@ -106,6 +107,7 @@ def _parts(row: Row, places: Places, terms: Terms, energies: Sequence[sp.Expr], 
     for anchor in _anchors(row, places):
         expected = [*single, *(_anchored(row, joints, anchor) if anchor is not None else [])]
         weight = [U[0] + (_anchored(row, joint_U, anchor)[0] if anchor is not None else 0)]
+        # A potential matters up to a constant, which an anchor may add.
         if _same(equations[0][0], expected) and _same([sp.Add(*potentials[0][0])], weight, up_to=row.here):
             mass, joint_mass = masses[anchor is not None]
             parts = {"own": single, "joints": joints, "anchor": anchor, "mass": mass, "joint_mass": joint_mass, "U": U[0]}
@@ -121,6 +123,7 @@ def _anchors(row: Row, places: Places) -> list[tuple[sp.Expr, ...] | None]:
 
 
 def _anchored(row: Row, expressions: Sequence[sp.Expr], anchor: Sequence[sp.Expr]) -> list[sp.Expr]:
+    # An anchor has two points at most; a node of more then keeps symbols of ``before``, and is no match.
     at = dict(zip(row.before, anchor, strict=False))
     return [x.subs(at).subs(k, 0) for x in expressions]
 
@@ -143,7 +146,7 @@ def _uniform(rows: Sequence[Sequence[sp.Expr]], first: int) -> list[sp.Expr] | N
 
 
 def _masses(row: Row, places: Places, terms: Terms) -> tuple[tuple[Any, Any], tuple[Any, Any]] | None:
-    """Return the mass of a node and that of a joint, of a chain that is free at both ends and of one that hangs from an anchor."""
+    """Return the mass of a node and that of a joint: of a chain that is free at both ends, and of one that hangs from an anchor."""
     b, n = len(row.here), len(row.blocks)
     diagonal, beside = [sp.zeros(b, b) for _ in range(n)], [sp.zeros(b, b) for _ in range(n)]
     for (i, j), entry in terms.items():
@@ -154,6 +157,7 @@ def _masses(row: Row, places: Places, terms: Terms) -> tuple[tuple[Any, Any], tu
     if any(x != diagonal[1] for x in diagonal[2:-1]) or any(x != beside[0] for x in beside[1:-1]):
         return None
     first, within, last, off = diagonal[0], diagonal[1], diagonal[-1], beside[0]
+    # The last node has no joint behind it: the difference from one within the row is the joint's part.
     before = within - last
     free = _joined(within - before - (within - first), before, off, within - first)
     hung = _joined(last, before, off, sp.zeros(b, b)) if first == within else free

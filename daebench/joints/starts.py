@@ -66,7 +66,7 @@ def velocities(
     values: Values,
     labels: Sequence[str],
 ) -> list[sp.Expr]:
-    """Return v at the start, shape(d,): G v = -g_t, what is given, and the least kinetic energy of what is left."""
+    """Return v at the start, shape(d,): G v = -g_t, the given velocities, and the least kinetic energy otherwise."""
     rows, right = G0, -g_t.subs(at)
     for name, velocity in start.velocity.items():
         places.given(name)
@@ -92,7 +92,7 @@ def velocities(
 
 
 def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
-    """Return which driver asks for what the equations before it do not allow: the first row that A v = b has no solution with.
+    """Return a sentence on the driver that contradicts the equations before it: the first row with which A v = b has no solution.
 
     Rows are those of the joints, A = G and b = -g_t, each in its own unit, with the words for what each keeps.
     """
@@ -112,15 +112,17 @@ def contradiction(case: str, labels: Sequence[str], A: Array, b: Array) -> str:
 def solved(M: sp.Matrix, S: sp.Matrix, right: sp.Matrix) -> list[sp.Expr]:
     """Return the exact v with S v = right and the least v^T M v, for rows S that are independent.
 
-    Numbers on the right that are not rational, as exp(9.4), stand as symbols meanwhile: elimination multiplies them out otherwise.
+    Numbers on the right that are not rational, such as exp(9.4), are replaced by symbols meanwhile: elimination would multiply them out.
     """
     d = S.cols
     stand_ins = {sp.Dummy(): x for x in right if not x.is_Rational}
     names = {x: name for name, x in stand_ins.items()}
     matrix, target = S, right.applyfunc(lambda x: names.get(x, x))
+    # With as many rows as unknowns the velocity is determined, and M plays no part.
     if S.rows < d:
         matrix = sp.Matrix(sp.BlockMatrix([[M, S.T], [S, sp.zeros(S.rows, S.rows)]]))
         target = sp.zeros(d, 1).col_join(target)
+    # In a field of rational functions: elimination by expressions would have to ask of each pivot whether it is zero.
     both = DomainMatrix.from_Matrix(matrix.row_join(target).applyfunc(simplified)).to_field()
     left, last = both[:, : matrix.cols], both[:, matrix.cols :]
     return [sp.cancel(x).xreplace(stand_ins) for x in left.lu_solve(last).to_Matrix()[:d, 0]]

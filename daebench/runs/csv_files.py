@@ -36,6 +36,7 @@ def _is_number(text: str) -> bool:
         float(text)
     except ValueError:
         return False
+    # float() also takes spaces and digits of other scripts, which a spreadsheet does not read as a number.
     return text.isascii() and text == text.strip()
 
 
@@ -59,6 +60,7 @@ def write_frame(path: Path, data: "pd.DataFrame | Mapping[str, Any]", float_form
     """Write columns. Columns that are not numbers are texts. Without a format, numbers have all digits of the round trip."""
     frame = pd.DataFrame(data)
     texts = frame.select_dtypes(exclude=["number", "bool"]).columns
+    # As objects, because a column of categories takes no text that is none of them.
     marked = frame.astype(dict.fromkeys(texts, object))
     marked[texts] = marked[texts].map(_cell, na_action="ignore")
     header = [text_cell(name) for name in frame]
@@ -84,4 +86,5 @@ def write_rows(path: Path, header: Iterable[str], rows: Iterable[Sequence[str]])
 def write_numbers(path: Path, columns: Mapping[str, NDArray[np.float64] | NDArray[np.int64]]) -> None:
     """Write columns of numbers under their names, with enough decimal digits for the round trip."""
     header = ",".join(map(text_cell, columns))
+    # 17 digits: the fewest with which every double is read back to the bit.
     np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",", header=header, comments="")

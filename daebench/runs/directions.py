@@ -41,8 +41,9 @@ class Directions:
     def results(self, rows: Array, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
         """Return derivatives of states, by the name of a parameter or initial value and by the part of the state.
 
-        Shapes: rows (k, n, size).
+        The rows are of shape(k, n, size), and are changed in place.
         """
+        # In place: derivatives of long runs are the largest arrays of a run.
         for row, unit in zip(rows, self.units, strict=True):
             row /= unit
         along = {
@@ -100,6 +101,7 @@ def directions(ivp: Ivp, names: Sequence[str]) -> Directions:
     for name in names:
         last = first + len(starts.get(name, [0]))
         columns[name] = slice(first, last) if name in starts else first
+        # A power of two, so that the scaling itself rounds nothing.
         units[first:last] = _unit(starts[name] if name in starts else ivp.parameters[name])
         if name in starts:
             start[place[name], first:last] = np.diag(units[first:last])
@@ -125,7 +127,7 @@ def imaginary(x: Any) -> Array:
 
 
 def _unit(x: Any) -> float:
-    """Return the power of two nearest to the largest modulus of some numbers; 1 if all are zero."""
+    """Return the least power of two above the moduli of some numbers; 1 if all are zero."""
     largest = float(np.max(np.abs(x), initial=0.0))
     return float(2.0 ** math.frexp(largest)[1]) if largest > 0 and math.isfinite(largest) else 1.0
 
@@ -135,6 +137,7 @@ def _following(ivp: Ivp, starts: Mapping[str, Array]) -> Callable[[str], dict[st
     if ivp.case not in ivp.facts.CASES:
         return lambda name: {}
     declared = dict(zip(starts, case_start(ivp.facts, ivp.case, ivp.parameters), strict=True))
+    # A start that was given in digits is that of the case up to rounding, and moves with the parameters as well.
     unmoved = [name for name, values in starts.items() if np.allclose(values, declared[name], rtol=0.0, atol=SAME * _unit(values))]
 
     def following(name: str) -> dict[str, Array]:
@@ -150,7 +153,6 @@ def start_by_parameters(ivp: Ivp) -> tuple[Array, ...]:
     names = ivp.state.starts
 
     def build() -> str:
-
         from daebench.compiler import codegen
 
         derivation = ivp.source.derivation
@@ -173,6 +175,7 @@ def _tangent(ivp: ConstrainedIvp, par: Array, start: Array) -> Array:
     moved, dp, dq = moved_by(ivp, par), *np.split(start, 2)
     G, by_mass = ivp.value("G", ivp.q0), ivp.value("H_pp", ivp.p0, ivp.q0)
     W = G @ by_mass @ G.T
+    # By complex step, with parameters and positions changed together: no derivative of g by parameters has to be compiled.
     dq = dq - by_mass @ G.T @ _solved(W, imaginary(moved.value("g", ivp.q0 + 1j * STEP * dq)))
     change = imaginary(moved.value("Gv", ivp.p0 + 1j * STEP * dp, ivp.q0 + 1j * STEP * dq))
     return np.concatenate([dp - G.T @ _solved(W, change), dq])

@@ -13,6 +13,7 @@ def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> 
     """Return the parts of a state as new arrays of these shapes; a state of one part is that part itself."""
     expected_shape = f"{shapes[0]} each" if len(shapes) > 1 else f"{shapes[0]}"
     try:
+        # New arrays: code from outside may use its own again for the next step.
         arrays = [np.array(part) for part in (state if len(shapes) > 1 else [state])]
         if state is None or len(arrays) != len(shapes):
             raise TypeError
@@ -25,6 +26,7 @@ def external_state(state: Any, shapes: Sequence[tuple[int, ...]], duty: str) -> 
         raise BadInput(f"{duty}, of shape {expected_shape}; a number in it is too large for double precision.") from None
     except BadInput:
         raise
+    # Whatever an object of outside code does when it is read, as one that computes its entries late.
     except (Exception, SystemExit) as error:
         raise BadInput(f"{duty}, of shape {expected_shape}; reading what it returned raises {in_words(error)}.") from error
     if [array.shape for array in arrays] != list(shapes):

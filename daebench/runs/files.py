@@ -36,6 +36,7 @@ def atomic(path: Path) -> Iterator[Path]:
     Its name cannot be predicted, so nobody can place a link of that name to another file; the folder may be writable for others.
     """
     _refuse_foreign_link(path)
+    # A link is followed and not replaced: its target is the file that is meant.
     given, path = path, path.resolve()
     if path.exists() and not path.is_file():
         raise BadInput(f"{path} is not a regular file and cannot be replaced; choose another path.")
@@ -64,6 +65,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
             yield scratch
             if path.exists():
                 _copy_the_rest(path, scratch)
+                # The old folder is moved away first: a folder cannot be renamed onto one that is not empty.
                 path.rename(old)
             scratch.rename(path)
     finally:
@@ -99,6 +101,7 @@ def named(path: Path, scratch: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        # An error about another file, such as one that the block reads, has its own sentence.
         if error.filename is not None and not Path(error.filename).is_relative_to(scratch):
             raise
         raise DaebenchError(f"{path} cannot be written ({error.strerror or error}); make room, or choose another path.") from error
@@ -106,6 +109,7 @@ def named(path: Path, scratch: Path) -> Iterator[None]:
 
 def _beside(path: Path) -> Path:
     """Return a hidden path in the same folder with the same extension."""
+    # Cut, because the name with its random part must not be too long for the file system.
     return path.with_name(f".{path.stem[:64]}-{secrets.token_hex(8)}{path.suffix}")
 
 
@@ -125,6 +129,7 @@ def check_place(path: Path, option: str = "--out") -> None:
     if path.exists() and not path.is_file():
         raise BadInput(f"{option} {path}: that is not a file; choose another path.")
     _refuse_foreign_link(path, option)
+    # By a trial: permissions, full disks and file systems that are read-only show only when something is written.
     trial = _beside(path.resolve())
     try:
         trial.touch(exist_ok=False)

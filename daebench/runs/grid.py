@@ -28,7 +28,7 @@ class Grid:
     every: int
     """Number of steps between stored states; 0 stores only the end."""
     end: float | None = None
-    """Time after the last step, where the steps are the parts between outputs of a method that chooses its own steps."""
+    """Time after the last step, if steps are the intervals between outputs of a method that chooses its own steps."""
 
     def times(self, steps: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the times after some steps, by their numbers."""
@@ -69,6 +69,7 @@ class Grid:
 def _whole_steps(t_end: float, h: float) -> int:
     """Return floor(t_end / h) with a tolerance: 1e-9, or a few ulps of the ratio if these are more."""
     ratio = t_end / h
+    # t_end / h is rounded: 1 / 0.1 must be 10 steps, and for many steps a few roundings of the ratio are more than 1e-9.
     return math.floor(ratio + max(1e-9, 4 * EPS * ratio)) if math.isfinite(ratio) else MOST_STEPS + 1
 
 

@@ -23,7 +23,7 @@ class Interpolant:
     estimates it. States between outputs lie off the constraint manifold by as much. The error of the run itself is not included: states
     between outputs are no more accurate than those at outputs.
 
-    Shapes: t (n,); states (n, d).
+    The times t are of shape(n,), each of the states of shape(n, d).
     """
 
     def __init__(self, t: Array, states: Mapping[str, Array]) -> None:
@@ -50,6 +50,7 @@ class Interpolant:
         if len(self._t) < 3:
             return float("nan")
         degree = _degree(len(self._t[::2]))
+        # Without a last output that no second one follows: a spline would be extrapolated there.
         inner = slice(1, (len(self._t) - 1) // 2 * 2, 2)
         missed = [
             np.max(np.abs(_spline(self._t[::2], rows[::2])(self._t[inner]) - rows[inner]), initial=0.0) for rows in self._states.values()
@@ -67,5 +68,4 @@ def _degree(outputs: int) -> int:
 
 
 def _spline(t: Array, rows: Array) -> Any:
-
     return scipy.interpolate.make_interp_spline(t, rows, k=_degree(len(t)))

@@ -14,7 +14,7 @@ from daebench.runs.trajectory import Array as Array
 from daebench.runs.trajectory import Outcome, PoissonTrajectory, Trajectory
 
 NAMED = 4
-"""Constraints that a sentence names."""
+"""Largest number of constraints that a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,7 @@ class InitialValueProblem:
     def value(self, name: str, *arguments: Iterable[Any]) -> NDArray[Any]:
         """Return one of the problem's functions of (p, q), or of q, at one point."""
         with np.errstate(all="ignore"):
+            # Outside of the domain values are NaN or infinite; callers judge them, so that no warning is due here.
             points = (np.asarray(x) if self.arrays else tuple(map(_number, x)) for x in arguments)
             return np.array(getattr(self.functions(name), name)(*points, tuple(map(_number, self.par))))
 
@@ -126,6 +127,7 @@ class InitialValueProblem:
         call = getattr(module, name)
         par = tuple(map(_number, self.par))
         with np.errstate(all="ignore"):
+            # A function with branches, as one that solves a system with pivots, takes one state at a time; others take columns at once.
             if not module.ELEMENTWISE:
                 vector = np.asarray if self.arrays else tuple
                 return np.array([call(*map(vector, row), par) for row in zip(*arguments, strict=True)])
@@ -244,4 +246,5 @@ def stacked(values: Any, rows: tuple[int, ...]) -> Array:
         if not parts:
             return np.empty((*rows, 0))
         return np.stack(parts, axis=1) if len(rows) == 1 else np.moveaxis(np.stack(parts), 0, len(rows))
+    # A copy, because an entry that is the same for all rows would be one number in memory.
     return np.broadcast_to(np.asarray(values, dtype=np.result_type(float, np.asarray(values))), rows).copy()

@@ -22,6 +22,7 @@ def plain(value: Any) -> Any:
 
 def strict(content: bytes | str) -> Any:
     """Return the content of a JSON text."""
+    # Before parsing: commas bound the number of values, and counting them needs no memory.
     if (content.count(",") if isinstance(content, str) else content.count(b",")) > MOST:
         raise ValueError(f"it has more than {MOST} values")
     try:
@@ -43,5 +44,6 @@ def _finite(digits: str) -> float:
 
 def _whole(digits: str) -> int:
     """Return a whole number; refuse one that overflows double precision."""
+    # As a float first: a text of a million digits overflows there, and need not become an integer.
     _finite(digits)
     return int(digits)

@@ -31,6 +31,7 @@ def enter(ivp: ConstrainedIvp, form: str = "local") -> Map:
         try:
             with np.errstate(all="ignore"):
                 eta, xi = inverse(_numbers(p), _numbers(q), par)
+        # Integers and Python's own numbers raise where NumPy's give infinity.
         except ZeroDivisionError:
             eta, xi = (np.nan,), (np.nan,)
         if not np.all(np.isfinite([*eta, *xi])):
@@ -67,6 +68,7 @@ def structure_matrix(ivp: ConstrainedIvp) -> Callable[[NDArray[np.float64]], NDA
 
     def B(y: NDArray[np.float64]) -> NDArray[np.float64]:
         eta, xi = np.split(np.asarray(y), 2)
+        # Inverted, because B itself is asked for; flows solve with the two-form instead.
         return np.linalg.inv(np.array(form(_numbers(eta), _numbers(xi), par), dtype=float))
 
     return B

@@ -64,6 +64,7 @@ def first_case(source: Source, start: Start) -> str:
 def _parameters(source: Source, of_case: Mapping[str, float], given: Mapping[str, float]) -> dict[str, float]:
     """Return the values of all parameters: given values first, then those of the case, then the defaults."""
     values: dict[str, float] = dict(source.defaults or source.facts.PARAMETERS)
+    # A case may also set a structural parameter, which chose the definition and is no run-time parameter.
     values |= {name: float(value) for name, value in of_case.items() if name in values}
     for name, value in given.items():
         if name not in values:

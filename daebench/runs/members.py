@@ -58,7 +58,7 @@ class Members:
         return replace(self.ivp.at(*(vectors[i] for vectors in self.start)), parameters=numbers)
 
     def some(self, rows: Any) -> "Members":
-        """Return some of the members, by their numbers."""
+        """Return the members with these numbers."""
         h = self.h if np.ndim(self.h) == 0 else self.h[rows]
         start = tuple(vectors[rows] for vectors in self.start)
         weights = None if self.weights is None else self.weights[rows]
@@ -99,10 +99,12 @@ class Members:
             The form of a value.
         """
         points = tuple(np.ascontiguousarray(x, dtype=float).reshape(-1, x.shape[-1]) for x in arguments)
+        # Vectors that are arrays have compiled functions already, and without machine code a loop in Python is all there is.
         if self.ivp.arrays or no_machine_code():
             return self._singly(name, points)
         par = tuple(np.ascontiguousarray(x, dtype=float) if np.ndim(x) else float(x) for x in self.par)
         call = self._over(name, tuple(x.shape[1] for x in points))
+        # A call without rows: it returns the form of a value, which says how wide the result is.
         like = call(tuple(x[:0] for x in points), par, len(self), np.empty((0, 0)))
         rows = np.empty((len(points[0]), len(flat(like))))
         with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""How a command takes an argument of a study, where name and type of the argument do not say it."""
+"""The form in which a command takes an argument of a study, if name and type of the argument do not determine it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -25,7 +25,7 @@ class Writer:
     """The command that writes files."""
 
     command: str = ""
-    """Its words, for example "daebench run"; "" outside of a command, where a caller in Python answers for the paths that it names."""
+    """Words of the command, for example "daebench run"; "" outside of a command: a caller in Python answers for its paths."""
     overwrite: bool = True
     """Whether it may replace files that it did not write."""
     texts: Mapping[Path, Mapping[str, str]] = field(default_factory=dict)
@@ -52,6 +52,7 @@ def described(paths: Iterable[Path], about: Mapping[str, str], pictures: Sequenc
     An interruption then leaves no file without its text, and the same command can be given again.
     """
     writer, files = _writer.get(), [*paths]
+    # All are checked before the first is written: a refusal leaves nothing half replaced.
     for file in (*files, *pictures):
         require_own(file)
     lines = {MAKER.strip(": "): writer.command} if writer.command else {}
@@ -109,6 +110,7 @@ def _made(path: Path, command: str) -> bool:
 
 
 def _by(maker: str, command: str) -> bool:
+    # With a space, so that "daebench run" is no beginning of "daebench runs".
     return f"{maker} ".startswith(f"{command} ")
 
 

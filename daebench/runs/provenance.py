@@ -31,7 +31,7 @@ ORIGIN: Mapping[str, Kind] = {
     "versions": Named(Text(form=r"\d[\w.+!-]*", told="a version"), required=("Python", *(name for name in PACKAGES if name not in EXTRAS))),
     "machine": Text(300, form=r".+, \w+ logical cores, .+ on .+", told="a processor, its cores and a system"),
 }
-"""What a file from elsewhere says of how it was made: :func:`now`, :func:`versions` and the machine."""
+"""Fields of a file from elsewhere on its origin: :func:`now`, :func:`versions` and the machine."""
 
 
 def versions() -> dict[str, str]:
@@ -73,6 +73,7 @@ def _numbers(values: Any) -> str:
 def text(name: str, about: Mapping[str, str]) -> str:
     """Return a text on how a file of this name was made; ``about`` describes it, by the first words of each line."""
     origin = {"Versions": ", ".join(f"{package} {number}" for package, number in versions().items()), "Machine": machine()}
+    # In a script of the user's own, the arguments of the process are not those of a command.
     command = {"Command": shlex.join(["daebench", *sys.argv[1:]])} if Path(sys.argv[0]).stem in ("daebench", "__main__") else {}
     lines = [f"{name} was made by daebench {version('daebench')} on {now()}.", ""]
     return "\n".join([*lines, *(f"{key}: {value}" for key, value in {**command, **about, **origin}.items()), ""])
@@ -80,6 +81,7 @@ def text(name: str, about: Mapping[str, str]) -> str:
 
 def beside(path: Path) -> Path:
     """Return the path of the text on how a file was made."""
+    # After the whole name: x.csv and x.svg have texts of their own.
     return path.with_name(f"{path.name}.txt")
 
 

@@ -17,7 +17,7 @@ ON_SINGULAR = {
     "continue": "it continues, and reports the branch of the motion",
     "least-squares": "it continues, and systems of constraints are solved by least squares, so they may be redundant",
 }
-"""What a run does if G loses rank."""
+"""Actions of a run if G loses rank."""
 
 
 CALLBACKS = {
@@ -40,7 +40,7 @@ CHECKED: Mapping[str, Callable[[str, Any], Any]] = {
     "t_end": real,
     "seconds_limit": positive,
 }
-"""What a number of a request has to be."""
+"""Checks of the numbers of a request."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +134,7 @@ class Request:
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, checked(name, value))
         for name in ("watch", "sensitivities"):
+            # A text alone is one name: its letters would be taken for names otherwise.
             if (names := getattr(self, name)) is not None:
                 object.__setattr__(self, name, (names,) if isinstance(names, str) else tuple(names))
 

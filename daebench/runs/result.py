@@ -79,6 +79,7 @@ class Result:
 
     def write(self, folder: Path) -> Path:
         """Write the picture as STEM.svg and STEM.png, and its table as STEM.csv, into a folder; return the path of the SVG."""
+        # By name, because drawing lies in a higher layer, and most results are never drawn.
         path: Path = import_module("daebench.draw.figures").save(self.plot(), folder, self.stem, self.table)
         return path
 
@@ -95,6 +96,7 @@ class Result:
         """Return the picture as an element of a page, or a sentence that says why there is none."""
         try:
             figure = self.plot()
+        # A notebook shows the numbers even where there is no picture of them.
         except DaebenchError as error:
             return f"<p>{escape(str(error))}</p>"
         return image(figure)

@@ -36,13 +36,14 @@ def constrained_scales(ivp: ConstrainedIvp, h: float, *, rated: bool) -> tuple[f
     positive unless nothing moves. For long chains L is |q0|, and no rate is computed. The time and its rate are left out.
     """
     q0 = np.asarray(ivp.q0)
-    if ivp.arrays and np.any(q0):  # its functions would have to be compiled first, and no scheme for it needs the rate
+    if ivp.arrays and np.any(q0):  # its functions would have to be compiled, and no scheme for it needs the rate
         return _largest(q0), 0.0
     with np.errstate(all="ignore"):
         n = ivp.d - ivp.facts.EXTENDED  # without the time
         v, a = _largest(ivp.value("H_p", ivp.p0, q0)[:n]), _largest(_acceleration(ivp, q0)[:n])
         size, first = _largest(q0[:n]), _finite(h * v + h * h * a)
         radius = 0.0 if ivp.arrays or first + size == 0 else _radius(ivp, q0, max(size, first))
+        # A radius counts only where it is far larger than the motion: then g = 0 leaves positions uncertain by roundings of the radius.
         length = max(size, min(first, radius) if radius else first, min(radius, FLAT * max(size, first)) / SLACK)
         rate = _finite(max(v / length, np.sqrt(a / length))) if rated and length > 0 else 0.0
     return length, float(rate)
@@ -124,6 +125,7 @@ def in_coordinates(
     largest = 0.0
     with np.errstate(all="ignore"):
         for k in range(len(parts[moved]) - timed):
+            # Parts are changed in place and changed back: complex numbers of 1e-30 leave real parts as they are.
             parts[moved][k] += 1j * STEP
             left = leave(*(tuple(part) for part in parts))
             places = np.asarray(left[-1] if len(parts) > 1 else left)
@@ -143,6 +145,7 @@ def _acceleration(ivp: ConstrainedIvp, q0: Array) -> Any:
 def _radius(ivp: ConstrainedIvp, q0: Array, extent: float) -> float:
     """Return the smallest radius |G| / |g_qq| of the curved constraints; 0 if no constraint is curved."""
     n = ivp.d - ivp.facts.EXTENDED
+    # Irregular components, so that no constraint keeps its gradient along the shift by symmetry.
     shift = extent * np.append(np.cos(1.0 + np.arange(n)), np.zeros(ivp.d - n))
     here, there = ivp.value("G", q0)[:, :n], ivp.value("G", q0 + shift)[:, :n]
     slope, turn = np.abs(here).sum(axis=1), np.abs(there - here).sum(axis=1)

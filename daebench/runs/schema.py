@@ -15,7 +15,7 @@ LARGEST = 1e300
 
 
 class WrongField(ValueError):
-    """A field that is not what it must be; the text names it."""
+    """A field with a wrong value; the text names the field."""
 
 
 class Kind(Protocol):
@@ -56,6 +56,7 @@ class Text:
     def read(self, value: Any, place: str) -> str:
         """Return the text."""
         fits = isinstance(value, str) and self.least <= len(value) <= self.longest and "\0" not in value
+        # ASCII, because \d and \w would take digits and letters of other scripts.
         if not fits or (self.words and value not in self.words) or (self.form and not re.fullmatch(self.form, value, re.ASCII)):
             raise wrong(place, value, self.told or self._told)
         return str(value)
@@ -87,6 +88,7 @@ class Whole:
 
     def read(self, value: Any, place: str) -> int:
         """Return the number."""
+        # True is an int in Python, but no number of a file.
         if not isinstance(value, int) or isinstance(value, bool) or not self.least <= value <= self.most:
             raise wrong(place, value, f"a whole number from {self.least} to {self.most}")
         return value
@@ -110,6 +112,7 @@ class Number:
 
     def holds_all(self, values: Sequence[Any]) -> bool:
         """Return whether all of many values are surely such numbers."""
+        # Exactly floats, whose minimum and maximum are fast: all others, true and 1 among them, are read one by one.
         if not all(type(value) is float for value in values):
             return False
         least, most = min(values, default=self.most), max(values, default=self.most)
@@ -234,6 +237,6 @@ class Fields:
 
 
 def numbers(rows: int, columns: int | None = None, of: Kind | None = None) -> Items:
-    """Return the kind of so many numbers, or of rows of so many."""
+    """Return the kind of a list of ``rows`` numbers, or of rows of ``columns`` numbers."""
     number = Number() if of is None else of
     return Items(number if columns is None else Items(number, columns, columns), rows, rows)

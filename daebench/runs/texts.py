@@ -78,5 +78,6 @@ def values(option: str, given: list[str] | None) -> dict[str, list[float]] | Non
     for name, (lo, hi, count) in ranges(option, given or [], 3).items():
         if not (1 <= count <= MOST_VALUES and count == int(count)):
             raise BadInput(f"{option} {name}: {count:g} must be a whole number of values, from 1 to {MOST_VALUES}.")
+        # From lo by multiples, not by repeated addition: the last value is hi up to rounding.
         chosen[name] = [lo + (hi - lo) * k / max(1, int(count) - 1) for k in range(int(count))]
     return chosen or None

@@ -83,7 +83,8 @@ class Outcome(Result):
 
     drawn_by: ClassVar[str] = "daebench.draw.trajectory"
     state: ClassVar[State]
-    of_outputs: ClassVar[Mapping[str, Any]] = {"sensitivities": {}}  # what belongs to the stored states, as it is without them
+    of_outputs: ClassVar[Mapping[str, Any]] = {"sensitivities": {}}
+    """Fields that belong to the stored states, each with its value if there are none."""
 
     problem: str
     case: str
@@ -133,6 +134,7 @@ class Outcome(Result):
             for part, rows in by.items()
         }
         for name, (t, rows) in numbers.items():
+            # The first time, at which the cause is: what follows a NaN is NaN as well.
             wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
             if len(wrong):
                 return f"{name} is not finite at t = {t[wrong[0]]:.9g}"

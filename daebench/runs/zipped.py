@@ -1,4 +1,4 @@
-"""ZIP files from elsewhere, read with bounds: how large they become is looked at before anything is unpacked."""
+"""ZIP files from elsewhere, read with bounds: their unpacked size is checked before anything is unpacked."""
 
 import io
 import zipfile
@@ -28,18 +28,20 @@ UNREADABLE = (
     zipfile.BadZipFile,
     zlib.error,
 )
-"""What is raised where a damaged ZIP file, an array or a text in it is read."""
+"""Exceptions from reading a damaged ZIP file, or an array or a text in it."""
 
 KINDS = "fiubU"
-"""Kinds of numbers and texts of arrays, none of which is an object."""
+"""Kinds of arrays of numbers and texts; objects are not among them."""
 
 
 def unpacked(source: Path | IO[bytes], name: str, *, small: int, ratio: float, most: int = 2**31) -> dict[str, bytes]:
     """Return the files in a ZIP file."""
     with zipfile.ZipFile(source) as archive:
         members = [member for member in archive.infolist() if not member.is_dir()]
+        # Of two files of one name, it depends on the program which one is read.
         if len(members) > MOST_MEMBERS or len({member.filename for member in members}) < len(members):
             raise BadInput(f"{name} has over {MOST_MEMBERS} files, or two of one name; it is not unpacked.")
+        # By the directory of the archive, before anything is unpacked: a small file may unpack to any size.
         size, packed = sum(member.file_size for member in members), _size(source)
         allowed = int(min(most, max(small, ratio * packed)))
         if size > allowed:
@@ -54,7 +56,7 @@ def _size(source: Path | IO[bytes]) -> int:
 
 
 def arrays_in(source: Path | IO[bytes], name: str, *, small: int = 2**28, ratio: float = 100.0) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an NPZ file by their names; nothing is unpickled, and no array is made that its file has not the bytes of.
+    """Return the arrays of an NPZ file by their names; nothing is unpickled, and no array is larger than the bytes of its file.
 
     Parameters and errors are those of :func:`unpacked`.
     """
@@ -73,12 +75,15 @@ def _array(name: str, content: bytes) -> NDArray[Any]:
         raise ValueError(f"{shown(name)} has entries of type {str(dtype)[:20]}, which are no numbers")
     size = dtype.itemsize
     for length in shape:
+        # In Python's integers, which cannot overflow as a product of NumPy's can.
         size *= length
     rest = content[stream.tell() :]
     if size != len(rest) or any(length < 0 for length in shape) or len(shape) > 8:
         raise ValueError(f"{shown(name)} has not the bytes that its shape says")
+    # Texts of length zero have an item size of zero, which frombuffer refuses.
     if not size:
         return np.zeros(shape, dtype)
+    # A bytearray, because arrays of bytes cannot be written to.
     return np.frombuffer(bytearray(rest), dtype).reshape(shape, order="F" if fortran else "C")
 
 

@@ -26,6 +26,7 @@ def along(dq: Vector, q: Vector) -> Vector:
 
     There its factor, which is at least of first order in dq, is lost in the rounding of H and g, which 1/|dq| would amplify.
     """
+    # The last term only prevents 0/0 where q and dq are zero; it is too small to change any other value.
     return dq / (dot(dq, dq) + EPS * dot(q, q) + EPS * EPS * EPS * EPS * LENGTH * LENGTH)
 
 

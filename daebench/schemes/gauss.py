@@ -47,6 +47,7 @@ def states(x0: Vector, K: Points, h: Number) -> Points:
 
 
 if STIFF:
+    # The fixed-point iteration below contracts only while h is smaller than the shortest period, which is of the order of eps here.
 
     def block(w: Number, X: Matrix, i: int, j: int) -> Matrix:
         """Return h a_ij X, with the identity added where i = j; w is h or -h."""
@@ -60,7 +61,7 @@ if STIFF:
 
     def update(x: Guess, data: tuple[Vector, Vector, Number]) -> Update:
         """One Newton update, with exact second derivatives, for p' = F and q' = V at the stages."""
-        F, V, before = x
+        F, V, previous_change = x
         p0, q0, h = data
         P, Q = states(p0, F, h), states(q0, V, h)
         slopes = tuple(f(P[i], Q[i]) for i in range(STAGES))
@@ -82,7 +83,7 @@ if STIFF:
         V1 = tuple(V[i] + change[STAGES + i] for i in range(STAGES))
         size = abs(h) * sum(norm(change[STAGES + i]) for i in range(STAGES))
         residual = sum(norm(r_F[i]) + norm(r_V[i]) for i in range(STAGES))
-        return (F1, V1, before), size, max(LENGTH, norm(q0)), residual, pivot
+        return (F1, V1, previous_change), size, max(LENGTH, norm(q0)), residual, pivot
 
 else:
 
@@ -92,14 +93,14 @@ else:
         Only the change of V is measured, against |V| and a speed from the length and the rate of the problem, over two iterations in a row,
         because a change of F appears in V one iteration later. By then both have been contracted again.
         """
-        F, V, before = x
+        F, V, previous_change = x
         p0, q0, h = data
         P, Q = states(p0, F, h), states(q0, V, h)
         slopes = tuple(f(P[i], Q[i]) for i in range(STAGES))
         F1, V1 = tuple(slopes[i][0] for i in range(STAGES)), tuple(slopes[i][1] for i in range(STAGES))
         change = sum(norm(V1[i] - V[i]) for i in range(STAGES))
         pivot = min(slopes[i][2] for i in range(STAGES))
-        return (F1, V1, change), change + before, RATE * max(LENGTH, norm(q0)) + norm(V1[0]), change, pivot
+        return (F1, V1, change), change + previous_change, RATE * max(LENGTH, norm(q0)) + norm(V1[0]), change, pivot
 
 
 def increment(p0: Vector, q0: Vector, h: Number) -> Step:
@@ -110,6 +111,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         X_i = x0 + h sum_j a_ij f(X_j)        x1 = x0 + h sum_i b_i f(X_i)
     """
     F0, v0, _ = f(p0, q0)
+    # The third entry, the change before, is as large as the scale: a first change that is small by chance then ends nothing.
     start = (tuple(F0 for i in range(STAGES)), tuple(v0 for i in range(STAGES)), RATE * max(LENGTH, norm(q0)) + norm(v0))
     (F, V, _), report = newton(update, start, (p0, q0, h))
     return weighted(h, DATA[1], F), weighted(h, DATA[1], V), (), report

@@ -127,6 +127,7 @@ def advanced(p0: Vector, q0: Vector, memory: Memory, h: Number) -> tuple[Vector,
     dq = h * v0 + h**2 * (beta * a_free + (0.5 - beta) * a0)
     v_free = v0 + h * (gamma * a_free + (1 - gamma) * a0)
     w = beta * share * h * h
+    # z = w v1' is a part of q1: an increment of it is compared with positions, whatever the size of h.
     (z, nu), report = newton(update, (w * rate0, zero(q0)), (p0, q0, dq, v_free, w, gamma / (beta * h)))
     q1, v1, rate1 = q0 + (z + dq), v_free + gamma / (beta * h) * z, z / w
     return q1, (v1, a_free + share * rate1, rate1), nu / w, report
@@ -157,6 +158,7 @@ if EXTENDED:
             p1 = M(q1) v1,      p_t1 = p_t0 + h/2 (p_t'(0) + p_t'(1)),      p' = -H_q - G^T lam
         """
         q1, memory1, lam, report = advanced(p0, q0, of_velocities(memory), h)
+        # p_t has no mass, so that it cannot follow from a velocity; it is integrated apart.
         p = mass(p0, q1) @ memory1[0]
         dp = -(H_q(p, q1) + G(q1).T @ lam)
         return with_p_t(p, p0, h / 2 * (of_momenta(memory) + dp), q1), q1, (memory1, dp), (lam,), report

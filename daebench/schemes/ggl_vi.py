@@ -40,6 +40,7 @@ def update(x: Unknowns, data: tuple[Vector, Vector, Vector, Number]) -> Update:
     g_by_a, v_by_a = h * G1 @ S0.T, h * Q @ S0.T + R1 @ G0.T
     da, db, pivot = solve_2m(g_by_a, G1 @ S1.T, v_by_a, Q @ S1.T, value_g - G1 @ by_r, value_v - Q @ by_r)
     change = by_r + h * S0.T @ da + S1.T @ db
+    # p_free has the kick of the forces, so that the scale is not zero where a motion begins at rest.
     scale_v, scale_q = norm(H_p(p_free, q0)) + norm(v1), max(LENGTH, norm(q1))
     size = norm(rows(G0, p0, q0).T @ da) * scale_q + norm(change) * scale_v
     residual = norm(r_q) + norm(value_g) + norm(value_v)

@@ -46,6 +46,7 @@ def update(x: tuple[Multiplier, Multiplier], data: tuple[Vector, Vector, Number]
     v_by_a = h * Q @ R0.T + S @ G0.T
     da, db, pivot = solve_2m(g_by_a, G1 @ R_bar.T, v_by_a, -S @ Q.T, value_g, value_v)
     by_v, by_q = R0.T @ da, R_bar.T @ db
+    # The forces' part is added, because a motion that begins at rest has no velocity to compare with.
     scale_v, scale_q = norm(w) + abs(h) * norm(H_p(H_q(p0, q0), q0)), max(LENGTH, norm(q0))
     size = norm(by_v) * scale_q + (abs(h) * norm(by_v) + norm(by_q)) * scale_v
     return (a + da, b - db), size, scale_v * scale_q, norm(value_g) + norm(value_v), min(pivot, pivot_w)

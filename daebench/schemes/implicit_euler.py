@@ -40,5 +40,6 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
         p1    = p_hat - h G(q1)^T mu,              0 = G(q1) H_p(p1, q1)
     """
     (p_hat, q1, _), newton_report = newton(update, (p0, q0, zero(q0)), (p0, q0, h))
+    # p_hat meets no condition on velocities; the projection is (1.20), as after constrained symplectic Euler.
     p1, _, settled = project_momentum(p_hat, q1)
     return p1, q1, (), both(newton_report, settled)

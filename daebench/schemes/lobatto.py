@@ -20,6 +20,7 @@ def numbers(s: int) -> tuple[Any, ...]:
     A, A_hat, c = lobatto_iiia(s, 40).A, lobatto_iiib(s, 40).A, lobatto_iiia(s, 40).c
     mean = [tuple(float(sum(A[i][j] * A_hat[j][k] for j in range(s)) / c[i]) for k in range(s)) for i in range(1, s)]
     iiia = lobatto_iiia(s)
+    # Row 1 of A is zero, and so is c_1, by which it would be divided.
     return iiia.A, lobatto_iiib(s).A, ((0.0,) * s, *mean), iiia.b, iiia.c
 
 

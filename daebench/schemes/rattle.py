@@ -25,6 +25,8 @@ if SEPARABLE:
         kick = -h / 2 * H_q(p0, q0)
         dq, nu, position_report = project_position(q0, h * H_p(p0 + kick, q0), G0, rows(G0, p0, q0))
         q1 = q0 + dq
+        # From the forces, never as M (q1 - q0) / h: the rounding of q1, divided by h, biases momenta, and the energy drifts.
+        # The next step evaluates H_q at q1 again, because a step is a map of (p, q) and carries nothing else.
         dp = kick - G0.T @ nu / h - h / 2 * H_q(p0, q1)
         n, mu, settled = momentum_correction(p0 + dp, q1)
         return dp - n, dq, (2 / h**2 * nu, 2 / h * mu), both(position_report, settled)
@@ -44,6 +46,7 @@ else:
         S = H_pp(p, q) + H_pp(p, q0)
         r_q = r_q + half * S @ by_p
         by_q, Q, pivot_q = solve(I - half * H_pq(p, q), r_q, half * P @ S.T)
+        # Eliminated in the order p, q, lam: the last system has only m unknowns, and its pivots show the rank of G.
         change, pivot = solve(G1 @ Q.T, G1 @ by_q - value)
         back_p = by_p - P.T @ change
         back_q = by_q - Q.T @ change

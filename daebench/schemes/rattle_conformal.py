@@ -40,6 +40,7 @@ def damped(p: Vector, q: Vector, t: Number) -> tuple[Vector, Report]:
     tangent = momenta - (normal - dot(normal, e) * e)
     _, shrunk = damping(q, (t,))
     dp = shrunk * tangent
+    # At the mean momentum the work dp . v is exactly the change of a kinetic energy that is quadratic in p.
     v = H_p(p + dp / 2, q) - e
     return dp - dot(dp, v) * e, linear(pivot, norm(v))
 
@@ -72,6 +73,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
     dq, nu, position_report = project_position(q0, h * H_p(p + kick, q0), G0, rows(G0, p, q0))
     q1 = q0 + dq
     half = kick - G0.T @ nu / h
+    # With constant M the difference is zero except in p_t: it replaces the work at the velocity of p by that at the velocity of p_half.
     dp = half - h / 2 * (undamped(p + half, q0) - undamped(p, q0)) - h / 2 * undamped(p + half, q1)
     n, mu, settled = momentum_correction(p + dp, q1)
     after, last = damped(p + (dp - n), q1, h / 2)

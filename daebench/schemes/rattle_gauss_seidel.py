@@ -31,8 +31,10 @@ def update_positions(x: Iterate, data: tuple[Vector, Rows, Multiplier]) -> Round
     q0, V, bound = data
     unmet, residual, pivot = 0.0, 0.0, INF
     for k in range(CONSTRAINTS):
+        # G and g at the position after the corrections before: this makes the iteration Gauss-Seidel's, and a round m evaluations.
         q = q0 + dq
         row, value = G(q)[k], g(q)[k]
+        # A factor in place of a branch: a constraint that holds is left as it is, as SHAKE does.
         late = 1.0 if abs(value) > bound[k] else 0.0
         steep = dot(row, V[k])
         change = late * value / steep

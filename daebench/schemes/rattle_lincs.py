@@ -39,6 +39,7 @@ def expand(K: Gram, b: Multiplier) -> Multiplier:
     """Return (I + A + A^2 + ... + A^order) D^-1 b with A = I - D^-1 K and the diagonal D of K, for K^-1 b."""
     term = multiplier(b[k] / K[k][k] for k in range(CONSTRAINTS))
     total = term
+    # A fixed end and a test: the order is run-time data, so that another order needs no compilation.
     for power in range(1, MOST + 1):
         term = multiplier(term[k] - sum(K[k][j] * term[j] for j in range(CONSTRAINTS)) / K[k][k] for k in range(CONSTRAINTS))
         total = total + term
@@ -52,6 +53,7 @@ def update_turning(x: Iterate, data: tuple[Vector, Rows, Gram, Multiplier, Multi
     dq, nu, left = x
     q0, V, K, s, D = data
     value = g(q0 + dq)
+    # The root is of 2 D^2 - l^2: NaN says that a bond has become longer than sqrt(2) D, where the correction has no solution.
     change = expand(K, multiplier(2.0 * s[k] * value[k] / (D[k] + sqrt(D[k] * D[k] - value[k])) for k in range(CONSTRAINTS)))
     return (dq - V.T @ change, nu + change, left - 1.0), left - 1.0, norm(value), 1.0
 
@@ -63,6 +65,7 @@ def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -
     D = multiplier(sqrt(squares(q0)[k]) for k in range(CONSTRAINTS))
     nu0 = expand(K, G0 @ dq + multiplier(2.0 * s[k] * value[k] / (s[k] + D[k]) for k in range(CONSTRAINTS)))
     tangent = dq - V.T @ nu0
+    # Corrections that are left stand for constraints that do not hold, so that ``relax`` makes as many as are asked for.
     (dq, nu, _), report = relax(update_turning, (tangent, nu0, 1.0 * DATA[3]), (q0, V, K, s, D))
     return dq, nu, on_branch(q0, G0, V, tangent, dq, nu - nu0, report, floor(q0))
 

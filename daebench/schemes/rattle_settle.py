@@ -59,6 +59,7 @@ def place(b0: Plane, c0: Plane, a1z: Number, b1: Space, c1: Space, sizes: Space)
     """
     ra, rb, rc = sizes
     sin_phi = a1z * (1.0 / ra)
+    # The positive roots throughout: a molecule turns by less than 90 degrees in a step. A step too large makes a root NaN.
     cos_phi = sqrt(1.0 - sin_phi * sin_phi)
     sin_psi = (b1[2] - c1[2]) * (0.5 / rc) / cos_phi
     cos_psi = sqrt(1.0 - sin_psi * sin_psi)
@@ -107,6 +108,7 @@ def solve_positions(p0: Vector, q0: Vector, dq: Vector, G0: Jacobian, V: Rows) -
     sizes = (2.0 * part * height, (1.0 - 2.0 * part) * height, rc)
     b_moved, c_moved = place(b_flat, c_flat, along(Z, a1), b_here, c_here, sizes)
     nu = multipliers(b_flat, c_flat, b_moved, c_moved, M[3][3])
+    # A closed form has no pivots; a root of a negative number shows as NaN in nu, and so in the report.
     return dq - H_p(G0.T @ nu, q0), nu, linear(1.0, norm(nu))
 
 

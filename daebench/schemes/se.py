@@ -44,6 +44,7 @@ def update(x: tuple[Vector, Multiplier], data: tuple[Vector, Vector, Jacobian, N
     dp = by_p - P.T @ change
     by_mass = H_pp(p, q0)
     x = (p - dp, lam - change)
+    # The forces' part is added, because a motion that begins at rest has no velocity to compare with.
     scale_v = norm(by_mass @ p) + abs(h) * norm(by_mass @ force)
     return x, norm(by_mass @ dp), scale_v, norm(r_p) + norm(value), min(pivot, pivot_p)
 

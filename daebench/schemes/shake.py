@@ -40,5 +40,6 @@ def step(p0: Vector, q0: Vector, q1: Vector, h: Number) -> tuple[Vector, Vector,
     dq = q1 - q0
     G1 = G(q1)
     dq2, nu, report = project_position(q1, dq - h**2 * H_p(H_q(p0, q1), q1), G1, rows(G1, p0, q1))
+    # The sum of two increments, and not q2 - q0: its rounding is relative to the increments.
     p1 = mass(p0, q1) @ (dq + dq2)
     return 0.5 / h * p1, q1, q1 + dq2, (nu / h**2,), report

@@ -23,6 +23,7 @@ def increment(p0: Vector, q0: Vector, h: Number) -> Step:
         p+           = p- - h (U_q(q_half) + G(q_half)^T lam),      0 = G(q_half) M^-1 p+
         (p1, q1)     = phi^T_{h/2}(p+, q_half)
     """
+    # With the kinetic flow outside, forces are evaluated once in a step.
     dp, dq = kinetic_increment(p0, q0, (h / 2,))
     p, q_half = p0 + dp, q0 + dq
     kick, report = potential_increment(p, q_half, h)

@@ -74,6 +74,7 @@ else:
         """
         G0 = G(q0)
         data = (p0, q0, G0, h)
+        # Not one update from p0: that would be linearised at the end of the free flight, which may be near another branch.
         first, tangent, first_report = tangential_start(p0, q0, G0, h)
         (p_hat, lam), newton_report = newton(update, first, data)
         dq = h * H_p(p_hat, q0)

@@ -19,6 +19,7 @@ def require_plain(what: str, symbols: Iterable[Any], domain: Sequence[Any] = (),
     """
     for symbol in symbols:
         assumption = "positive" if symbol in domain else "negative" if -symbol in domain else "real"
+        # What follows from an allowed assumption, such as finite from real, is allowed, too.
         allowed = sp.Symbol("x", **{assumption: True}).assumptions0
         if extra := [name for name, value in symbol.assumptions0.items() if allowed.get(name) is not value]:
             excess = next((name for name in TOLD_FIRST if symbol.assumptions0.get(name)), extra[0])

@@ -128,6 +128,7 @@ class ConstrainedChain:
         require_checked(self.parameters)
         known = {self.node, *self.parameters}
         here, both = {*self.here}, {*self.here, *self.before}
+        # A 0 is appended, because a matrix of an empty list has no free symbols to ask for.
         allowed: list[tuple[str, Any, set[sp.Symbol]]] = [("own", sp.Matrix([*self.own, 0]), here), ("U", self.U, here)]
         allowed += [("joints", sp.Matrix([*self.joints, 0]), both), ("joint_U", self.joint_U or 0, both), ("pull", self.pull, set())]
         allowed += [("mass", self.mass, set()), ("joint_mass", self.joint_mass or 0, set())]
@@ -210,6 +211,7 @@ class ConstrainedChain:
         zero, here = sp.zeros(b, b), sp.Matrix(self.mass.subs(self.node, at))
         if self.joint_mass is None:
             return zero, here, zero
+        # The mass of a joint may depend on its node: the joint of the next node is evaluated at k + 1.
         J, beyond = sp.Matrix(self.joint_mass.subs(self.node, at)), sp.Matrix(self.joint_mass.subs(self.node, at + 1))
         if k in self.joined:
             here += J[b:, b:]
@@ -245,6 +247,7 @@ class ConstrainedChain:
     def _placed(self, expression: sp.Expr, q: Sequence[sp.Symbol], k: int) -> sp.Expr:
         """Return an expression at node k."""
         b = self.b
+        # Node 0 without an anchor has no node before: its symbols stay, and no expression that contains them is placed there.
         before = q[(k - 1) * b : k * b] if k else self.anchor or self.before
         at = dict(zip([*self.before, *self.here, self.node], [*before, *q[k * b : k * b + b], sp.Integer(k)], strict=True))
         return sp.sympify(expression).subs(at, simultaneous=True)

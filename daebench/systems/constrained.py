@@ -191,6 +191,7 @@ class ConstrainedHamiltonian:
     @cached_property
     def mathematics(self) -> str:
         """Exact text of equations, parameters with defaults, cases, integrals, chart and flow; the same for all ways to write them."""
+        # Without descriptions, unlike the fingerprint: stored runs are found by this text, and a new word must not lose them.
         cases = {name: (case.q, case.p, case.parameters, case.on_singular) for name, case in self.cases.items()}
         return mathematics(self._all_parts, list(self.integrals), cases, self.parameters)
 
@@ -217,6 +218,7 @@ class ConstrainedHamiltonian:
             )
         if self.M is not None and self.M.shape != (self.d, self.d):
             raise InvalidProblem(f"the mass matrix M has shape {self.M.shape}, but there are {self.d} positions.")
+        # Simplified, because entries may be equal without being written alike.
         if self.M is not None and sp.simplify(self.M - self.M.T) != sp.zeros(self.d, self.d):
             raise InvalidProblem("the mass matrix M is not symmetric.")
         for name, case in self.cases.items():
@@ -282,6 +284,7 @@ class ConstrainedHamiltonian:
         """Return the required number of eta: positions minus constraints, or the number of xi if constraints may be redundant."""
         least = self.d - self.m
         redundant = any(case.on_singular == "least-squares" for case in self.cases.values())
+        # The rank of G is a question of numbers, which a definition does not have yet: the chart itself says how large it is.
         return min(max(len(chart.xi), least, 1), self.d - 1) if redundant else least
 
 

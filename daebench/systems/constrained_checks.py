@@ -48,6 +48,7 @@ def check_parts(problem: Problem) -> None:
         check_mass(problem.M)
     for name, kind in (("kinetic_flow", "KineticFlow"), ("chart", "Chart"), ("picture", "Picture")):
         given = getattr(problem, name)
+        # By name, because the classes import this file.
         if given is not None and type(given).__name__ != kind:
             raise InvalidProblem(f"{name} is a {type(given).__name__}; it must be a {kind}, or be left out.")
     if problem.closed_form is not None and not callable(problem.closed_form):
@@ -70,6 +71,7 @@ def check_mass(M: Any) -> None:
         raise InvalidProblem(f"the mass matrix M must be a SymPy Matrix, but is a {type(M).__name__}.")
     check_real("M", list(M))
     for k in range(min(M.shape)):
+        # A row of zeros is found here without numbers; all other singular matrices are left to the check of the start.
         if not any(M.row(k)):
             why = f"row {k + 1} is 0, so that position {k + 1} has no mass"
             raise InvalidProblem(f"the mass matrix M is singular: {why}; give it one, or eliminate it by another choice of q.")
@@ -92,7 +94,8 @@ def check_smooth(name: str, expression: Any, state: Iterable[sp.Symbol]) -> None
     functions = sp.sympify(expression).atoms(AppliedUndef, *OPEN, *KINKED)
     if name.startswith("g[") and (rates := [function for function in functions if isinstance(function, sp.Derivative)]):
         raise nonholonomic(rates)
-    for function in sorted(functions, key=lambda one: (one.count_ops(), str(one))):
+    # Sorted, so that the message names the same function in every process: the order of a set changes.
+    for function in sorted(functions, key=lambda function: (function.count_ops(), str(function))):
         if isinstance(function, AppliedUndef):
             raise InvalidProblem(f"{name} contains {function}, a function that is not defined; write out its definition.")
         if isinstance(function, OPEN):
@@ -111,7 +114,7 @@ def nonholonomic(symbols: Iterable[Any]) -> InvalidProblem:
 
 
 def strange(where: str, extra: Iterable[sp.Symbol], known: Iterable[sp.Symbol]) -> InvalidProblem:
-    """Return the error for symbols that an expression may not contain. One may have the name of a declared symbol but differ from it."""
+    """Return the error for symbols that an expression may not contain; one may differ from a declared symbol in its assumptions only."""
     if same := {str(symbol) for symbol in set(extra) - set(known)} & {str(symbol) for symbol in known}:
         names = ", ".join(sorted(same))
         return InvalidProblem(

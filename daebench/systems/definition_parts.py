@@ -121,7 +121,8 @@ def check_size(name: str, expression: sp.Basic) -> None:
 def extent(expression: sp.Basic) -> tuple[int, int]:
     """Return the number of nodes of a written-out expression, and its depth; shared subexpressions are visited once."""
     known: dict[int, tuple[int, int]] = {}
-    arguments: dict[int, tuple[sp.Basic, ...]] = {}  # held, so that no other object gets the id of one of them
+    arguments: dict[int, tuple[sp.Basic, ...]] = {}  # kept alive, so that no other object gets an id that is in use here
+    # A stack of its own: what is checked here may be nested deeper than Python can recurse.
     stack = [expression]
     while stack:
         node = stack[-1]

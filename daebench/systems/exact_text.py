@@ -32,6 +32,7 @@ def _declared(known: frozenset[tuple[str, bool]]) -> str:
     """Return all that is known of a symbol in the fewest words from which it follows: real=True for real=True, finite=True."""
     words = [word for word in ASSUMPTIONS if (word, True) in known]
     choices = (dict.fromkeys(choice, True) for size in range(len(words) + 1) for choice in combinations(words, size))
+    # From few to many words, so that the first set from which all follows is the one that a file would write.
     declared = next((choice for choice in choices if sp.Symbol("x", **choice).assumptions0.items() == known), dict(sorted(known)))
     return "".join(f", {name}={value}" for name, value in declared.items())
 
@@ -50,8 +51,9 @@ def case_texts(cases: Mapping[str, Any]) -> list[tuple[Any, ...]]:
 
 def to_the_last_digit(values: Sequence[Any]) -> Sequence[Any]:
     """Return the values of a case, with the exact text of those whose numbers SymPy would print with 15 digits."""
+    # Only these: other texts stay as they always were, so that what was stored under them is found again.
     rounded = [isinstance(value, sp.Basic) and value.has(sp.Float) for value in values]
-    return [exact(value) if some else value for value, some in zip(values, rounded, strict=True)] if any(rounded) else values
+    return [exact(value) if has_float else value for value, has_float in zip(values, rounded, strict=True)] if any(rounded) else values
 
 
 def _texts(part: Any) -> Any:

@@ -30,6 +30,7 @@ def extended(problem: ConstrainedHamiltonian) -> ConstrainedHamiltonian:
         q=(*problem.q, t),
         p=(*problem.p, p_t),
         H=None if problem.H is None else sp.sympify(problem.H) + p_t,
+        # A 1 and not 0, so that M stays regular wherever it is inverted.
         M=None if problem.M is None else sp.diag(problem.M, 1),
         t=None,
         force=None,
@@ -64,6 +65,7 @@ def _closed_form(problem: ConstrainedHamiltonian) -> Callable[..., Any]:
         q, p = given(t, q0[:d], p0[:d], parameters)
         H = energy(problem)
         values = list(parameters.values())
+        # p_t follows from the energy: K = H + p_t is constant, whatever the forces.
         received = H(*q, *p, q0[d] + t, *values) - H(*q0[:d], *p0[:d], q0[d], *values)
         return [*q, q0[d] + t], [*p, p0[d] - received]
 
@@ -92,6 +94,7 @@ def _kinetic_flow(flow: KineticFlow, t: sp.Symbol, p_t: sp.Symbol) -> KineticFlo
 
 def _chart(chart: Chart, t: sp.Symbol, p_t: sp.Symbol) -> Chart:
     """Return the chart with time and p_t among the local coordinates."""
+    # Symbols of their own: local coordinates must not be positions or momenta of the problem.
     tau, p_tau = sp.Symbol(f"{t}_local", real=True), sp.Symbol(f"{p_t}_local", real=True)
     at_tau = {t: tau}
     return Chart(

@@ -24,7 +24,7 @@ def sphere(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, mass: Exact, lengt
 
     With the given length in w, and not |q|, an error of |q| does not grow but decays by the factor cos(w t).
 
-    Shapes: q, p (d,).
+    q and p are of shape(d,).
     """
     _same_length(q, p)
     w = sp.sqrt(sum(x**2 for x in p) / (mass * length) ** 2 + TINY)
@@ -44,7 +44,7 @@ def rotation(q: Sequence[sp.Symbol], p: Sequence[sp.Symbol], *, c: Exact) -> Kin
         Q(t) = Q R     P(t) = P R     R = I + sin(w t)/w W + (1 - cos(w t))/w^2 W^2
         W = (Q^T P - P^T Q) / (2 c)   w^2 = 1/2 |W|^2
 
-    Shapes: q, p (9,).
+    q and p are of shape(9,), row by row.
     """
     _same_length(q, p)
     if len(q) != 9:
@@ -71,7 +71,8 @@ def product(*factors: KineticFlow) -> KineticFlow:
 def _turn(w: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """Return sin(w t) and 1 - cos(w t) from the tangent of the half angle, for which every rounded value gives an exact rotation.
 
-    Otherwise the rounding of cos(w t), equal in every step of a uniform motion, would accumulate.
+    A rounded cosine and sine are not exactly those of one angle. In a uniform motion their error is the same in every step, and would
+    accumulate.
     """
     tau = sp.tan(w * TIME / 2)
     share = 2 / (1 + tau**2)

@@ -125,6 +125,7 @@ class PoissonLattice:
         for what, functions in (("Casimir function", self.casimirs), ("integral", self.integrals)):
             check_functions(what, functions)
         self._check_symbols()
+        # Without cases and values of parameters, on which the identities do not depend: they are verified once for all of these.
         structure = mathematics([*self._all_parts, list(self.parameters)], self._names, {}, {})
         self.expanded(VERIFIED_ON, verify=structure not in _VERIFIED)
         _VERIFIED.add(structure)
@@ -202,6 +203,7 @@ class PoissonLattice:
 
         def at(expression: sp.Expr, k: int) -> sp.Expr:
             """Return an expression of a site and its neighbours at site k, counted from 0."""
+            # Site -1 is the last one by Python's indices, which makes the lattice periodic; the other end takes the remainder.
             pairs = zip((self.left, self.here, self.right), (k - 1, k, (k + 1) % sites), strict=True)
             substitution = {symbol: symbols[i][where] for fields, where in pairs for i, symbol in enumerate(fields)}
             return sp.sympify(expression).xreplace(substitution | {self.site: sp.Integer(k + 1)})

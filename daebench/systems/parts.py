@@ -8,7 +8,7 @@ class Parts:
     """Parts of a mechanism in words."""
 
     constraints: tuple[str, ...]
-    """What each constraint keeps, in the order of g."""
+    """Quantity that each constraint keeps, in the order of g."""
     dropped: tuple[str, ...] = ()
     """Joints that add no equation, each in a sentence that says which keep them."""
     forces: tuple[str, ...] = ()

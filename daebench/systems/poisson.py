@@ -178,6 +178,7 @@ class PoissonSystem:
         self._check_sizes()
         self._check_symbols()
         if verify:
+            # In this order: each check assumes those before it, the Jacobi identity for example a skew B.
             for identity in (check_skew, check_jacobi, check_casimirs, check_splitting, check_darboux):
                 identity(self)
 

@@ -53,9 +53,11 @@ def check_jacobi(system: System) -> None:
         rows[i][j] = entry
     sums: dict[tuple[int, ...], list[sp.Expr]] = defaultdict(list)
     for (i, j), entry in entries.items():
+        # Entries with i < j only: the others are their negatives, and would add each term twice.
         for m, slope in gradient(entry, index).items() if i < j else ():
             for k, other in rows[m].items():
                 if k not in (i, j):
+                    # A cyclic permutation of i, j, k leaves the term as it is, and an odd one changes its sign.
                     sums[tuple(sorted((i, j, k)))].append((-1 if i < k < j else 1) * slope * other)
     claims = {_names(system, *triple): sp.Add(*sums[triple]) for triple in sorted(sums)}
     _refuse(system, claims, "the Jacobi identity (2.10) fails at the triple {where}: its sum is {what}, not 0.")

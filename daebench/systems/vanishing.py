@@ -18,13 +18,13 @@ from daebench.errors import InvalidProblem
 DIGITS, ZERO = 50, "1e-30"
 POINTS, TRIES = 3, 400
 SMALL = 60
-"""Number of operations up to which an expression is expanded before it is evaluated."""
+"""Largest number of operations of an expression that is expanded before it is evaluated."""
 
-Found = tuple[str, str]
+Violation = tuple[str, str]
 Point = list[Any]
 
 
-def first_nonzero(claims: Mapping[str, sp.Expr], symbols: Sequence[sp.Symbol], domain: Sequence[sp.Expr]) -> Found | None:
+def first_nonzero(claims: Mapping[str, sp.Expr], symbols: Sequence[sp.Symbol], domain: Sequence[sp.Expr]) -> Violation | None:
     """Return the name of the first expression that does not vanish, and its value; None if all vanish."""
     open_ = {name: expression for name, expression in claims.items() if not expands_to_zero(expression)}
     if not open_:
@@ -57,6 +57,7 @@ def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], doma
             if summands is None:
                 continue
             for k, parts in enumerate(summands):
+                # Relative to the terms, which may cancel; the 1 covers a single term that cancels within itself.
                 size, scale = abs(mp.fsum(parts)), 1 + mp.fsum(abs(part) for part in parts)
                 verdicts[k] = max(verdicts[k][0], size), verdicts[k][1] and bool(size <= mp.mpf(ZERO) * scale)
             left -= 1
@@ -71,6 +72,7 @@ def _evaluate(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], doma
 def _at(values: Any, inside: Any, point: Point) -> list[list[Any]] | None:
     """Return the terms of all expressions at a point; None if it is outside the domain or a value there is not finite."""
     try:
+        # Outside of real numbers a bound may be complex, which cannot be compared with 0.
         if not all(mp.im(bound) == 0 and mp.re(bound) > 0 for bound in inside(*point)):
             return None
         terms: list[list[Any]] = values(*point)
@@ -83,8 +85,10 @@ def _candidates(symbols: Sequence[sp.Symbol]) -> Iterator[Point]:
     """Yield points of exact numbers, of four sizes, alternately with any signs that the symbols allow and all positive."""
     draw = random.Random(1)
     for k in range(TRIES):
+        # Dyadic numbers, exact in binary: the points themselves have no rounding.
         point = [mp.mpf(draw.randrange(2**18, 2**20 + 2**19)) / 2**20 for _ in symbols]
         signs = [-1 if draw.random() < 0.5 and k % 2 == 0 and not symbol.is_positive else 1 for symbol in symbols]
+        # Four sizes, because a domain may be small; and every other point is positive, which random signs rarely make all coordinates.
         yield [sign * value / 2 ** (k // 2 % 4) for sign, value in zip(signs, point, strict=True)]
 
 

@@ -36,7 +36,7 @@ LEFT_TO_RUNS = (START, RANK)
 """Mistakes that a run may accept: a start may be projected, and dependent constraints solved by least squares."""
 
 DECIDING = ("diagnostics", "systems")
-"""Packages on which the check of a problem depends: whole packages, so that no file can be missed."""
+"""Packages on which the check of a problem depends. They are whole packages, so that no file is forgotten."""
 
 Check = Callable[[Any], str]
 
@@ -73,7 +73,8 @@ def held(ivp: Ivp, tell: Callable[[str], None] = lambda what: None) -> list[Held
     tell : callable
         Called with the name of each check before it begins.
     """
-    declared = make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp  # numbers that are given are not the file's mistake
+    # With the numbers of the file: those that a caller gives are not its mistake.
+    declared = make_ivp(ivp.source, ivp.case) if ivp.case in ivp.facts.CASES else ivp
     findings: list[Held] = []
     for what, check in _checks(declared).items():
         tell(what)
@@ -103,6 +104,7 @@ def require_sound(ivp: Ivp) -> None:
         for finding in held(ivp):
             if finding.fault and finding.what not in LEFT_TO_RUNS:
                 raise InvalidProblem(finding.fault)
+        # Only a sound case is cached: a mistake is found again, with its message, until the file is corrected.
         return '"""Nothing is wrong."""'
 
     if ivp.case in ivp.facts.CASES:
@@ -133,14 +135,16 @@ def _checks(ivp: Ivp) -> Mapping[str, Check]:
 
 
 def start(ivp: ConstrainedIvp) -> str:
-    """Return which constraint the start does not meet, and by how much; "" where it meets them all."""
+    """Return a sentence on the constraint that the start violates, with its residual; "" if it satisfies all of them."""
     state = tuple(ivp.p0), tuple(ivp.q0)
     scales = allowed(ivp)
     for name, at, values, scale in (
         ("g", "q0", ivp.value("g", state[1]), scales[0]),
         ("G H_p", "q0, p0", ivp.value("Gv", *state), scales[1]),
     ):
+        # A value that is not finite is the worst of all.
         k = int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))
+        # "not <=", so that NaN is a mistake.
         if not abs(values[k]) <= scale:
             if name == "g" and (why := contradiction(ivp)):
                 return why
@@ -166,7 +170,7 @@ def independent(ivp: ConstrainedIvp) -> str:
 
 
 def _counted(ivp: ConstrainedIvp) -> str:
-    """Return how many degrees of freedom there are at the start, and which constraints are redundant, with their expressions."""
+    """Return the degrees of freedom at the start, and the redundant constraints with their expressions."""
     counted = freedom(ivp)
     if counted is None:
         return ""
@@ -205,7 +209,7 @@ def _unusual(ivp: ConstrainedIvp) -> str:
 
 
 NOTES = {RANK: _counted, HESSIAN: _unusual}
-"""What is reported beside a check, besides a fault."""
+"""Notes that are reported with a check, whether or not there is a fault."""
 
 
 def smooth(ivp: ConstrainedIvp) -> str:

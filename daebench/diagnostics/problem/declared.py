@@ -44,6 +44,7 @@ def integrals(ivp: ConstrainedIvp) -> str:
         seen += 1
         rate = np.concatenate(rates(ivp, p, q))
         for name, slope in zip(problem.integrals, np.array(slopes(p, q), dtype=float), strict=True):
+            # Relative to the moduli of its terms, so that the rounding of terms that cancel is no violation.
             change, scale = float(slope @ rate), float(np.abs(slope) @ np.abs(rate))
             if not abs(change) <= CLOSE * scale:
                 where = f"its derivative along the motion is {change:.3g} at q = {text(q)}, p = {text(p)}, and not 0"
@@ -54,6 +55,7 @@ def integrals(ivp: ConstrainedIvp) -> str:
 def closed_form(ivp: Ivp) -> str:
     """Hold the closed form against the initial values at time 0, and against the equations of motion there and 1 s later."""
     where = f"{ivp.problem}, case {ivp.case!r}: closed_form"
+    # 40 digits: the difference below loses half of them, and what is left is more than double precision.
     with mp.workdps(40):
         start, values = exact_start(ivp)
         given = ivp.source.derivation.problem.closed_form
@@ -101,12 +103,14 @@ def _flow(ivp: ConstrainedIvp, after: Callable[..., Any], p: Array, q: Array) ->
     if not (off := differs(at(0.0, x), x)) <= CLOSE:
         return f"over time 0 moves the state by {off:.3g} of its size"
     h = t / 100
+    # Fourth order, so that a step of a hundredth is accurate to 1e-8 without the rounding of a smaller one.
     rate = (8 * (at(h, x) - at(-h, x)) - (at(2 * h, x) - at(-2 * h, x))) / (12 * h)
     if not (off := without_potential(ivp, p, q, rate)) <= ROUGH:
         return f"misses p' = -T_q - G^T lam, q' = H_p by {off:.3g} of their size"
     end = at(t, x)
     if not (off := off_manifold(ivp, end[: ivp.d], end[ivp.d :])) <= CLOSE:
         return f"leaves the manifold, by {off:.3g} of the motion"
+    # A flow has to be a group: this finds a formula that is right to first order in t only.
     if not (off := differs(at(t, end), at(2 * t, x))) <= CLOSE:
         return f"over a time twice is not that over twice the time, by {off:.3g} of the state's size"
     return ""
@@ -120,6 +124,7 @@ def chart(ivp: ConstrainedIvp) -> str:
     seen = 0
     for p, q in points(ivp):
         x = np.array(forth(p, q, *np.array(back(p, q), dtype=float)), dtype=float)
+        # Charts may be singular at single states; the others decide.
         if not np.all(np.isfinite(x)):
             continue
         seen += 1

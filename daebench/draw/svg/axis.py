@@ -66,7 +66,9 @@ class Axis:
     def ticks(self, most: int = TICKS) -> tuple[list[tuple[float, Markup]], int]:
         """Return values of ticks, about ``most`` at most, with their labels, and the exponent of the common power of ten."""
         if self.log:
+            # Ends that are powers of ten but for rounding have their ticks.
             decades = range(math.ceil(math.log10(self.low) - 1e-9), math.floor(math.log10(self.high) + 1e-9) + 1)
+            # Powers of ten alone say nothing on an axis of less than two; it gets the ticks of a linear one.
             if len(decades) >= 2:
                 stride = math.ceil(len(decades) / most)
                 return [(10.0**k, power(k)) for k in decades if k % stride == 0], 0
@@ -104,6 +106,7 @@ def around(label: str, *values: npt.ArrayLike, log: bool = False, floor: float =
         ends = np.log10(np.clip(numbers, max(floor, 100 * LEAST), MOST / 100)) if len(numbers) else np.array([-1.0, 0.0])
         low, high = math.floor(ends.min() - 1e-9), math.ceil(ends.max() + 1e-9)
         return Axis(label, 10.0**low, 10.0 ** max(high, low + 1), log=True)
+    # Values of failed runs may be near the largest double: the difference of the ends must not overflow.
     numbers = np.clip(numbers, -MOST / 2, MOST / 2)
     low, high = (float(numbers.min()), float(numbers.max())) if len(numbers) else (0.0, 1.0)
     extent = high - low if high - low > 1e3 * LEAST else abs(high) if abs(high) > 1e3 * LEAST else 1.0
@@ -123,6 +126,8 @@ def labels(values: Sequence[float]) -> tuple[list[Markup], int]:
     exponent = 0 if -3 <= exponent < 5 else exponent
     unit = 10.0**exponent
     places = max(0, -math.floor(math.log10(step / unit) + 1e-9))
+    # As many decimals as tell the ticks exactly: 0.25 needs two, though the step of a quarter has the size of a tenth.
     while places < DIGITS and any(abs(round(x / unit, places) - x / unit) > 1e-6 * step / unit for x in values):
         places += 1
+    # + 0.0, because -0 would be printed with its sign.
     return [Markup(f"{x / unit + 0.0:.{places}f}".replace("-", MINUS)) for x in values], exponent

@@ -113,6 +113,7 @@ class Dots:
             circle = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{}"/>')
             circles = Markup("").join(circle.format(a, b, self.radius) for a, b in zip(x[finite], y[finite], strict=True))
             return Markup('<g fill="none" stroke="{}" stroke-width="1.4">{}</g>').format(color, circles)
+        # Strokes of length zero with round caps: far less text than as many circles.
         path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x[finite].tolist(), y[finite].tolist(), strict=True))
         return Markup('<path d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round"/>').format(
             path, color, 2 * self.radius
@@ -215,6 +216,7 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
     padded[:n] = y
     whole = padded.reshape(bins, size)
     finite = np.isfinite(whole)
+    # The first gap of a bin is kept, too: a curve must not be drawn across values that are missing.
     places = (np.where(finite, whole, np.inf).argmin(axis=1), np.where(finite, whole, -np.inf).argmax(axis=1), finite.argmin(axis=1))
     indices = np.unique(np.concatenate([[0, n - 1], *(size * np.arange(bins) + place for place in places)]))
     indices = indices[indices < n]
@@ -223,9 +225,10 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
 
 def path_of(x: Array, y: Array) -> str:
     """Return points in pixels as the data of a path, with a gap at points that are not finite."""
-    there = np.isfinite(x) & np.isfinite(y)
-    pens = np.where(np.concatenate([[False], there[:-1]]), "L", "M")[there].tolist()
-    pixels = np.clip(np.stack([x[there], y[there]], axis=1), -1e5, 1e5).tolist()
+    finite = np.isfinite(x) & np.isfinite(y)
+    pens = np.where(np.concatenate([[False], finite[:-1]]), "L", "M")[finite].tolist()
+    # Points far outside of the picture are moved nearer: browsers compute paths in single precision.
+    pixels = np.clip(np.stack([x[finite], y[finite]], axis=1), -1e5, 1e5).tolist()
     return "".join(f"{pen}{a:.1f} {b:.1f}" for pen, (a, b) in zip(pens, pixels, strict=True))
 
 

@@ -100,6 +100,7 @@ def panel_svg(panel: Panel, frame: Frame) -> Markup:
 
     Its clip path is named after the frame, so two clip paths of the same name in a page are equal.
     """
+    # Named by its numbers and not by a counter, so that a panel that is drawn again has the same text.
     name = "clip" + "-".join(f"{length:.0f}" for length in (frame.left, frame.top, frame.width, frame.height))
     box = Markup('x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"').format(frame.left, frame.top, frame.width, frame.height)
     title = Markup('<text class="title" x="{:.1f}" y="{:.1f}">{}</text>').format(frame.left, frame.top - 9, panel.title)
@@ -145,12 +146,13 @@ def legend(panels: Sequence[Panel], top: float, width: float) -> tuple[Markup, i
     named = {mark.name: mark for panel in panels for mark in panel.marks if isinstance(mark, Curve | Dots | Area | Tiles) and mark.name}
     parts, x, line = [], 10.0, 0
     for name, mark in named.items():
-        long = 48 + 7.2 * len(Markup(name).striptags())
-        if x + long > width and x > 10.0:
+        # 7.2 pixels a letter: the width of text is known only to the browser.
+        entry_width = 48 + 7.2 * len(Markup(name).striptags())
+        if x + entry_width > width and x > 10.0:
             x, line = 10.0, line + 1
         y = top + LINE * line + 10
         parts.append(sample(mark, x, y) + Markup('<text x="{:.1f}" y="{:.1f}">{}</text>').format(x + 34, y + 4, name))
-        x += long
+        x += entry_width
     return Markup("").join(parts), line + 1 if named else 0
 
 

@@ -32,13 +32,13 @@ Ivp = TypeVar("Ivp", bound=ConstrainedIvp | PoissonIvp)
 Result = TypeVar("Result")
 
 INTEGRATE, FIRST = (("daebench.schemes.kernels.loop", name) for name in ("integrate", "first"))
-"""What is called of a generated module: the loop, and, where it monitors what is conserved, the values at the start."""
+"""Functions of a generated module that are called: the loop and, if it monitors conserved quantities, their values at the start."""
 
 ALONE = ("daebench.schemes.kernels.alone", "alone")
 """One step by itself, where code has a loop of its own."""
 
 INITIALISE = ("daebench.schemes.kernels.constrained", "initialise")
-"""What is called too where a scheme remembers something from step to step."""
+"""The function that is also called if a scheme has a memory from step to step."""
 
 
 _ITERATED: dict[str, frozenset[str]] = {}
@@ -105,7 +105,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return {}
 
     def _in_loops(self, ivp: Ivp, precision: str) -> bool:
-        """Return whether vectors in a kernel are arrays where those of the problem's functions are tuples: not if nothing else is said."""
+        """Return whether vectors in a kernel are arrays although those of the problem's functions are tuples; by default they are not."""
         return False
 
     @property
@@ -121,6 +121,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def weighted(self, weights: Array) -> Self:
         """Return the same method with other weights of its composition, shape(k,)."""
         method: Self = replace(self)  # type: ignore[type-var]
+        # Set beside the dataclass: the weights are a cached property, and the name of the method stays that of the composition.
         vars(method)["weights"] = np.array(weights, dtype=float)
         return method
 
@@ -144,6 +145,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
 
     def _key(self, ivp: Ivp, options: Mapping[str, Any]) -> str:
         """Return a text that is the same for problems and methods with the same generated module."""
+        # No numbers in it: parameters, tableaux and weights are run-time data, so that one module serves all of them.
         return f"{ivp.source.key} {self.scheme_module} {self.splitting} {sorted(options.items())}"
 
     def source(self, ivp: Ivp, precision: str, watch: tuple[str, ...], *, singular: str = "") -> str:
@@ -155,8 +157,8 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         options = self._options(ivp, precision, (), count=False, stage_multipliers=True, singular=ivp.singular)
         linking, roots = self._linker(ivp, options)
         linked = self.linked(ivp, types.ModuleType("none"), h)
-        state, held = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
-        state = tuple(map(held, state)) if isinstance(state, tuple) and np.ndim(state[0]) else held(state)
+        state, convert = linked.enter(ivp.start), np.asarray if linked.arrays or options.get("loops") else _tuples
+        state = tuple(map(convert, state)) if isinstance(state, tuple) and np.ndim(state[0]) else convert(state)
         output = [("daebench.schemes.kernels.language", "output")] * (self.form in MAPPED)
         return linking.module(f"{self.name} on {ivp.problem}.", [*roots, ALONE, *output]), state, _tuples(linked.par)
 
@@ -176,6 +178,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
     def _linker(self, ivp: Ivp, options: Mapping[str, Any]) -> tuple["Linker", Sequence[tuple[str, str]]]:
         """Return the linker of a generated module, and the functions that the module needs."""
         linked = linker(self._derivation(ivp), self.scheme_module, **options)
+        # Rounding errors of compensated sums are a memory, too.
         remembers = linked.constants["MULTISTEP"] or self.compensated
         return linked, [INTEGRATE, *[FIRST] * bool(linked.monitored.conserved), *[INITIALISE] * bool(remembers)]
 
@@ -183,6 +186,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         """Return the kinds of work, as in ``Trajectory.work``, that are done in the iterations of a step."""
         options = self._options(ivp, "float64", (), count=False, stage_multipliers=False, singular="")
         key = self._key(ivp, options)
+        # The answer needs the linker, which takes longer than a short run.
         if key not in _ITERATED:
             _ITERATED[key] = frozenset(self.read(ivp).iterated)
         return _ITERATED[key]
@@ -257,7 +261,7 @@ class FixedStepMethod(ABC, Generic[Ivp, Result]):
         return f"dual{width(ivp, request.sensitivities)}" if request.sensitivities else request.precision
 
     def _differentiated(self, ivp: Ivp, request: Request, grid: Grid, kernel: types.ModuleType) -> Linked:
-        """Return the scheme linked to a problem, with its derivatives where they are asked for."""
+        """Return the scheme linked to a problem, with its derivatives if the request has sensitivities."""
         linked = self.linked(ivp, kernel, grid.h)
         if not request.sensitivities:
             return linked

@@ -49,6 +49,7 @@ def _equal_steps(before: int) -> tuple[str, ...]:
     """Return the weights of order 4 that are all equal but the middle one: sum gamma_i^3 = 0, to 50 digits."""
     with localcontext(prec=50):
         n = Decimal(2 * before)
+        # n weights gamma and the middle one 1 - n gamma: the cubes vanish where n gamma^3 = (n gamma - 1)^3.
         return (str(1 / (n - n ** (1 / Decimal(3)))),) * before
 
 

@@ -114,6 +114,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
     def _trajectory(self, ivp: ConstrainedIvp, request: Request, run: Run) -> Trajectory:
         outcome, (t, rows) = run.outcome(), run.states()
         d, m = int(ivp.facts.D), int(ivp.facts.M)
+        # Contiguous vectors of the trajectory's own, and no views of the rows of the run.
         p, q = rows[:, :d].copy(), rows[:, d:].copy()
         return Trajectory(
             **outcome,
@@ -130,6 +131,7 @@ class FixedStep(Parts, FixedStepMethod[ConstrainedIvp, Trajectory]):
         """Return the maker of a run at its start, which monitors whether G keeps its rank."""
         began = time.perf_counter()
         mode = self.on_singular(ivp, request)
+        # Functions that the run evaluates, such as lam, solve singular systems as its steps do.
         ivp = replace(ivp, on_singular=mode)
         number = self._number(ivp, request)
         kernel = self.kernel(ivp, number, monitored, count=request.count, stage_multipliers=request.raw, singular=mode)

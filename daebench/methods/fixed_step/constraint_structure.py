@@ -9,7 +9,7 @@ from daebench.schemes.kernels.claims import STRUCTURES, WATER
 from daebench.schemes.kernels.relax import FINEST
 
 RADIUS = 1.0 - 1e-9
-"""Spectral radius from which on the expansion of LINCS counts as divergent; 1 up to the rounding of eigenvalues."""
+"""Spectral radius above which the expansion of LINCS counts as divergent; 1 up to the rounding of eigenvalues."""
 
 
 def spectral_radius(ivp: ConstrainedIvp) -> float:
@@ -30,7 +30,7 @@ def spectral_radius(ivp: ConstrainedIvp) -> float:
 
 
 def misfit(structure: str, ivp: ConstrainedIvp) -> str:
-    """Return why the constraints of a problem are not of a structure, what follows the name of a method, or ""."""
+    """Return why the constraints of a problem are not of a structure, as the text after the name of a method, or ""."""
     if structure == WATER:
         order = "written oxygen first, as |r_2 - r_1|^2 - d^2, |r_3 - r_1|^2 - d^2 and |r_3 - r_2|^2 - d_H^2"
         return "" if ivp.facts.WATER else f"needs {STRUCTURES[WATER]}, {order}, which {ivp.problem} does not have; use rattle."

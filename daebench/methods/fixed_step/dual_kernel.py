@@ -17,14 +17,15 @@ class Seeds:
     """Derivatives that a run begins with, as a kernel takes them: k of them in a tuple for each number, or None."""
 
     x: Any
-    """Those of the state that the scheme computes in."""
+    """Derivatives of the state that the scheme computes in."""
     par: tuple[Any, ...]
-    """Those of the run-time data."""
+    """Derivatives of the run-time data."""
 
 
 def width(ivp: Ivp, names: Sequence[str]) -> int:
-    """Return in how many directions a kernel carries derivatives: 1, 2, or 4, 8, 12, ..., as vectors of the processor are wide."""
+    """Return the number of directions of a kernel's derivatives: 1, 2, or a multiple of 4, the width of the processor's vectors."""
     needed = number_of_directions(ivp, names)
+    # Other widths leave lanes of the processor's vectors empty; directions of zeros fill them at no cost.
     return needed if needed < 3 else -(-needed // 4) * 4
 
 
@@ -33,6 +34,7 @@ def seeds(ivp: Ivp, chosen: Directions, enter: Any, data: int) -> Seeds:
     start = np.concatenate(ivp.start)
     columns = []
     for par, moved in zip(chosen.par.T, chosen.start.T, strict=True):
+        # The map into the scheme's coordinates may depend on parameters, so that it is differentiated with the start.
         columns.append(enter(moved_by(ivp, par))(ivp.vectors(start + 1j * STEP * moved)))
     form = enter(ivp)(ivp.start)
     if np.ndim(form[0]) == 0:
@@ -54,6 +56,7 @@ class DualKernel:
         self.module, self.x, self.par, self.memory = module, begin.x, begin.par, ()
         self.chosen, self.end = chosen, chosen.start
         size, k = chosen.start.shape
+        # The start before the outputs, and the end after them.
         self.rows = np.zeros((k, rows + 2, size))
         self.rows[:, 0] = chosen.start.T
         if hasattr(module, "initialise_dual"):
@@ -70,6 +73,7 @@ class DualKernel:
         """Take steps as ``integrate`` of a generated module does, and store the derivatives of a state where the state is."""
         *progress, states, stage_lams, par = loop
         last = self.rows.shape[1] - 1
+        # The loop is called with the rest of the outputs: the rows of derivatives that belong to it end where the outputs end.
         outputs = (states, self.rows[:, last - len(states) : last])
         result, (self.x, self.memory, end) = self.module.integrate_dual(
             x, memory, *progress, outputs, stage_lams, par, self.x, self.memory, self.par
@@ -78,7 +82,7 @@ class DualKernel:
         return result
 
     def sensitivities(self, stored: int, n: int, parts: Mapping[str, slice]) -> dict[str, dict[str, Array]]:
-        """Return the derivatives of n states, by name of what they are taken by and of the part; ``parts`` has their places in a state.
+        """Return the derivatives of n states, by the name of a parameter or initial value and of the part; ``parts`` has places in a state.
 
         The states are the start, those that were stored, and the end where that is not one of them.
         """

@@ -89,6 +89,7 @@ class Lifted:
         Maxima of errors are over the outputs, and are marked so; work is that of the method on the constrained system.
         """
         self.check(ivp, request)
+        # Nothing is monitored above: errors of y are those of the mapped states.
         trajectory = _mapped_down(self.name, ivp, self.method.solve(above(ivp), replace(request, watch=())))
         return replace(trajectory, maxima=output_maxima(ivp, request.watched(ivp.state), trajectory.y))
 
@@ -144,6 +145,7 @@ def _mapped_down(name: str, ivp: PoissonIvp, run: Trajectory) -> PoissonTrajecto
     outcome |= {"problem": ivp.problem, "case": ivp.case, "method": name, "parameters": dict(ivp.parameters)}
     failure = _told(name, ivp, run.failure) if run.failure else None
     y = np.array(_falling(ivp)(run.p.T, run.q.T), dtype=float).T
+    # The start as it was given: the way up and down rounds it.
     y[0] = ivp.y0
     return PoissonTrajectory(**outcome | {"failure": failure, "maxima_over": "outputs"}, y=y)
 

@@ -69,6 +69,7 @@ class Parts:
             return f"{self.scheme} cannot be run on the form {self.form}; use one of {', '.join(taken)}."
         if self.composition and (multistep or not base.symmetric or base.order != 2):
             return f"{self.composition} composes symmetric one-step methods of order 2, which {self.base} is not; use rattle or strang."
+        # A scheme with g = 0 alone expects a start with G H_p = 0, which its own substeps do not leave behind.
         if (self.composition or self.projection == "symproj") and base.keeps_g and not base.keeps_Gv:
             part = f"/{self.composition}" if self.composition else "+symproj"
             return f"the momenta of {self.base} leave the manifold, so its steps cannot be combined; leave out {part}."
@@ -196,5 +197,6 @@ def _unwritten(ivp: "ConstrainedIvp", file: str, **structure: Any) -> str:
             why = str(error)
         return f'"""Whether {file} is loops over nodes of {ivp.problem}."""\n\nWHY = {why!r}\n'
 
+    # The linker is asked once for each file: for a long chain the answer takes longer than a short run.
     key = f"{ivp.source.key} {file} {sorted(structure.items())} loops"
     return str(generated(f"{ivp.problem}_{file}_loops", key, build).WHY)

@@ -81,12 +81,14 @@ class PoissonStep(FixedStepMethod[PoissonIvp, PoissonTrajectory]):
     def is_poisson(self, ivp: InitialValueProblem) -> bool:
         """Return whether the method claims to be a Poisson integrator for this system: whether B is of the class that it states."""
         kind, facts = self.member.poisson, ivp.facts
+        # In canonical coordinates every symplectic scheme is a Poisson integrator, HLW VII.4.3.
         if self.form == "darboux":
             return bool(kind)
         return bool({"split": facts.SPLITTINGS, "constant": facts.CONSTANT, "bilinear": facts.BILINEAR, "": False}[kind])
 
     def keeps(self, ivp: InitialValueProblem) -> tuple[str, ...]:
         """Return the names of the conserved quantities that the method claims to keep to round-off: "energy", Casimirs, integrals."""
+        # In canonical coordinates linear and quadratic integrals are of another form, and are not kept.
         integrals = {"linear": ivp.facts.LINEAR, "quadratic": ivp.facts.QUADRATIC, "": ()}["" if self.form else self.member.keeps]
         casimirs = ivp.facts.CASIMIRS if self.is_poisson(ivp) or self.form == "darboux" else ()
         return tuple(dict.fromkeys((*casimirs, *integrals)))

@@ -28,7 +28,7 @@ from daebench.schemes.kernels.rank import RANK_LOST
 
 
 def loss_at_start(ivp: ConstrainedIvp, mode: str, kernel: Any, h: float) -> tuple[str | None, float | None]:
-    """Return how constraints depend on each other at the start, and when G loses rank if within the next steps; None for neither."""
+    """Return a sentence on dependent constraints at the start, and the time of a loss of rank within the next steps; None for neither."""
     why = dependence(ivp) if mode != "least-squares" and not kernel.ELEMENTWISE else None
     return why, upcoming_loss(ivp, ivp.p0, ivp.q0, h, WITHIN)
 
@@ -63,13 +63,14 @@ class RankRun(Run):
             self._lose_rank(t)
 
     def _upcoming(self, within: int) -> float | None:
-        """Return when G loses rank, if the present state tells that it does so within so many steps."""
+        """Return the time at which G loses rank, if the present state predicts it within this number of steps; else None."""
         t = upcoming_loss(self.ivp, *self._state(), self.grid.h, within)
         return None if t is None else self.done * self.grid.h + t
 
     def sentence(self, report: Sequence[Any], tried: int) -> str:
-        """Return why the run stopped; where G is about to lose rank, that is why, and where it is not, a singular step is too large."""
+        """Return why the run stopped: G is about to lose rank or, if it is not and the step is singular, the step is too large."""
         t = self._upcoming(AFTER_FAILURE)
+        # A light mass comes before a loss of rank: it makes G M^-1 G^T nearly singular, too, and a smaller h resolves it.
         if t is not None and (light := badly_scaled(self.ivp, *self._state(), t - self.done * self.grid.h)):
             return f"{super().sentence(report, tried)[:-1]}; {light}."
         if t is not None and self._loses_rank(AFTER_FAILURE):
@@ -90,6 +91,7 @@ class RankRun(Run):
 
     def _lose_rank(self, t: float | None = None) -> None:
         """Stop before the step in which G loses rank, at about time t, or go on step by step until it is passed."""
+        # In the order of time: the record has the latest first, behind the smallest so far.
         pivots = [float(pivot) for pivot in self.pivots[:0:-1]]
         if t is None:
             t = self._ahead + zero_of([(self.done - 1) * self.grid.h, self.done * self.grid.h], pivots)
@@ -111,7 +113,9 @@ class RankRun(Run):
     def _pass(self, t: float, pivot: float) -> None:
         """Go on step by step until the place is passed, and note the branch."""
         p, q = self._state()
+        # The record has 0 before the first steps; the measure itself is then evaluated.
         crossing = Crossing(self.ivp, t, self.done * self.grid.h, p, q, pivot or float(self.ivp.value("independence", p, q)))
+        # Step by step, because pivots of single steps show when the place is passed.
         for _ in range(min(MOST_STATES, self.grid.steps - self.done)):
             self._advance(1)
             if self.failure is not None:
@@ -123,7 +127,7 @@ class RankRun(Run):
 
     @property
     def _ahead(self) -> float:
-        """How far the substeps of a composition go beyond the end of its step: pivots, but not what one constraint tells, are of there."""
+        """Time by which substeps of a composition exceed its step; pivots are of that time, the measure of one constraint is not."""
         if self.ivp.m == 1 or (self.ivp.arrays and not self.ivp.facts.EXPLICIT):
             return 0.0
         return self.grid.h * max(0.0, float(np.max(np.cumsum(self.linked.weights), initial=1.0)) - 1.0)

@@ -12,7 +12,7 @@ from daebench.methods.monitored_errors import monitored_names
 from daebench.runs.ivp import InitialValueProblem
 
 MOST = 24
-"""Numbers of a state up to which tuples are written out as variables."""
+"""Largest number of numbers in a state: tuples are written out as variables."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,7 @@ def numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: floa
 def _numbers(method: FixedStepMethod[Any, Any], ivp: InitialValueProblem, h: float) -> tuple[Any, Any]:
     """Return the state that the scheme computes in at the problem's start, and the run-time data."""
     linked = method.linked(ivp, _no_module(), h)
+    # The module is not called: what a page runs is JavaScript.
     return linked.enter(ivp.start), linked.par
 
 

@@ -25,7 +25,7 @@ TURNED = 10
 """Status where the equations of a step are singular although G keeps its rank."""
 
 REDUNDANT = "see whether constraints are redundant, or G has lost rank or a chart is singular there"
-"""What to do where an iteration matrix is singular."""
+"""Advice if an iteration matrix is singular."""
 
 REASONS = {
     1: ("the iteration did not converge in {sweeps} iterations, residual {residual:.2e}", "use a smaller h"),
@@ -75,9 +75,10 @@ IN_SHORT = {
 """The reason in two or three words, for tables and pictures of many runs."""
 
 SIMPLIFIED = REASONS | {1: (REASONS[1][0], f"{REASONS[1][1]}; {ITS_OWN}")}
-"""The same for a scheme whose iteration omits derivatives."""
+"""The reasons of a scheme whose iteration omits derivatives."""
 
 CHUNK_SECONDS = 0.2
+"""Time between two calls of the loop: often enough for progress and Ctrl-C, and so seldom that calls cost nothing."""
 
 
 @dataclass(frozen=True)
@@ -115,16 +116,17 @@ class Linked:
 
 
 MOST_LOOKED_AT = 2**20
-"""Numbers in all states that a run looks at, about."""
+"""Approximate number of numbers in all states that a run looks at."""
 
 
 def _looks(request: Request, size: int) -> int:
-    """Return how many states of a size are looked at along a run."""
+    """Return the number of states that are looked at along a run, given the size of a state."""
     return max(1, min(request.looks, MOST_LOOKED_AT // size))
 
 
 def next_piece(piece: int, took: float) -> int:
-    """Return how many steps take a fifth of a second if ``piece`` steps took ``seconds``; at most eight times as many."""
+    """Return the number of steps that take a fifth of a second if ``piece`` steps took ``took`` seconds; at most eight times as many."""
+    # At most eightfold: the time of a short piece is uncertain, and a piece that is far too long cannot be interrupted.
     return int(min(8 * piece, max(1, piece * CHUNK_SECONDS / max(took, 1e-6))))
 
 
@@ -156,6 +158,7 @@ class Run:
         self.state_rows = np.empty((grid.rows, ivp.size), dtype=self.dtype)
         self.stage_rows = np.empty((grid.rows if stage_multipliers else 0, stage_multipliers), dtype=self.dtype)
         self.done, self.row, self.left = 0, 0, grid.every or -1
+        # The rest of the outputs, with the row where it begins: slices are made anew only when rows were stored.
         self.rest = 0, self.state_rows, self.stage_rows
         self.work = np.zeros(len(linked.work), dtype=np.int64)
         self.seconds = 0.0
@@ -166,7 +169,7 @@ class Run:
         self.interrupted = False
         self.looks: list[tuple[int, Array]] = []
         self.stride = max(1, -(-grid.steps // _looks(request, ivp.size))) if request.looks else 0
-        self.stored = bool(grid.every) and self.stride % grid.every == 0  # what is looked at is among the stored states
+        self.stored = bool(grid.every) and self.stride % grid.every == 0  # states that are looked at are then among the stored ones
         with np.errstate(all="ignore"), ExitStack() as first:
             if linking:
                 first.enter_context(uncollected())
@@ -199,6 +202,7 @@ class Run:
             self.work += self._tally(self.kernel.EACH_INITIALISE, 1) + self._tally(report[3], 1)
         if report[0]:
             self.status, self.failure = int(report[0]), self.sentence(report, 0)
+        # No steps: the loop is loaded or compiled now, so that the time of stepping has only steps in it.
         self._call(0)
 
     def _no_pivots(self) -> Any:
@@ -217,7 +221,7 @@ class Run:
         return times * np.array(counts, dtype=np.int64) if self.request.count and len(counts) else np.zeros_like(self.work)
 
     def sentence(self, report: Sequence[Any], tried: int) -> str:
-        """Return why a step could not be done, given its report and how many substeps were tried."""
+        """Return the reason for the failure of a step, given its report and the number of substeps that were tried."""
         return self.linked.failure(self.ivp, self.grid.h, self.done, self.grid.steps, tried, report)
 
     @property
@@ -230,14 +234,14 @@ class Run:
         self.x, self.memory, self.conserved, self.maxima, self.pivots = numbers
 
     def _call(self, steps: int) -> tuple[Any, float]:
-        """Return the loop's results for so many steps, and its CPU time."""
+        """Return the results of the loop for a number of steps, and its CPU time."""
         if self.rest[0] != self.row:
             self.rest = self.row, self.state_rows[self.row :], self.stage_rows[self.row :]
         args = (*self.carried, self.h, self.weights, steps, self.left, self.grid.every, *self.rest[1:], self.par)
         return timed(self.kernel.integrate, args)
 
     def _advance(self, steps: int) -> float:
-        """Take so many steps, or as many as there are; return the CPU time it took."""
+        """Take a number of steps, and return the CPU time."""
         with np.errstate(all="ignore"):
             result, took = self._call(steps)
         self.x = self.state(result[0])
@@ -247,6 +251,7 @@ class Run:
         self.done, self.row = self.done + done, self.row + rows
         self.rank_lost = report[0] == RANK_LOST
         failed = int(report[0] != 0 and not self.rank_lost)
+        # Work is counted by calls: a step that failed has done its substeps up to the failure.
         substeps = done * max(1, len(self.weights)) + failed * abs(tried)
         self.work += self._tally(work, 1) + self._tally(self.kernel.EACH_ONE_STEP, substeps)
         self.work += self._tally(self.kernel.EACH_AFTER_STEP, done + failed)
@@ -256,9 +261,9 @@ class Run:
         return took
 
     def piece(self, steps: int) -> float:
-        """Take so many steps, or as many as are left, and what is to be done where G loses rank; return the CPU time of the former.
+        """Take a number of steps, at most those that are left, and act if G loses rank; return the CPU time of the steps.
 
-        Where the last step tells that G loses rank in the next one, that stays pending for a longer run that goes on from there.
+        If the last step predicts a loss of rank in the next one, this stays pending for a longer run that continues from there.
         """
         took = 0.0
         if not self.rank_pending:
@@ -271,9 +276,11 @@ class Run:
 
     def _march(self) -> None:
         """Take all steps, in pieces of a fifth of a second."""
+        # 64 steps first: a step takes from 30 ns to seconds, and the first piece measures which.
         piece, limit = 64, time.perf_counter() + (self.request.seconds_limit or np.inf)
         while self.done < self.grid.steps and self.failure is None:
             looks = self.stride and not self.stored
+            # A piece ends where the next state is looked at; such a short piece says little about the size of the next.
             size = min(piece, self.stride - self.done % self.stride) if looks else piece
             piece = max(piece, next_piece(size, self.piece(size))) if size < piece else next_piece(piece, self.piece(piece))
             if looks and self.done % self.stride == 0:
@@ -288,13 +295,15 @@ class Run:
         return f"{self.linked.name} on {self.ivp.problem}, case {self.ivp.case}, stopped at t = {t:.9g}: {why}."
 
     def outcome(self) -> dict[str, Any]:
-        """Run, and return what a trajectory of any kind says of it."""
+        """Take all steps, and return the fields that trajectories of every kind have."""
         try:
             self._march()
         except KeyboardInterrupt:
             if not self.request.keep_interrupted:
                 raise
+            # The states so far are good: those that were stored before Ctrl-C are returned.
             self.failure, self.interrupted = self._stopped("interrupted"), True
+        # A run that does not monitor H has not evaluated it: its end is checked at least.
         if self.failure is None and "energy" not in self.names and not np.isfinite(self._energy()):
             self.status, self.failure = ERROR_NOT_FINITE, self._stopped(f"H is not finite there; {self.linked.reasons[4][1]}")
         ivp, request = self.ivp, self.request

@@ -15,6 +15,7 @@ def alone(x: State, memory: Any, h: Number, weights: Data) -> Any:
     x1, report = after_step(x1, report)
     if report[0] == OK and not state_norm(x1) < INF:
         report = (NOT_FINITE, INF, report[2], report[3])
+    # As in the loop: code that steps by itself must not go on from a state that failed.
     if report[0] != OK:
         return x, memory, stage_lam, report
     return x1, memory1, stage_lam, report

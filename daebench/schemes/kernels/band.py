@@ -14,7 +14,7 @@ from daebench.schemes.kernels.sizes import WIDTH
 
 
 def push(window: Any, size: Any, scale: Any, row: int) -> None:
-    """Store the moduli of a new row of the window, and the largest of them."""
+    """Store the moduli of the entries of a new row of the window, and the largest modulus."""
     largest = abs(window[row, 0])
     for j in range(2 * WIDTH + 1):
         size[row, j] = abs(window[row, j])
@@ -26,6 +26,7 @@ def pivot_row(window: Any, scale: Any, rows: int) -> int:
     """Return the row whose entry in the first column is largest relative to the scale of its row."""
     best = 0
     for i in range(1, rows):
+        # Multiplied out, because the scale of a row of zeros is 0.
         if abs(window[i, 0]) * scale[best] > abs(window[best, 0]) * scale[i]:
             best = i
     return best
@@ -43,6 +44,7 @@ def exchange(window: Any, size: Any, scale: Any, best: int) -> None:
 def reduce(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int) -> None:
     """Subtract multiples of the pivot row from the others, which move up by a row and left by a column."""
     for j in range(2 * WIDTH + 1):
+        # The first row moves out of the window below: its sums are needed after that, in the row to spare.
         size[WIDTH + 1, j] = size[0, j]
     for i in range(1, rows):
         f = window[i, 0] * U[column, 0]
@@ -64,8 +66,10 @@ def settle(window: Any, size: Any, scale: Any, rows: int, U: Any, column: int, s
     if best != 0:
         exchange(window, size, scale, best)
     share = abs(window[0, 0]) / size[0, 0] if size[0, 0] > 0.0 else 0.0 * scale[0]
+    # "not >=", so that NaN is taken, too.
     if not share >= smallest:
         smallest = share
+    # One division for each column; everything else are products.
     U[column, 0] = 1.0 / window[0, 0]
     for j in range(1, 2 * WIDTH + 2):
         U[column, j] = window[0, j]
@@ -84,24 +88,25 @@ def solve(system: Any) -> Any:
     scale = size[:, 0].copy()
     U = empty((unknowns, 2 * WIDTH + 2), dtype=system.dtype)
     rows, column, smallest = 0, 0, INF
-    for come in range(unknowns + WIDTH):
-        if come < unknowns:
+    for entering in range(unknowns + WIDTH):
+        if entering < unknowns:
             for j in range(2 * WIDTH + 2):
                 window[rows, j] = 0.0
             for j in range(WIDTH - rows, 2 * WIDTH + 1):
-                window[rows, rows - WIDTH + j] = system[come, j]
-            window[rows, 2 * WIDTH + 1] = system[come, 2 * WIDTH + 1]
+                window[rows, rows - WIDTH + j] = system[entering, j]
+            window[rows, 2 * WIDTH + 1] = system[entering, 2 * WIDTH + 1]
             row = rows
             push(window, size, scale, row)
             rows += 1
-        if rows > WIDTH or (come >= unknowns - 1 and rows > 0):
+        # A column may be eliminated when every row that reaches it has come; at the end of the matrix no more rows come.
+        if rows > WIDTH or (entering >= unknowns - 1 and rows > 0):
             smallest = settle(window, size, scale, rows, U, column, smallest)
             rows -= 1
             column += 1
     x = zeros(unknowns + 2 * WIDTH, dtype=system.dtype)
-    for come in range(unknowns - 1, -1, -1):
-        t = U[come, 2 * WIDTH + 1]
+    for k in range(unknowns - 1, -1, -1):
+        t = U[k, 2 * WIDTH + 1]
         for j in range(1, 2 * WIDTH + 1):
-            t -= U[come, j] * x[come + j]
-        x[come] = t * U[come, 0]
+            t -= U[k, j] * x[k + j]
+        x[k] = t * U[k, 0]
     return x, smallest

@@ -1,9 +1,9 @@
 """Whether a step landed on the motion's own branch of g = 0: the root to which the multiplier leads from 0 as the step grows from 0.
 
-Where g = 0 bends, the line q0 + dq - V^T nu of a step meets it at several places, and an iteration may end at any of them. The own one is
-near the place where the linearised constraint puts the step, unless the step is large. So a step is first judged by quantities at hand. It
-is in doubt if it is far from that place, or if the normals have turned far between both ends; few steps are. Such a step is walked in small
-parts from q0, and named if the walk ends elsewhere, or ends early because the branch has an end before.
+Where g = 0 bends, the line q0 + dq - V^T nu of a step meets it at several points, and an iteration may end at any of them. The motion's
+own root is near the point where the linearised constraint puts the step, unless the step is large. A step is therefore judged first by
+quantities that are known. It is in doubt if it is far from that point, or if the normals turn far between its ends; few steps are. Such a
+step is walked from q0 in small parts. It is reported as another branch if the walk ends elsewhere, or if the branch ends on the way.
 """
 
 from collections.abc import Callable
@@ -19,13 +19,14 @@ PARTS = 32
 """Parts of a step that is walked; a power of two, so that they add up to it."""
 
 PART = 0.03125
-"""One of them."""
+"""Fraction of a step that is one part, 1 / PARTS."""
 
 ENDS = 16.0
-"""Correction of a walk, in parts, beyond which its branch has ended: at most 4 on right steps, nearly always above 24 at ends."""
+"""Correction in a walk, relative to a part, above which the branch has ended: at most 4 on right steps, nearly always over 24 at ends."""
 
+# 2^-20: a power of two, so that a change of units by powers of two leaves every digit of a run as it is.
 START = 9.5367431640625e-07
-"""Correction below which that says nothing, over the length of the scene, a power of two: a start may be off its branch by so much."""
+"""Correction, relative to the length of the problem, below which no end is concluded: a start may be off its branch by this much."""
 
 
 if EXTENDED:
@@ -44,18 +45,19 @@ else:
 
 def floor(q: Vector) -> Number:
     """Return the distance below which two positions differ by the rounding of an iteration that no longer improves."""
+    # Newton's iteration may end within 1e4 roundings where it no longer improves: nearer roots are one root.
     return 10000.0 * EPS * max(LENGTH, norm(q))
 
 
 def reach(q: Vector, tolerance: Number) -> Number:
-    """Return the same for an iteration that is ended by a tolerance: ten times what that leaves of positions."""
+    """Return the same distance for an iteration that ends by a tolerance: ten times the error that it leaves in positions."""
     return max(floor(q), 10.0 * tolerance * max(LENGTH, norm(q)))
 
 
 def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier, near: Number) -> Number:
-    """Return a positive number if a step from q0 needs a walk; the step is ``tangent`` and a part b that the multiplier d makes.
+    """Return a positive number if a step from q0 needs a walk; the step is ``tangent`` plus a part b due to the multiplier d.
 
-    It needs none where b is within ``near``, the distance at which an iteration has the same root twice.
+    It needs none if |b| is at most ``near``, the distance within which two roots are the same.
 
     ::
 
@@ -63,7 +65,7 @@ def doubt(q0: Vector, G0: Jacobian, tangent: Vector, dq: Vector, d: Multiplier, 
 
     d^T G0 b is -d^T G0 M^-1 G0^T d: in the direction of the correction, G1 M^-1 G0^T has to be between one and three halves of
     G0 M^-1 G0^T. If g is quadratic, (G1 + G1') M^-1 G0^T is singular for two roots on one line, so that both cannot be near G0 M^-1 G0^T.
-    A tangent longer than q0 is in doubt as well: on its way the branch may end, and begin anew near its end.
+    A step whose tangent is longer than q0 is in doubt, too: the branch may end on the way, and another begin near its end.
     """
     b = dq - tangent
     G1 = G(q0 + dq)
@@ -95,19 +97,19 @@ def landed(report: Report, walk: Report, unsure: Number, apart: Number, most: Nu
 
 
 def settled_on(tangent: Vector, dq: Vector, end: Vector, unsure: Number, walk: Report, report: Report, near: Number) -> Report:
-    """Return the report of a step by dq, named if its walk ended at another increment of q than dq."""
+    """Return the report of a step by dq: ANOTHER_BRANCH if its walk ended at another increment of q."""
     return landed(report, walk, unsure, norm(end - dq), norm(dq - tangent) / 8 + near)
 
 
 def goes_on(off: Number, part: Number, scale: Number) -> Number:
-    """Return a number that is negative where a walk is so far off from where its last part was to lead that its branch has ended before."""
+    """Return a number that is negative if the last part of a walk needed so large a correction that its branch has ended."""
     return 1 - off / (ENDS * part + START * scale)
 
 
 def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
     """Walk on by a part of the tangent: one Newton update for g = 0 at its end, linearised at q0 + dq.
 
-    The pivot is negative, which ends the walk, where the branch has an end: beyond it the walk would be on another.
+    Where the branch ends, the pivot is negative, which ends the walk: beyond that point it would follow another branch.
     """
     q0, V, part = data
     q = q0 + dq
@@ -121,7 +123,7 @@ def update_walk(dq: Vector, data: tuple[Vector, Rows, Vector]) -> Update:
 
 
 def on_branch(q0: Vector, G0: Jacobian, V: Rows, tangent: Vector, dq: Vector, d: Multiplier, report: Report, near: Number) -> Report:
-    """Return the report of dq = tangent - V^T d with g(q0 + dq) = 0, named if that root is not the one to which tau tangent leads."""
+    """Return the report of a root dq = tangent - V^T d of g(q0 + dq) = 0: ANOTHER_BRANCH if tau tangent leads to another root."""
     unsure = doubt(q0, G0, tangent, dq, d, near)
     end, walk = walked(update_walk, 0 * dq, (q0, V, tangent / 32), unsure)
     return settled_on(tangent, dq, end, unsure, walk, report, near)

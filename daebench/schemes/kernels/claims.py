@@ -35,7 +35,7 @@ class Claims:
     keeps_g, keeps_Gv : bool
         Whether g = 0, and G H_p = 0, hold to round-off after every step.
     system : str
-        What it is applied to: "constrained", HLW (1.9), "ode", the index-reduced (1.18), or a formulation of the table in METHODS.
+        System that it is applied to: "constrained", HLW (1.9), "ode", the index-reduced (1.18), or a formulation of the table in METHODS.
     source : str
         Where it is defined, with the equation number.
     conserves_energy : bool
@@ -121,6 +121,7 @@ class PoissonClaims:
 def on_form(claims: Claims, form: str) -> Claims:
     """Return the claims of a scheme on a form of the system: "" is (1.18), others are those of ``daebench.methods.fixed_step.forms``."""
     if form in ("baumgarte", "soft"):
+        # The feedback acts forwards in time: reversed, it would drive states away from the manifold.
         return replace(claims, symmetric=False, symplectic=False, system=form)
     if form in ("stiff", "canonical"):
         claims = replace(claims, symplectic=claims.canonical, system=form)
@@ -139,6 +140,7 @@ def composed(claims: Claims, order: int) -> Claims:
 
 def projected(claims: Claims, projection: str) -> Claims:
     """Return the claims of a scheme followed by a projection: "proj", or "symproj", which keeps it symmetric."""
+    # Either projection moves states by their distance from the manifold, which changes the two-form and H.
     symmetric = claims.symmetric and projection == "symproj"
     return replace(claims, symmetric=symmetric, symplectic=False, keeps_g=True, keeps_Gv=True, conserves_energy=False)
 

@@ -14,6 +14,7 @@ def update_position(x: tuple[Vector, Multiplier], data: tuple[Vector, Rows]) -> 
     value = g(q)
     change, pivot = solve(G(q) @ V.T, value)
     back = V.T @ change
+    # LENGTH, because near the origin of its coordinates g = 0 leaves a position uncertain by more than eps |q|.
     return (dq - back, nu + change), norm(back), max(LENGTH, norm(q)), norm(value), pivot
 
 
@@ -46,6 +47,7 @@ if QUADRATIC:
         G1 = G(q)
         value = G1 @ H_p(p, q)
         mu, pivot = solve(G1 @ rows(G1, p, q).T, value)
+        # The correction, not p - n: schemes add it to their increment first, so that p is rounded once in a step.
         return G1.T @ mu, mu, linear(pivot, norm(value))
 
 else:

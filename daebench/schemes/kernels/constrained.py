@@ -35,6 +35,7 @@ elif COMPENSATED:
 
     def initialise(x: State, h: Number) -> Any:
         """Return the rounding errors so far, which are zero, and a report."""
+        # Times h, so that these zeros have the number type of the sums that replace them.
         return (0 * h * x[0], 0 * h * x[1]), (OK, 0 * h, INF, no_work())
 
 else:

@@ -21,6 +21,7 @@ def solve(a: Any) -> Any:
     pivot = INF
     for k in range(UNKNOWNS):
         exchange(a, s, scale, k)
+        # 0 times the scale: a zero of the run's number type, and NaN if the row has an entry that is not finite.
         share = abs(a[k, k]) / s[k, k] if s[k, k] > 0.0 else 0.0 * scale[k]
         if not share >= pivot:  # so that NaN is taken too
             pivot = share
@@ -42,6 +43,7 @@ def exchange(a: Any, s: Any, scale: Any, k: int) -> None:
     """Exchange row k for that, from k on, whose entry in column k is largest relative to the scale of its row."""
     best = k
     for i in range(k + 1, UNKNOWNS):
+        # Multiplied out, because the scale of a row of zeros is 0, and 0/0 loses every comparison.
         if abs(a[i, k]) * scale[best] > abs(a[best, k]) * scale[i]:
             best = i
     if best != k:

@@ -76,8 +76,8 @@ SINGLE: bool = False
 """Pivots of a step do not show the rank of G, which is measured at its end: there is one constraint, or G M^-1 G^T is not formed."""
 
 STAGES: int = 1
-"""Number of stages. A loop ``for`` over a range that names this constant, or the next, is no loop of the kernel: its turns follow each
-other. Generators, in ``tuple``, ``min``, ``max`` and ``sum``, are over such ranges alone."""
+"""Number of stages. A loop ``for`` over a range that names this constant, or the next, is unrolled in the kernel. Generators, in ``tuple``,
+``min``, ``max`` and ``sum``, are over such ranges only."""
 
 CONSTRAINTS: int = 1
 """Number of constraints m."""
@@ -92,7 +92,7 @@ ONCE: bool = False
 """Newton's iterations end as soon as they have converged, and are written so that several runs at once have little to select."""
 
 ONE_UNKNOWN: bool = False
-"""The same holds, and there is one constraint: a linear solve is a division."""
+"""As ONCE, and there is one constraint: a linear solve is a division."""
 
 ITERATIONS_ASKED: int = 0
 """Number of iterations after which Newton's iteration is ended even if it has not converged; 0: no such limit."""
@@ -332,7 +332,7 @@ def solve(A: Matrix, b: Vector, X: Rows) -> tuple[Vector, Rows, Number]: ...
 @overload
 def solve(A: Matrix, b: Vector, X: Matrix) -> tuple[Vector, Matrix, Number]: ...
 def solve(A: Any, b: Any, X: Any = None) -> Any:
-    """A^-1 b, the solutions for the rows of X as rows where they are asked for, and the smallest relative pivot."""
+    """A^-1 b; the solutions for the rows of X, as rows, if X is given; and the smallest relative pivot."""
 
 
 @overload

@@ -28,6 +28,7 @@ def solve(a: Any) -> Any:
     least_norm(r, x, null, rank)
     for k in range(UNKNOWNS):
         a[order[k], UNKNOWNS] = x[k] / size[order[k]]
+    # ``total`` is 0, or NaN of a matrix that is not finite: comparisons alone would overlook a NaN.
     return pivot + total
 
 
@@ -81,6 +82,7 @@ def longest(a: Any, k: int, total: Any) -> Any:
     """Return the longest column of A, from k on, and the square of its length."""
     best, most = k, 0.0 * total
     for j in range(k, UNKNOWNS):
+        # Computed anew at each step: a square that is updated by differences loses its digits where columns depend on each other.
         left = 0.0 * total
         for i in range(UNKNOWNS):
             left += abs(a[i, j]) * abs(a[i, j])
@@ -91,6 +93,7 @@ def longest(a: Any, k: int, total: Any) -> Any:
 
 def orthogonalise(a: Any, r: Any, k: int) -> None:
     """Normalise column k of a and subtract the components along it from the columns behind."""
+    # Not the modulus, which ``longest`` has: the square carries the derivative in the imaginary part.
     square = 0.0 * a[0, k]
     for i in range(UNKNOWNS):
         square += a[i, k] * a[i, k]

@@ -20,7 +20,7 @@ Multipliers = tuple[Multiplier, ...]
 Start = tuple[Vector, Vector, Jacobian, Number]
 
 PART = 0.046875
-"""Part by which a step grows in its walk: whole after 22 of 32 updates, so that the others settle it."""
+"""Fraction by which a step grows in its walk: it is whole after 22 of 32 updates, and the others let it converge."""
 
 
 def positions(q0: Vector, dQ: tuple[Vector, ...]) -> tuple[Vector, ...]:
@@ -65,7 +65,7 @@ def first_guess(p0: Vector, q0: Vector, h: Number) -> tuple[Points, Multipliers]
 
 
 def off(guess: Points, moved: Points) -> Number:
-    """Return how far the end of a step is from where it was expected."""
+    """Return the distance of the end of a step from its extrapolation."""
     return norm(moved[STAGES - 2] - guess[STAGES - 2])
 
 
@@ -77,6 +77,7 @@ if SEPARABLE:
         p0, q0, G0, h = data
         Q = positions(q0, dQ)
         J = jacobians(G0, Q)
+        # Any momentum will do in forces and inverse mass: H is separable, and M constant.
         kick = forces(tuple(p0 for k in range(STAGES)), Q, J, Lam)
         R = tuple(rows(J[k], p0, q0) for k in range(STAGES - 1))
         free = tuple(h * DATA[4][i] * H_p(weighted_but_last(p0, -h, DATA[2][i], kick), q0) for i in range(1, STAGES))
@@ -109,6 +110,7 @@ else:
         V = tuple(H_p(P[i], Q[i]) for i in range(STAGES))
         R = tuple(J[k] @ S[k] for k in range(STAGES - 1))
         free_Q = tuple(weighted(h, DATA[0][i], V) for i in range(1, STAGES))
+        # Momenta come first: their update needs no matrix, and with them velocities are already one iteration ahead.
         change, moved, residual, pivot = correct(h, dQ, free_Q, Q, J, R)
         pull = tuple(J[k].T @ change[k] for k in range(STAGES - 1))
         moved_P = tuple(weighted_but_last(free_P[i], -h, DATA[1][i], pull) for i in range(STAGES))
@@ -128,17 +130,17 @@ else:
         return places(p0, dP), Lam
 
 
-def ahead(dQ: Points, before: Points, w: Number) -> Points:
-    """Return where the stages of a step will be that grows on as it did from ``before``, w being the next part over the last one."""
-    return tuple(dQ[i] + w * (dQ[i] - before[i]) for i in range(STAGES - 1))
+def ahead(dQ: Points, previous: Points, w: Number) -> Points:
+    """Return the stages of a growing step, extrapolated from the previous ones; w is the next part over the last one."""
+    return tuple(dQ[i] + w * (dQ[i] - previous[i]) for i in range(STAGES - 1))
 
 
 def update_part(x: tuple[Number, Points, tuple[Points, Any]], data: tuple[Start, Vector, Vector]) -> Update:
     """One update of the stages of a step that grows by a part; the pivot is negative where its branch has an end."""
-    share, before, (dQ, rest) = x
+    share, previous, (dQ, rest) = x
     (p0, q0, G0, h), dq, tangent = data
     grown = min(1.0, share + PART)
-    guess = ahead(dQ, before, (grown - share) / PART)
+    guess = ahead(dQ, previous, (grown - share) / PART)
     (moved, rest), size, scale, residual, pivot = update((guess, rest), (p0, q0, G0, grown * h))
     return (
         (grown, dQ, (moved, rest)),

@@ -98,17 +98,21 @@ def integrate(
             report = differentiable(x1, report)
         y = output(x1)
         larger = worst(maxima, monitored_errors(y, conserved))
+        # A state may be finite where H or an integral has no value, as beyond the domain of a logarithm.
         if report[0] == OK and not total(larger) + defined(y) < INF:
             report = (ERROR_NOT_FINITE, INF, report[2], report[3])
         if report[0] != OK:
             return x, memory, maxima, pivots, k, row, left, work, tried if stepped != OK else -tried, report
+        # Not before all checks have passed: a run that fails ends with its last good state.
         x, memory, maxima = x1, memory1, larger
         before, pivots = pivots, recalled(pivots, report[2], rank)
+        # Counted down across calls: a run is called in pieces, whose ends need not be those of the output interval.
         left -= 1
         if left == 0:
             store(states, stage_lams, row, y, stage_lam)
             row += 1
             left = every
+        # After the state is stored: this step is good, and only the next one meets the loss of rank.
         if lost(before, pivots):
             return x, memory, maxima, pivots, k + 1, row, left, work, tried, (RANK_LOST, 0 * h, rank, report[3])
     return x, memory, maxima, pivots, steps, row, left, work, tried, (OK, 0 * h, INF, no_work())

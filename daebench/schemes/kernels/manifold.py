@@ -47,6 +47,7 @@ def correction(
     dp = r_p + w * down_p.T @ dmu
     dq = r_q + w * (down_q.T @ dmu + down_g.T @ dnu)
     scale_v, scale_q = norm(inverse_mass @ p_free) + norm(inverse_mass @ p), max(LENGTH, norm(q))
+    # Momenta as velocities times a length, positions times a speed: the sum then needs no unit of time.
     size = norm(inverse_mass @ dp) * scale_q + norm(dq) * scale_v
     return (dp, dq, dnu, dmu), size, scale_v * scale_q, norm(value_g) + norm(value_v), pivot
 

@@ -77,6 +77,7 @@ else:
 
     def columns_solved(p: Vector, q: Vector) -> Matrix:
         """Rows M^-1 n_k for the columns n_k of N(q, v): N^T M^-1."""
+        # M is evaluated once for both solutions; in time, H_p has the rate of the time, which N takes, too.
         mass = M(q)
         return solve_mass(mass, p, N(q, solve_mass(mass, p)[0]).T)[1]
 

@@ -21,11 +21,13 @@ from daebench.schemes.kernels.language import (
 from daebench.schemes.kernels.spaces import Number, Report
 
 X = TypeVar("X")
+# Statuses are numbered over all files of kernels; ``methods/fixed_step/stepping.py`` has the sentence for each.
 OK = 0
 NOT_CONVERGED = 1
 SINGULAR = 2
 NOT_FINITE = 3
 UNSETTLED = 8
+# Newton with the full matrix takes a handful. The margin is for iterations that omit derivatives and converge linearly.
 ITERATIONS = 100
 ITERATIONS_TAKEN = 100.0  # the same as a number of the type of a run
 STEADY = 50
@@ -34,6 +36,7 @@ LONGEST = 1000
 
 def regular(residual: Number, pivot: Number, size: Number) -> bool:
     """Return whether the input of a linear solve was finite, the matrix regular, and the result finite."""
+    # A relative pivot is the fraction that remains after cancellation: within a few roundings of zero, it consists of rounding.
     return bool(residual < INF and pivot > 4.0 * EPS and size < INF)
 
 
@@ -75,18 +78,23 @@ def newton(update: Callable[..., tuple[X, Number, Number, Number, Number]], x: X
     last = INF
     steady = 0
     taken = 0.0
+    # Where a number of iterations is asked for, ``until`` is not 0, and the test of convergence below is never made.
     until = ITERATIONS_ASKED
     residual = INF
     pivot = INF
     for iteration in range(1, 2 * LONGEST + 1):
         x, size, scale, residual, pivot = update(x, data)
+        # Counted apart from the loop, in the run's type: in lanes, runs end at different iterations, and each needs a number of its own.
         taken = taken - 1.0
         status = judge(residual, pivot, size)
+        # Before the test of the size: the increment that a singular matrix gives may be small, and means nothing.
         if status != OK:
             return x, (status, residual, pivot, tally(update, iteration))
         if until == 0:
             bound = EPS * scale
             steady = steady + 1 if size < last else 0
+            # Where the problem is badly conditioned, increments stop shrinking above 4 eps: they are the rounding of the update itself.
+            # Far above that, an increment that grows is no convergence, so that the second bound is needed, too.
             if size <= ROUNDINGS * bound or (size >= last and size <= 10000.0 * bound):
                 until = AGAIN * iteration
             elif iteration >= ITERATIONS and (steady < STEADY or iteration == LONGEST):
@@ -112,6 +120,7 @@ if ONCE:
         for iteration in range(1, LONGEST + 1):
             x, size, scale, residual, pivot = update(x, data)
             taken = taken - 1.0
+            # Both criteria as one bound: what differs between lanes is then a number, and not a branch.
             bound = (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale
             steady = steady + 1 if size < last else 0
             if not regular(residual, pivot, size) or size <= bound or (iteration >= ITERATIONS and steady < STEADY):
@@ -128,6 +137,7 @@ def newton_of_one(update: Callable[..., tuple[X, Number, Number, Number, Number]
     last = INF
     for iteration in range(1, ITERATIONS + 1):
         x, size, scale, residual, pivot = update(x, data)
+        # "not <" in place of ">=": NaN ends the iteration here, and ``judge`` names it.
         if not size < INF or size <= (10000.0 * EPS if size >= last else ROUNDINGS * EPS) * scale:
             return x, (judge(residual, pivot, size), residual, pivot, tally(update, iteration))
         last = size
@@ -170,6 +180,7 @@ def linear(pivot: Number, residual: Number) -> Report:
 
 def both(first: Report, second: Report) -> Report:
     """Return the report of two solutions in a row: the first that failed, the smaller pivot, the work of both."""
+    # The first failure is the cause: what follows it was computed from a result that is not valid.
     if first[0] != OK:
         return first[0], first[1], first[2], plus_work(first[3], second[3])
     return second[0], second[1], min(first[2], second[2]), plus_work(first[3], second[3])

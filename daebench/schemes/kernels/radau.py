@@ -50,6 +50,7 @@ def held(p0: Vector, q0: Vector, dP: Points, dQ: Points, Lam: Multipliers, h: Nu
     S = tuple(H_pp(P[i], Q[i]) for i in range(STAGES))
     R = tuple(J[i] @ S[i] for i in range(STAGES))
     C = tuple(Gv_q(P[i], Q[i]) for i in range(STAGES))
+    # The forces' part of a step is added, because a motion that begins at rest has no velocity to compare with.
     scale_v = norm(V[STAGES - 1]) + abs(h) * norm(S[STAGES - 1] @ kick[STAGES - 1])
     return Q, free, V, S, J, R, C, scale_v
 
@@ -71,6 +72,6 @@ def moved(
 
 
 def size_of(S: tuple[InverseMass, ...], dP: Points, dQ: Points, P: Points, Q: Points, scale_v: Number, scale_q: Number) -> Number:
-    """Return how far the stages have moved: momenta as velocities against ``scale_v``, positions against ``scale_q``; times both."""
+    """Return the change of the stages, momenta as velocities over ``scale_v`` plus positions over ``scale_q``, times both scales."""
     by_v = sum(norm(S[i] @ (P[i] - dP[i])) for i in range(STAGES))
     return by_v * scale_q + sum(norm(Q[i] - dQ[i]) for i in range(STAGES)) * scale_v

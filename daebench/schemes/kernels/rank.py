@@ -12,6 +12,7 @@ if SINGLE:
     def independence(p: Vector, q: Vector) -> Number:
         """Return |G H_pp G^T| of one constraint: its relative pivot is always 1, and carries no information."""
         G0 = G(q)
+        # Not in parts of |G|^2: a single constraint loses rank only where its gradient goes to zero.
         return abs((G0 @ rows(G0, p, q).T)[0][0])
 
 else:
@@ -49,6 +50,7 @@ if RANK_WATCHED:
 
             sigma_2 <= sigma_1 - sigma_2        sigma_1 <= 3 (sigma_0 - sigma_1)
         """
+        # The two inequalities squared, so that no roots are taken.
         return bool(4.0 * now[1] <= now[2] and 16.0 * now[2] <= 9.0 * before[2])
 
 else:

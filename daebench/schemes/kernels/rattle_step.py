@@ -56,8 +56,10 @@ def rattle_step(solve_positions: Positions, solve_momenta: Momenta, p0: Vector, 
     kick = -h / 2 * H_q(p0, q0)
     dq, nu, position_report = solve_positions(p0, q0, h * H_p(p0 + kick, q0), G0, rows(G0, p0, q0))
     q1 = q0 + dq
+    # Before the choice below, which is a branch on run-time data: functions of the problem are not called in a branch.
     inertia = mass(p0, q0)
     half = 1.0 / h * (inertia @ (q1 - q0)) - p0 if DATA[0] > 0.5 else kick - G0.T @ nu / h
     dp = half - h / 2 * H_q(p0, q1)
     n, mu, settled = solve_momenta(p0 + dp, q1)
+    # Multiplied by 0 or 1 in place of a branch.
     return dp - DATA[1] * n, dq, (2 / h**2 * nu, 2 / h * DATA[1] * mu), both(position_report, settled)

@@ -8,6 +8,7 @@ def hidden(p: Vector, q: Vector) -> tuple[Vector, Vector, Jacobian, Rows, Multip
     """Return H_p, H_q, G, G H_pp, and (1.12) without its multiplier: d/dq[G H_p] H_p - G H_pp H_q."""
     v, gradient, G0 = H_p(p, q), H_q(p, q), G(q)
     by_mass = rows(G0, p, q)
+    # Never simplified by g = 0: states leave the manifold, where that would change the drift, of ``se`` by a factor of 400.
     return v, gradient, G0, by_mass, Gv_q(p, q) @ v - by_mass @ gradient
 
 

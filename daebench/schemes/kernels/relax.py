@@ -53,6 +53,7 @@ def relax(update: Callable[..., tuple[X, Number, Number, Number]], x: X, data: A
     for iteration in range(1, ROUNDS + 1):
         x, unmet, residual, pivot = update(x, data)
         status = judge(residual, pivot, unmet)
+        # A count in the run's number type: less than a half is none.
         if status != OK or unmet < 0.5:
             return x, (status, residual, pivot, tally(update, iteration))
     return x, (NOT_RELAXED, residual, pivot, tally(update, ROUNDS))
@@ -70,6 +71,7 @@ def until_met(update: Callable[..., tuple[X, Number, Number, Number]], x: X, dat
         x1, unmet, residual, pivot = update(x, data)
         status = judge(residual, pivot, unmet)
         if status != OK or unmet < 0.5:
+            # x and not x1: where all constraints hold, the last correction is below the tolerance and is left out, as in ILVES.
             return x, (status, residual, pivot, tally(update, iteration))
         x = x1
     return x, (NOT_RELAXED, residual, pivot, tally(update, ROUNDS))

@@ -183,7 +183,7 @@ RATE: Number = 0.0
 
 
 def declare(names: dict[str, Any]) -> None:
-    """Make the functions of a file of the language, given by its global names, raise an error that says that they are a problem's."""
+    """Let the functions of a file of the language, given by its global names, raise an error: they are filled in for each problem."""
 
     def unlinked(function: FunctionType) -> Any:
         @wraps(function)

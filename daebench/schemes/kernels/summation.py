@@ -12,4 +12,5 @@ def add(x: Vector, low: Vector, dx: Vector) -> tuple[Vector, Vector]:
     """
     a = dx + low
     y = x + a
+    # x - y comes first: it is exact if the increment is smaller than x, whereas (a + x) - y would be zero.
     return y, a + (x - y)

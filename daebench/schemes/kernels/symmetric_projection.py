@@ -24,7 +24,7 @@ def part_of(share: Number, x: Point) -> Point:
 
 
 def share_next(due: Point, due_before: Point) -> Number:
-    """Return 1/2 if a correction takes back a half to three halves of the one before, else 1; positions decide."""
+    """Return 1/2 if a correction undoes between a half and three halves of the one before, by positions; else 1."""
     return 0.5 if 2.0 * norm(due[1] + due_before[1]) < norm(due_before[1]) else 1.0
 
 
@@ -32,8 +32,8 @@ def update_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, R
     """One update: the current correction, the step from the resulting start, and the next correction.
 
     No step is thus wasted: the iteration ends with the update after which no correction remains. Where nearby motions part fast, the true
-    derivative of the step is larger than the identity. Corrections then overshoot, and take each other back, even for ever: halves of them
-    are made from the first such one on.
+    derivative of the step is larger than the identity. Corrections then overshoot and undo each other, possibly for ever; from the first
+    one that does, only half of each is made.
     """
     state, due, share, work, pivot, _ = x
     p0, q0, h, down0 = data
@@ -42,6 +42,7 @@ def update_symmetric(x: Guess, data: tuple[Vector, Vector, Number, tuple[Rows, R
     p_free, q_free, stage_lam, inner = plain_step(p0 + by_p, q0 + by_q, h)
     left, size, scale, residual, due_pivot = due_at(state, p_free, q_free)
     share = min(share, share_next(left, due))
+    # The step inside has its own reports: they travel with the iterate, because an update returns nothing else.
     x = (state, left, share, plus_work(work, inner[3]), min(pivot, inner[2]), (stage_lam, inner[0], inner[1]))
     return x, size, scale, residual if inner[0] == OK else INF, due_pivot
 
@@ -59,6 +60,7 @@ def step(p0: Vector, q0: Vector, h: Number) -> Step:
     first_guess = (p_free, q_free, zero(q0), zero(q0))
     due, _, _, _, due_pivot = due_at(first_guess, p_free, q_free)
     down0 = normals(p0, q0, H_pp(p0, q0), mass(p0, q0))
+    # A step that failed has no pivot; its status is reported below.
     settled = inner[2] if inner[0] == OK else INF
     start = (first_guess, due, 1.0 + 0 * h, inner[3], min(due_pivot, settled), (stage_lam, inner[0], inner[1]))
     (state, _, _, work, pivot, last), report = newton(update_symmetric, start, (p0, q0, h, down0))

@@ -95,6 +95,7 @@ def _guarded(s: int, digits: int) -> Any:
 def _nodes(s: int, a: int, b: int) -> list[Any]:
     """Return the nodes of highest quadrature order, including 0 if a = 1, and 1 if b = 1."""
     n = s - a - b
+    # The shifted Jacobi polynomial by Rodrigues' formula: its coefficients are integers, so that no digit is lost before the roots.
     falling = [(-1) ** k * comb(n, k) * factorial(n + a + b + k) // factorial(a + k) for k in range(n, -1, -1)]
     interior = mp.polyroots(falling, maxsteps=50 + 20 * n, extraprec=mp.mp.prec) if n else []
     return [*[mp.mpf(0)] * a, *sorted(interior), *[mp.mpf(1)] * b]
@@ -105,6 +106,7 @@ def _collocation(s: int, a: int, b: int, digits: int) -> Tableau:
     """Return the collocation tableau with the guard digits still on."""
     with _guarded(s, digits):
         c = _nodes(s, a, b)
+        # The Vandermonde matrix is badly conditioned; the guard digits of ``_guarded`` cover what its inverse loses.
         to_weights = mp.matrix([[x**k for k in range(s)] for x in c]) ** -1
         integrals = mp.matrix([[x ** (k + 1) / (k + 1) for k in range(s)] for x in [*c, mp.mpf(1)]])
         *A, weights = (tuple(row) for row in (integrals * to_weights).tolist())
@@ -123,5 +125,6 @@ def _iiib(s: int, digits: int) -> Tableau:
 def _rounded(tableau: Tableau, digits: int | None) -> Tableau:
     """Return the tableau without its guard digits, as floats or as mpmath numbers."""
     with mp.workdps(digits or FLOATS):
+        # Unary plus rounds an mpmath number to the working precision.
         number = float if digits is None else mp.mpf.__pos__
         return Tableau(tuple(tuple(map(number, row)) for row in tableau.A), tuple(map(number, tableau.b)), tuple(map(number, tableau.c)))

@@ -18,6 +18,7 @@ def step(y0: Vector, h: Number) -> tuple[Vector, Report]:
 
         y1 = Phi_{h/2} o Phi*_{h/2} (y0)        Phi: symplectic Euler, implicit in u
     """
+    # In this order: the other one leaves u, v > 0 from (6, 2), the outer orbit of HLW Fig. 4.1.
     y_half, report = first(y0, h / 2)
     y1, more = second(y_half, h / 2)
     return y1, both(report, more)

@@ -26,10 +26,10 @@ def existing(name: str, what: str, listed: str) -> Path:
     """Return the path of an existing file; otherwise raise BadInput with the kind of file needed and the command that lists names."""
     try:
         path = Path(name).expanduser()
-        there = path.is_file()
-    except (OSError, RuntimeError, ValueError):  # a name too long, ~ of a user that there is not, a character that no path has
-        there = False
-    if not there:
+        exists = path.is_file()
+    except (OSError, RuntimeError, ValueError):  # too long a name, ~ of an unknown user, a character that no path may contain
+        exists = False
+    if not exists:
         raise BadInput(f"{name}: there is no such file; give the path of a {what} file, or a name that {listed} has.")
     return path
 
@@ -60,6 +60,7 @@ def telling_exits() -> Iterator[None]:
     process, leave = os.getpid(), os._exit
 
     def tell(status: int) -> NoReturn:
+        # In a child that was forked meanwhile, os._exit keeps its meaning: it must not run the parent's cleanup.
         if os.getpid() != process:
             leave(status)
         raise SystemExit(f"os._exit({status})")
@@ -96,6 +97,7 @@ def naming(
     exception is of the type ``wrong``; exceptions of the types ``passing`` are not changed.
     """
     try:
+        # Standard output belongs to the command, whose JSON a line printed by the file would break.
         with contextlib.redirect_stdout(sys.stderr):
             yield
     except passing:
@@ -107,6 +109,7 @@ def naming(
         raise wrong(f"{name}: {where} is not Python: {error.msg}.") from error
     except (KeyboardInterrupt, Overdue):
         raise
+    # Everything, because a file of the user's own may raise SystemExit or an exception class of its own.
     except BaseException as error:
         raise wrong(f"{_place(name, path, user_files, error)}: {in_words(error)}; correct the file.") from error
 
@@ -114,6 +117,7 @@ def naming(
 def _place(name: str, path: Path, user_files: Callable[[], Iterable[Path]], error: BaseException) -> str:
     """Return the file and line of the innermost call in the user's own files."""
     files = {source.resolve() for source in user_files()}
+    # From the innermost call outwards: the last line of the user's own files, not the line in SymPy that raised.
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         file = Path(frame.filename).resolve()
         if file in files:

@@ -70,7 +70,9 @@ class Neighbours(MetaPathFinder):
 def importable(folder: Path) -> Iterator[Neighbours]:
     """Make the files of a folder importable by their plain names, and remove them afterwards."""
     finder, names = Neighbours(folder), {name for name in _names(folder) if name not in TAKEN}
+    # Modules of these names that are imported already are of another folder; they come back at the end.
     hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] in names}
+    # First, so that the folder is searched before what is installed: a file beside the problem file is meant.
     sys.meta_path.insert(0, finder)
     importlib.invalidate_caches()  # finders remember which files a folder had
     try:

@@ -37,6 +37,7 @@ def digest_of_files(files: Iterable[tuple[str, bytes]], head: str = "") -> str:
     """Return the hash of a text and of the contents of files, each with the name under which it is hashed."""
     digest = hashlib.sha256(head.encode())
     for name, content in files:
+        # With the length, so that contents cannot move from one file to the next under the same hash.
         digest.update(f"{name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
 

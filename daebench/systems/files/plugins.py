@@ -42,6 +42,7 @@ def plugins(taken: tuple[str, ...]) -> Plugins:
         by_name.setdefault(entry_point.name, []).append(entry_point)
     problems: dict[str, Problem] = {}
     broken: dict[str, str] = {}
+    # One broken package must not hide the problems of the others: its error becomes a sentence.
     for name, points in sorted(by_name.items()):
         try:
             problems[name] = _problem(name, points, taken)
@@ -96,6 +97,7 @@ def _spec(module: str) -> ModuleSpec | None:
         spec = find_spec(parts[0])
     except (ImportError, ValueError):
         return None
+    # Not find_spec of the whole name, which would import the parents, and with them code that nobody asked for.
     for k in range(2, len(parts) + 1):
         if spec is None or not spec.submodule_search_locations:
             return None

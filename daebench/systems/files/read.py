@@ -105,6 +105,7 @@ def _constructor(tree: ast.Module, path: Path) -> ast.FunctionDef:
     constructors = [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "problem"]
     if not constructors:
         raise BadInput(f"{path.name} defines no function problem(*, ...); a problem file needs one that returns its definition.")
+    # The last, as in Python, where a later definition replaces an earlier one.
     return constructors[-1]
 
 
@@ -119,6 +120,7 @@ def _kind(constructor: ast.FunctionDef) -> tuple[str, list[str]]:
 def _arguments(constructor: ast.FunctionDef) -> tuple[dict[str, float], dict[str, int], list[str]]:
     """Return run-time and structural parameters with their defaults, and what is wrong with them."""
     arguments, faults = constructor.args, []
+    # All faults are collected, so that one reading of the message is enough to correct the file.
     if others := [*arguments.posonlyargs, *arguments.args, *filter(None, (arguments.vararg, arguments.kwarg))]:
         given = ", ".join(parameter.arg for parameter in others)
         faults.append(f"line {constructor.lineno}: problem() takes {given}; write problem(*, ...): keyword-only arguments")

@@ -41,6 +41,7 @@ def _again(problem: Problem, structure: Mapping[str, int]) -> "Iterator[Definiti
 
 def _afresh(problem: Problem, structure: Mapping[str, int]) -> "Definition":
     """Return the definition of a file that is executed again, independent of any state of its module."""
+    # Executed anew, so that a definition that depends on a state of its module differs, and is noticed.
     module = sys.modules.pop(_name(problem))
     try:
         return _defined(problem, structure)
@@ -52,6 +53,7 @@ def _defined(problem: Problem, structure: Mapping[str, int]) -> "Definition":
     try:
         with importable(problem.path.parent) as neighbours, naming(problem):
             definition = call(problem, executed(problem.path, _name(problem)), structure)
+        # Only files that are visible in the text are in the hash under which results are stored.
         _require_seen(problem, neighbours)
     except BaseException:
         sys.modules.pop(_name(problem), None)  # so that another try finds the same error
