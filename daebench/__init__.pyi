@@ -25,7 +25,7 @@ from .runs.trajectory import PoissonTrajectory as PoissonTrajectory
 from .runs.trajectory import Trajectory as Trajectory
 from .studies.advise.advice import Advice as Advice
 from .studies.advise.run import advise as advise
-from .studies.baumgarte.run import BaumgarteMap as BaumgarteMap
+from .studies.baumgarte.result import BaumgarteMap as BaumgarteMap
 from .studies.baumgarte.run import baumgarte as baumgarte
 from .studies.certificate.verify import verify_certificate as verify_certificate
 from .studies.chaos.result import Chaos as Chaos

@@ -36,7 +36,7 @@ from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic
 from daebench.runs.texts import bounds, pairs
 from daebench.studies.ensemble.run import ensemble as made
-from daebench.studies.grid.tls import Tls
+from daebench.studies.grid.schedulers import Tls
 
 if TYPE_CHECKING:
     from daebench.records.store import Store as GridStore
@@ -130,7 +130,7 @@ def _kept(store: Path | None, out: Path | None) -> "Iterator[GridStore | None]":
 
 def _write(folder: Folder, result: "Ensemble") -> list[str]:
     """Write tables of starts and ends and the picture with its table; return the paths."""
-    from daebench.studies.ensemble.figure import draw
+    from daebench.studies.ensemble.result import draw
 
     if folder.out is None:
         return []

@@ -15,9 +15,8 @@ from daebench.runs.files import make_folder
 from daebench.runs.machine import cores
 from daebench.runs.texts import pairs
 from daebench.studies.grid.estimate import duration
-from daebench.studies.long.ensemble import Ensemble
+from daebench.studies.long.ensemble import Ensemble, terminated_as_interrupted
 from daebench.studies.long.findings import Findings
-from daebench.studies.long.interrupts import terminated_as_interrupted
 from daebench.studies.long.run import STRIDE, LongRun
 
 if TYPE_CHECKING:

@@ -116,7 +116,7 @@ TASKS = (
             "daebench.studies.tolerance_for.TriedTolerance",
             "daebench.StepFor",
             "daebench.studies.step_for.result.Tried",
-            "daebench.studies.step_for.statistics.known",
+            "daebench.studies.step_for.run.known",
         ),
     ),
     Task(

@@ -19,8 +19,8 @@ from daebench.methods.foreign import Trust
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
 from daebench.records.store import as_json, of_json, opened
 from daebench.studies.grid import reproduce
-from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS, read, write_archive
-from daebench.studies.grid.reproduce import compared
+from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS, write_archive
+from daebench.studies.grid.reproduce import compared, read
 from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.study import Study
 

@@ -14,7 +14,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.make_ivp import make_ivp
 from daebench.runs.members import members
 from daebench.starts.members import Starts
-from daebench.studies.ensemble.figure import draw
+from daebench.studies.ensemble.result import draw
 
 FEW = {"case": "horizontal", "method": "rattle", "h": 0.1, "members": 12, "lanes": 4, "threads": 1}
 

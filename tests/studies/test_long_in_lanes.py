@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 from daebench.errors import BadInput
-from daebench.studies.long import blocks, initial_conditions, lanes
 from daebench.studies.long import ensemble as ensembles
+from daebench.studies.long import lanes, windows
 from daebench.studies.long import run as long_run
 from daebench.studies.long.checkpoint import group_identity, load_group, save_group
-from daebench.studies.long.ensemble import Ensemble
-from daebench.studies.long.initial_conditions import start_of, starts_of
-from daebench.studies.long.interrupts import terminated_as_interrupted
+from daebench.studies.long.ensemble import Ensemble, terminated_as_interrupted
 from daebench.studies.long.lanes import LaneStream
-from daebench.studies.long.run import LongRun, Stream
+from daebench.studies.long.run import LongRun, Stream, start_of, starts_of
 
 PENDULUM = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01, stride=3)
 RUNS = {
@@ -31,9 +29,9 @@ STEPS = 500
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Have samples be reduced 32 at a time, and few blocks kept."""
-    for module in (long_run, blocks, lanes):
+    for module in (long_run, windows, lanes):
         monkeypatch.setattr(module, "BLOCK", 32)
-    monkeypatch.setattr(blocks, "MANY", 2)
+    monkeypatch.setattr(windows, "MANY", 2)
 
 
 def alone(spec, number, steps=STEPS):
@@ -106,7 +104,7 @@ def test_lanes_that_are_left_and_taken_up_again_end_with_the_same_bits(small_blo
 @pytest.fixture
 def scattered(monkeypatch):
     """Have starts differ so much that some members stop early, at different times."""
-    monkeypatch.setattr(initial_conditions, "ROUNDINGS", 0.9 / 2.0**-52)
+    monkeypatch.setattr(long_run, "ROUNDINGS", 0.9 / 2.0**-52)
     long_run._ivp.cache_clear()
     yield replace(PENDULUM, h=0.45, stride=2)
     long_run._ivp.cache_clear()

@@ -15,7 +15,7 @@ from daebench.records.store import Store, StoredRow
 from daebench.studies.grid.measure import timed_request, with_time
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of
 
 Processes = Callable[[], AbstractContextManager[Executor]]
 

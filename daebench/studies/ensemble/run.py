@@ -1,20 +1,28 @@
-"""``daebench.ensemble``: one fixed-step method on many starts at once."""
+"""``daebench.ensemble``: one fixed-step method on many starts at once, in pieces of a store where one is given."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from daebench.errors import BadInput, whole
+from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
 from daebench.methods.run import prepare
+from daebench.records.store import Store
 from daebench.runs.grid import require_memory_of_members
-from daebench.runs.request import Progress
+from daebench.runs.members import Members
+from daebench.runs.request import Progress, Request
 from daebench.starts.draw import distribution_of, draw_starts
 from daebench.starts.members import Grid
 from daebench.studies.ensemble.result import Ensemble
-from daebench.studies.ensemble.stored import kept_run, settings_of
+from daebench.studies.grid.member_runs import MemberRuns, joined, packed
+from daebench.studies.grid.runs import computed
+from daebench.studies.grid.specification import key_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -24,6 +32,74 @@ if TYPE_CHECKING:
     from daebench.starts.members import Distribution
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
+
+
+PIECE = 256
+"""Members of a piece at most: whole vectors, and little lost with what computes it."""
+
+NUMBERS = 2**20
+"""Numbers of states of a piece, about."""
+
+MOST_NUMBERS = 2**26
+"""Numbers of states of one member that a row of a store can have."""
+
+
+def kept_run(
+    store: Store, executor: Executor | None, settings: Mapping[str, Any], some: Members, asked: Request, method: Any
+) -> EnsembleRun:
+    """Return the runs of all members, each to the bit as :func:`daebench.methods.ensemble.run.run_members` has it."""
+    pieces = list(_pieces(settings, some, asked))
+    tell = _telling(asked.progress, len(pieces))
+    rows = computed(pieces, store, executor=executor, tell=tell)
+    return joined(method.name, some, [rows[key_of(piece)] for piece in pieces])
+
+
+def _telling(progress: Progress | None, pieces: int) -> Any:
+    return (lambda done, of, _: progress(done / of)) if progress else None
+
+
+def _pieces(settings: Mapping[str, Any], some: Members, asked: Request) -> Iterator[MemberRuns]:
+    """Give the members piece by piece."""
+    n = len(some)
+    assert asked.steps is not None
+    stored = asked.steps // asked.every if asked.every else 1
+    of_one = some.ivp.size * (stored + 1)
+    if of_one > MOST_NUMBERS:
+        raise BadInput(f"{of_one} numbers of states of each member are more than a row of a store can have; take fewer --points.")
+    h = np.broadcast_to(some.h, (n,))
+    numbers = np.concatenate([*(vectors.T for vectors in some.start), h[None], *(values[None] for values in some.parameters.values())])
+    watch = asked.watched(some.ivp.state)
+    size = max(1, min(PIECE, NUMBERS // of_one))
+    for first in range(0, n, size):
+        part = slice(first, min(n, first + size))
+        value = float(np.max(h[part]))
+        yield MemberRuns(
+            **settings,
+            value=value,
+            t_end=asked.steps * value,
+            metrics=(),
+            first=first,
+            members=part.stop - first,
+            differing=tuple(some.parameters),
+            numbers=packed(numbers[:, part]),
+            every=asked.every or 0,
+            steps=asked.steps,
+            watch=tuple(watch),
+            work=asked.count,
+        )
+
+
+def settings_of(problem: Any, case: str, method: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields that name problem and method, of settings of :func:`daebench.run`."""
+    if not isinstance(problem, str):
+        raise BadInput("a stored ensemble needs a problem of the catalogue or in a file; give its name or path.")
+    pairs = {name: tuple((given.get(name) or {}).items()) for name in ("parameters", "options")}
+    plain = {name: given[name] for name in ("compensated", "anyway") if name in given}
+    known = {*pairs, *plain, "on_singular", "watch", "count", "case"}
+    if others := sorted(name for name in given if name not in known and given[name] is not None):
+        raise BadInput(f"{', '.join(others)} cannot be given for a stored ensemble.")
+    return {"problem": problem, "case": case, "method": method, "on_singular": given.get("on_singular") or "", **pairs, **plain}
+
 
 MEMBERS = 1024
 """Default number of members of an ensemble."""

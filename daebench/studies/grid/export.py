@@ -10,8 +10,7 @@ from daebench.records.code import code_version
 from daebench.records.store import Store, StoredRow
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
-from daebench.studies.grid.row_fields import require_row
-from daebench.studies.grid.specification import specification_of
+from daebench.studies.grid.specification import require_row, specification_of
 from daebench.systems.lazily import pandas as pd
 
 NOT_FIELDS = ("parameters", "options", "varied", "values", "first", "differing", "numbers", "watch", "work")

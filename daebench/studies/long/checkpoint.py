@@ -19,10 +19,9 @@ from daebench.runs.schema import SHOWN, Fields, Flag, Items, Named, Text, Whole,
 from daebench.runs.trajectory import Array
 from daebench.runs.zipped import UNREADABLE, arrays_in
 from daebench.studies.grid.run_specification import defined_by
-from daebench.studies.long.blocks import Blocks
 from daebench.studies.long.lanes import LaneStream
 from daebench.studies.long.run import LongRun, Stream
-from daebench.studies.long.windows import COUNT, EDGES, Windows
+from daebench.studies.long.windows import COUNT, EDGES, Blocks, Windows
 
 LAYOUT = 4
 """Version of the layout of the file: an archive of NumPy, and a digest of it."""

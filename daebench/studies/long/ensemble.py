@@ -1,13 +1,16 @@
 """An ensemble of long runs: members in lanes, or by themselves where lanes do not apply, with checkpoints, in one process or several."""
 
 import re
+import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +18,6 @@ from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput, DaebenchError
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.schedulers import local_processes
-from daebench.studies.long.blocks import BLOCK
 from daebench.studies.long.checkpoint import (
     Checkpoint,
     group_identity,
@@ -28,10 +30,51 @@ from daebench.studies.long.checkpoint import (
     save,
     save_group,
 )
-from daebench.studies.long.initial_conditions import starts_of
-from daebench.studies.long.interrupts import held_back
 from daebench.studies.long.lanes import AT_ONCE, GROUP, LaneStream, in_lanes
-from daebench.studies.long.run import LongRun, Stream
+from daebench.studies.long.run import LongRun, Stream, starts_of
+from daebench.studies.long.windows import BLOCK
+
+PATIENCE = 2.0
+"""Seconds after which what is under way is taken to hang, where somebody interrupts it again."""
+
+
+@contextmanager
+def held_back() -> Iterator[Callable[[], bool]]:
+    """Hold back Ctrl-C and SIGTERM until the block has ended, and give what tells whether one came; only in the main thread.
+
+    What is ignored outside is ignored inside. What does not end is ended by another one that comes :data:`PATIENCE` later.
+    """
+    came: list[int] = []
+    times: list[float] = []
+
+    def hold(number: int, _: Any) -> None:
+        came.append(number)
+        times.append(time.monotonic())
+        if times[-1] - times[0] > PATIENCE:
+            raise KeyboardInterrupt
+
+    old = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM)}
+    for signum in old:
+        if old[signum] is not signal.SIG_IGN:
+            signal.signal(signum, hold)
+    try:
+        yield lambda: bool(came)
+    finally:
+        for signum, handler in old.items():
+            signal.signal(signum, handler)
+        if came:
+            signal.raise_signal(signal.Signals(came[0]))
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """Have SIGTERM end the block as Ctrl-C does, by :class:`KeyboardInterrupt`."""
+    old = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, old)
+
 
 SECONDS = 5.0
 """Between checkpoints: what a run loses that is killed."""

@@ -14,10 +14,8 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.stepping import next_piece
 from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.rank import RANK_LOST
-from daebench.studies.long.blocks import BLOCK, Blocks
-from daebench.studies.long.initial_conditions import starts_of
-from daebench.studies.long.run import LARGEST, LongRun, Stream, beyond
-from daebench.studies.long.windows import Windows
+from daebench.studies.long.run import LARGEST, LongRun, Stream, beyond, starts_of
+from daebench.studies.long.windows import BLOCK, Blocks, Windows
 
 GROUP = 128
 """Members that are in lanes together, at most: as many as whose samples fit into a core's cache."""
