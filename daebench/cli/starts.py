@@ -25,6 +25,7 @@ Starts = Annotated[
 ]
 Size = Annotated[float | None, typer.Option("--size", help="Relative size of the neighbourhood [0.01].")]
 Box = Annotated[list[str] | None, typer.Option("--box", help="Bounds of a coordinate, q1=-1:1; repeatable.")]
+Grid = Annotated[list[str] | None, typer.Option("--grid", help="Values of a parameter, coordinate or h, name=5:15:64.")]
 Energy = Annotated[float | None, typer.Option("--energy", help="Energy of the starts; the energy of the case if left out.")]
 
 OPTIONS = {"size": "--size", "box": "--box", "E": "--energy", "values": "--grid"}

@@ -1,21 +1,23 @@
 """Results of an ensemble: errors of all members along the run, their quantiles, which members stopped and why, and the picture."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.drift import FAILED
 from daebench.draw.bands import LEVELS, column, fill
-from daebench.draw.figures import BLUE, VERMILION, drawing, grid_of_axes, legend_below, save
+from daebench.draw.figures import BLUE, VERMILION, drawing, grid_of_axes, legend_below
 from daebench.methods.ensemble.result import EnsembleRun
+from daebench.runs.csv_files import write_frame
+from daebench.runs.files import atomic
 from daebench.runs.request import Request
-from daebench.runs.result import Result
+from daebench.runs.result import Result, Table
 from daebench.runs.trajectory import Array
 from daebench.starts.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
@@ -44,6 +46,10 @@ class Ensemble(Result):
     request : Request
         What each member was asked.
     """
+
+    stem: ClassVar[str] = "bands"
+    tables: ClassVar[tuple[str, ...]] = ("starts.csv", "ends.csv")
+    fails_if: ClassVar[str] = "a member stops early"
 
     run: EnsembleRun
     starts: str
@@ -140,6 +146,11 @@ class Ensemble(Result):
         return dict(Counter(self.run.reason(int(i)) for i in self.run.failed).most_common())
 
     @property
+    def table(self) -> "pd.DataFrame":
+        """Quantiles in time, see :attr:`bands`."""
+        return self.bands
+
+    @property
     def bands(self) -> "pd.DataFrame":
         """Quantiles in time, one row per stored state: of H - H0, of |g| or the Casimirs; the spread and the number of active members."""
         t = self.t if self.t.ndim == 1 else self.t.mean(axis=1)
@@ -176,6 +187,39 @@ class Ensemble(Result):
         table |= {f"max_{name}": values for name, values in run.maxima.items()}
         return pd.DataFrame(table | {"failure": [run.reason(i) for i in range(len(run.members))]})
 
+    @property
+    def origin(self) -> dict[str, str]:
+        """How the members were made."""
+        return {"Method": self.run.method, "Starts": self.starts, "Seed": str(self.seed)}
+
+    @property
+    def status(self) -> int:
+        """1 if a member stopped early."""
+        return int(len(self.run.failed) > 0)
+
+    def write(self, folder: Path) -> Path:
+        """Write tables of starts and ends, and the picture with its table, into a folder; return the path of the SVG."""
+        for name, table in zip(self.tables, (self.start_table, self.end_table), strict=True):
+            with atomic(folder / name) as scratch:
+                write_frame(scratch, table)
+        return super().write(folder)
+
+    def plot(self) -> "Figure":
+        """Return the picture of the ensemble."""
+        return figure(self)
+
+    def printed(self) -> Iterator[str | Table | Mapping[str, Any]]:
+        """Yield the summary, quantiles of the largest errors, and the first member that stopped for each reason."""
+        summary = self.summary()
+        quantiles, failures = summary.pop("quantiles"), summary["failures"]
+        yield summary | {"failures": failures or None, "varied": summary["varied"] or None}
+        if quantiles:
+            rows = [[f"max {name}", *(f"{value:.3g}" for value in row.values())] for name, row in quantiles.items()]
+            yield Table(["quantile over members", *map(str, LEVELS)], rows)
+        for reason in failures:
+            first = next(int(i) for i in self.run.failed if self.run.reason(int(i)) == reason)
+            yield f"member {first}: {self.run.failure(first)}"
+
     def summary(self) -> dict[str, Any]:
         """Return the summary of an ensemble, for text and JSON."""
         run, ivp = self.run, self.ivp
@@ -210,14 +254,9 @@ MOST_REASONS = 3
 """Reasons of failures that the title names."""
 
 
-def draw(out: Path, stem: str, ensemble: Ensemble) -> Path:
-    """Write ``STEM.svg``, PNG and CSV of the bands into a folder; return the path of the SVG."""
-    return save(figure(ensemble), out, stem, ensemble.bands)
-
-
 def figure(ensemble: Ensemble) -> "Figure":
     """Return the picture of an ensemble."""
-    bands, conserved = ensemble.bands, ensemble.kept
+    bands, conserved = ensemble.table, ensemble.kept
     with drawing():
         drawn, axes = grid_of_axes(1, 2 + bool(conserved), 3.3, sharex=True, x="time $t$ [s]")
         _bands(axes[0, 0], bands, "energy", VERMILION)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from daebench.methods.run import prepare
 from daebench.records.store import Store
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.members import Members
+from daebench.runs.option import Option
 from daebench.runs.request import Progress, Request
 from daebench.starts.draw import distribution_of, draw_starts
 from daebench.starts.members import Grid
@@ -44,7 +45,7 @@ MOST_NUMBERS = 2**26
 """Numbers of states of one member that a row of a store can have."""
 
 
-def kept_run(
+def stored_run(
     store: Store, executor: Executor | None, settings: Mapping[str, Any], some: Members, asked: Request, method: Any
 ) -> EnsembleRun:
     """Return the runs of all members, each to the bit as :func:`daebench.methods.ensemble.run.run_members` has it."""
@@ -113,26 +114,32 @@ def ensemble(
     *,
     method: str,
     h: float | None = None,
-    members: int | None = None,
     t_end: float | None = None,
     steps: int | None = None,
+    members: int | None = None,
     starts: "str | Distribution" = "neighbourhood",
-    drawn: Mapping[str, Any] | None = None,
+    drawn: Annotated[Mapping[str, Any] | None, Option("--grid")] = None,
     vary: Mapping[str, tuple[float, float]] | None = None,
-    weights: Any = None,
+    weights: Annotated[Any, Option(command=False)] = None,
+    case: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    options: Mapping[str, float] | None = None,
     seed: int = 0,
     points: int = POINTS,
-    lanes: int | None = None,
-    threads: int | None = None,
+    compensated: bool = False,
+    on_singular: str | None = None,
+    anyway: bool = False,
+    lanes: Annotated[int | None, Option(command=False)] = None,
+    threads: Annotated[int | None, Option(command=False)] = None,
     progress: Progress | None = None,
     store: "Store | None" = None,
     executor: "Executor | None" = None,
     **settings: Any,
 ) -> Ensemble:
-    """Return the runs of one fixed-step method from many starts, each equal to the bit to a single run.
+    """Run one method on many starts at once, several in the vectors of each core.
 
-    Several members are run at once in the vectors of each core. A member that fails keeps its last good state and the reason, and the
-    others continue::
+    Each run is equal to the bit to a single one. Stored members are not run again, and an interrupted ensemble loses little. A member that
+    fails keeps its last good state and the reason, and the others continue::
 
         >>> import daebench
         >>> swings = daebench.ensemble("spherical_pendulum", case="fig1.2", method="rattle", h=0.01, t_end=1, members=64)
@@ -151,26 +158,36 @@ def ensemble(
         Name of a fixed-step method, for example "rattle" or "lobatto3/suzuki4".
     h : float, optional
         Step size, s, if it is not in a grid.
-    members : int, optional
-        Number of starts; by default :data:`MEMBERS`, or the size of a grid.
     t_end : float, optional
         End time, s.
     steps : int, optional
         Number of steps, in place of ``t_end``.
+    members : int, optional
+        Number of starts; by default 1024, or the size of a grid.
     starts : str or Distribution
         Distribution of the starts: "neighbourhood" of the case, "liouville" or "energy" for the measure that the flow preserves, in a
         box or at one energy, or "grid", see :func:`daebench.starts.draw.draw_starts`.
     drawn : mapping of str, optional
         Settings of the distribution: ``size``, ``box``, ``E``, ``values``.
     vary : mapping of str to (float, float), optional
-        Parameters that differ from member to member, each uniform between two values.
+        Bounds of parameters that differ from member to member, each uniform between two values, gravity=5:15.
     weights : array_like, shape(n, s), optional
         Weights of the s substeps of a composition, of each member, as 3 of "rattle/triple_jump4"; they sum to 1. Those of the composition
         itself if left out.
+    case : str, optional
+        Named initial values; by default the problem's first.
+    parameters, options : mapping of str to float, optional
+        Parameters of the problem, and free numbers of the method.
     seed : int
         Seed of starts and parameters.
     points : int
         Approximate number of stored states per member.
+    compensated : bool
+        Whether sums over steps are compensated.
+    on_singular : str, optional
+        What happens where G loses rank, see :func:`daebench.run`; by default what the case declares.
+    anyway : bool
+        Whether a scheme may run on a structure matrix for which it is not a Poisson integrator.
     lanes : int, optional
         Number of members at once on one core, 1 for one after another; by default the fastest for the processor.
     threads : int, optional
@@ -185,8 +202,7 @@ def ensemble(
         :func:`daebench.studies.grid.schedulers.local_processes` and :func:`daebench.studies.grid.schedulers.dask_cluster`; by default this
         process.
     **settings
-        Of :func:`daebench.run`: ``case``, ``parameters``, ``options``, ``watch``, ``on_singular``, ``compensated``,
-        ``anyway``, ``count``.
+        Of :func:`daebench.run`: ``watch`` and ``count``.
 
     Returns
     -------
@@ -203,12 +219,12 @@ def ensemble(
     sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
     if sizes is not None and (h is not None or steps is None):
         raise BadInput("with h in the grid give a number of steps, and no other h: members then end at different times.")
-    settings = {"count": False} | settings
-    given = dict(settings)
-    where = initial_value_problem(problem, settings.pop("case", None), settings.pop("parameters", None))
-    fixed_step_method_of(where, method, settings.get("options"), anyway=settings.get("anyway", False))
+    given: dict[str, Any] = {"options": options, "compensated": compensated, "on_singular": on_singular, "anyway": anyway, **settings}
+    where = initial_value_problem(problem, case, parameters)
+    fixed_step_method_of(where, method, options, anyway=anyway)
     largest = h if sizes is None else float(max(sizes))
-    solver, ivp, request = prepare(where, method=method, h=largest, t_end=t_end, steps=steps, every=0, progress=progress, **settings)
+    numbers: dict[str, Any] = {"h": largest, "t_end": t_end, "steps": steps, "every": 0, "progress": progress}
+    solver, ivp, request = prepare(where, method=method, **{"count": False, **numbers, **given})
     grid = solver.grid(ivp, request)
     every = max(1, grid.steps // (points - 1)) if points > 1 else 0
     if members is None:
@@ -218,9 +234,11 @@ def ensemble(
     asked = replace(request, t_end=None, steps=grid.steps, every=every)
     some = drawn_starts.members if weights is None else drawn_starts.members.weighted(weights)
     if store is None:
-        return Ensemble(run_members(solver, some, asked, lanes=lanes, threads=threads), drawn_starts.about, seed, solver, asked)
-    fields = settings_of(problem, ivp.case, method, given)
-    return Ensemble(kept_run(store, executor, fields, some, asked, solver), drawn_starts.about, seed, solver, asked)
+        run = run_members(solver, some, asked, lanes=lanes, threads=threads)
+    else:
+        fields = settings_of(problem, ivp.case, method, {"parameters": parameters, **given})
+        run = stored_run(store, executor, fields, some, asked, solver)
+    return Ensemble(run, drawn_starts.about, seed, solver, asked)
 
 
 def _require(points: int, store: "Store | None", executor: "Executor | None", weights: Any) -> None:
