@@ -36,6 +36,8 @@ from .studies.diagnose.verdict import diagnose as diagnose
 from .studies.ensemble.result import Ensemble as Ensemble
 from .studies.ensemble.run import ensemble as ensemble
 from .studies.grid.study import Study as Study
+from .studies.long.findings import LongRuns as LongRuns
+from .studies.long.findings import long as long
 from .studies.modes.small_oscillations import Modes as Modes
 from .studies.modes.small_oscillations import modes as modes
 from .studies.orders.study import order as order

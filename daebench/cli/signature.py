@@ -20,7 +20,7 @@ from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
 from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, Starts, settings_of
 from daebench.cli.summary import print_summary
-from daebench.errors import BadInput
+from daebench.errors import BadInput, Interrupted
 from daebench.records.store import opened
 from daebench.runs.option import Option
 from daebench.runs.result import Result, Table
@@ -104,7 +104,7 @@ def command_of(study: Callable[..., Any]) -> Callable[..., None]:
         if settings:
             asked["starts"] = "grid" if given.get("grid") and asked["starts"] == Distribution.neighbourhood else asked["starts"]
             asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
-        with _storing(given) as store, bar(f"{title} on {given['problem']}") as progress:
+        with _printing_interrupted(as_json=as_json), _storing(given) as store, bar(f"{title} on {given['problem']}") as progress:
             shown = {**store, **({PROGRESS: progress} if PROGRESS in parameters else {})}
             result = _result(partial(study, **shown), asked, [name for name, argument in taken.items() if argument.several])
         written = _written(folder, result)
@@ -140,6 +140,17 @@ def _settings(drawn: inspect.Parameter | None) -> Mapping[str, Any]:
     if drawn is None:
         return {}
     return {**SETTINGS, **(GRID if "--grid" in _option(drawn).names else {})}
+
+
+@contextmanager
+def _printing_interrupted(*, as_json: bool) -> Iterator[None]:
+    """Print the result so far of a study that is interrupted in the block."""
+    try:
+        yield
+    except Interrupted as stop:
+        if stop.result and not as_json:
+            _print(stop.result)
+        raise
 
 
 @contextmanager
