@@ -14,7 +14,8 @@ import pytest
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.records.code import code_version
-from daebench.records.store import StoredRow, opened
+from daebench.records.rows import StoredRow
+from daebench.records.store import opened
 from daebench.studies.grid import runs as grid_runs
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed

@@ -8,7 +8,8 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
-from daebench.records.store import StoredRow, as_json, of_json, opened
+from daebench.records.rows import StoredRow, as_json, of_json
+from daebench.records.store import opened
 from daebench.runs.members import members
 from daebench.studies.ensemble import energies
 from daebench.studies.grid import runs_together

@@ -23,7 +23,8 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.records import code
-from daebench.records.store import LAYOUT, Store, StoredRow, StoreFull, opened
+from daebench.records.rows import StoredRow
+from daebench.records.store import LAYOUT, Store, StoreFull, opened
 from daebench.reference.keep.store import load
 from daebench.starts.members import neighbour
 from daebench.studies.grid.measure import row_of

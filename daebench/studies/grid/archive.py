@@ -29,8 +29,9 @@ from daebench.methods.catalogue import find_problem
 from daebench.methods.foreign import ForeignName, Trust
 from daebench.methods.outside.read import is_outside
 from daebench.records.code import Code, code_of, code_version
+from daebench.records.rows import StoredRow, as_json
 from daebench.records.seals import digests, sha256
-from daebench.records.store import Store, StoredRow, as_json
+from daebench.records.store import Store
 from daebench.reference.keep.record import Reference
 from daebench.reference.keep.store import CERTIFICATE, digits, written
 from daebench.runs import provenance

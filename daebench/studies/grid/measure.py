@@ -6,7 +6,7 @@ from typing import Any
 
 from daebench.errors import DaebenchError
 from daebench.records.code import code_version
-from daebench.records.store import StoredRow
+from daebench.records.rows import StoredRow
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.studies.grid.member_runs import MemberRuns, member_row

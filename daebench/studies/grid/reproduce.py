@@ -13,8 +13,8 @@ from daebench.errors import BadInput, DaebenchError
 from daebench.methods.foreign import ForeignName, Trust, admit, is_own_method
 from daebench.records.code import Code, code_version, put, renamed, words_of
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN, Compared, Place, Rounding, compare, is_number, same_sentence
+from daebench.records.rows import StoredRow, of_json
 from daebench.records.seals import digests, is_inside, of_another_version, words
-from daebench.records.store import StoredRow, of_json
 from daebench.runs.json_values import MOST, strict
 from daebench.runs.provenance import ORIGIN
 from daebench.runs.schema import DIGEST, SECONDS, Fields, Items, Named, Text, Whole, WrongField, shown

@@ -11,7 +11,8 @@ from pathlib import Path
 from daebench.errors import BadInput, DaebenchError
 from daebench.methods.outside.read import is_outside
 from daebench.records.code import code_version
-from daebench.records.store import Store, StoredRow
+from daebench.records.rows import StoredRow
+from daebench.records.store import Store
 from daebench.studies.grid.measure import Row, stored_row
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import has_workers, workers_of
