@@ -91,9 +91,10 @@ def command_of(study: Callable[..., Any]) -> Callable[..., None]:
     """
     parameters = inspect.signature(study).parameters
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
-    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if _is_option(p)}
-    settings = _settings(parameters.get(DRAWN))
     stored = STORED if "executor" in parameters else {}
+    apart = {DRAWN, PROGRESS, *(("store", "executor") if stored else ())}
+    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in apart and _is_option(p)}
+    settings = {**SETTINGS, **(GRID if _option(parameters[DRAWN]).names else {})} if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
     title = study.__name__.replace("_", "-")
 
@@ -124,22 +125,13 @@ def command_of(study: Callable[..., Any]) -> Callable[..., None]:
 
 
 def _is_option(parameter: inspect.Parameter) -> bool:
-    """Return whether the command has an option for an argument of a study itself."""
-    option = _option(parameter)
-    apart = parameter.name in (DRAWN, PROGRESS, "store", "executor") or parameter.kind is parameter.VAR_KEYWORD
-    return option.command and not apart
+    """Return whether the command has an option for an argument of a study."""
+    return _option(parameter).command and parameter.kind is not parameter.VAR_KEYWORD
 
 
 def _option(parameter: inspect.Parameter) -> Option:
     """Return how a command takes an argument."""
     return get_args(parameter.annotation)[1] if get_origin(parameter.annotation) is Annotated else Option()
-
-
-def _settings(drawn: inspect.Parameter | None) -> Mapping[str, Any]:
-    """Return the options of the settings of a distribution of starts, for the argument of a study that takes them."""
-    if drawn is None:
-        return {}
-    return {**SETTINGS, **(GRID if "--grid" in _option(drawn).names else {})}
 
 
 @contextmanager

@@ -69,15 +69,15 @@ class Text:
 
 @dataclass(frozen=True)
 class Such:
-    """A value that passes a test, which ``told`` has in words."""
+    """A value that passes a test, which ``words`` has in words."""
 
     fits: Callable[[Any], bool]
-    told: str
+    words: str
 
     def read(self, value: Any, place: str) -> Any:
         """Return the value."""
         if not self.fits(value):
-            raise wrong(place, value, self.told)
+            raise wrong(place, value, self.words)
         return value
 
 

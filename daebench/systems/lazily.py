@@ -8,6 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import matplotlib as matplotlib
+    import matplotlib.colors
+    import matplotlib.patches
+    import matplotlib.ticker
     import mpmath as mpmath
     import pandas as pandas
     import scipy as scipy
@@ -30,4 +34,4 @@ else:
             setattr(self, attribute, value)
             return value
 
-    mpmath, pandas, scipy, sympy = map(Later, ("mpmath", "pandas", "scipy", "sympy"))
+    matplotlib, mpmath, pandas, scipy, sympy = map(Later, ("matplotlib", "mpmath", "pandas", "scipy", "sympy"))

@@ -24,9 +24,9 @@ from daebench.runs.ivp import PoissonIvp
 from daebench.runs.request import Request
 from daebench.studies.long import checkpoint, windows
 from daebench.studies.long import run as long_run
-from daebench.studies.long.checkpoint import Checkpoint, group_identity, identity, load, load_group, resumed, save
+from daebench.studies.long.checkpoint import group_identity, identity, load, resumed, save
 from daebench.studies.long.ensemble import Ensemble, run_member, terminated_as_interrupted
-from daebench.studies.long.run import LongRun, Stream, start_of
+from daebench.studies.long.run import Checkpoint, LongRun, Stream, start_of
 from daebench.studies.long.table import growth, members_table, sentence, share, windows_table
 from daebench.studies.long.windows import COUNT, EDGES, LEAST, MANY, MEAN, MOST, SQUARES, Blocks, Windows, centres, mean_square, middles
 
@@ -529,7 +529,7 @@ def test_an_ensemble_that_is_ended_in_any_way_goes_on_to_the_same_bits(numbers, 
     ensembles = [Ensemble(spec, 24, 10**7, tmp_path / out / "checkpoints") for out in ("left", "whole")]
     left, whole = (ensemble.kept() for ensemble in ensembles)
     for first, last in ((0, 15), (16, 23)):
-        numbers = [load_group(ensemble.path(first, last), group_identity(spec)).numbers for ensemble in ensembles]
+        numbers = [load(ensemble.path(first, last), group_identity(spec)).numbers for ensemble in ensembles]
         assert numbers[0].tobytes() == numbers[1].tobytes()
     for k in range(24):
         assert left[k].windows.table.tobytes() == whole[k].windows.table.tobytes()

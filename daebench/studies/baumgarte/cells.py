@@ -9,9 +9,8 @@ so that g does not grow where |R| <= 1 at both roots. Methods whose stages are f
 where |z| times the spectral radius of A is less than 1, and in a limited number of iterations only where it is less than a number below 1.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -189,35 +188,19 @@ def fixed_options(form: str, h: float, alpha_h: float, beta_h: float) -> Numbers
     return {"stiffness": beta**2 / IMPEDANCE, "damping": 2 * alpha / IMPEDANCE, "impedance": IMPEDANCE}
 
 
-def over_step(
-    ivp: ConstrainedIvp, form: str, scheme: str, h: float, t_end: float, values: Sequence[float], tell: Callable[[], None]
-) -> list[Cell]:
-    """Return the runs of a scheme on a form over all alpha h (slowest) and beta h."""
+def over(ivp: ConstrainedIvp, name: str, value: float, t_end: float, options: Iterable[Numbers], tell: Callable[[], None]) -> list[Cell]:
+    """Return the runs of a method over its free numbers."""
     cells = []
-    for a, b in product(values, values):
-        cells.append(cell(ivp, f"{form}:{scheme}", h, t_end, fixed_options(form, h, a, b)))
+    for numbers in options:
+        cells.append(cell(ivp, name, value, t_end, numbers))
         tell()
     return cells
 
 
-def over_tolerance(ivp: ConstrainedIvp, tol: float, t_end: float, rates: Sequence[float], tell: Callable[[], None]) -> list[Cell]:
-    """Return the runs of ``ida:baumgarte`` over all alpha (slowest) and beta, 1/s."""
-    cells = []
-    for alpha, beta in product(rates, rates):
-        cells.append(cell(ivp, "ida:baumgarte", tol, t_end, {"alpha": alpha, "beta": beta}))
-        tell()
-    return cells
-
-
-def penalised(ivp: ConstrainedIvp, scheme: str, h: float, t_end: float, values: Sequence[float], tell: Callable[[], None]) -> list[Cell]:
-    """Return the runs of a scheme on the penalised system over h times its fastest frequency at the start."""
+def fastest(ivp: ConstrainedIvp) -> float:
+    """Return the fastest frequency of the penalised system at the start, in parts of 1/eps."""
     G, H_pp = ivp.value("G", ivp.q0), ivp.value("H_pp", ivp.p0, ivp.q0)
-    fastest = float(np.sqrt(np.max(np.linalg.eigvalsh(G @ H_pp @ G.T))))
-    cells = []
-    for x in values:
-        cells.append(cell(ivp, f"stiff:{scheme}", h, t_end, {"eps": h * fastest / x}))
-        tell()
-    return cells
+    return float(np.sqrt(np.max(np.linalg.eigvalsh(G @ H_pp @ G.T))))
 
 
 def measured_limit(ivp: ConstrainedIvp, scheme: str, h: float, ratio: float, digits: float = 0.01) -> float:

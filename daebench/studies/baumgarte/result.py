@@ -20,6 +20,7 @@ from daebench.studies.baumgarte.cells import (
     grid,
     growth,
 )
+from daebench.systems.lazily import matplotlib
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -279,19 +280,16 @@ def _place(one: Cell, form: str, h: float) -> float:
 
 def _tiles(figure: Any, axis: Any, values: Array, numbers: Array) -> None:
     """Draw numbers over two equal logarithmic axes, the first across; those that are not finite stay grey."""
-    from matplotlib.colors import LogNorm
-    from matplotlib.ticker import NullFormatter
-
     positive = numbers[np.isfinite(numbers) & (numbers > 0)]
     high = float(positive.max()) if positive.size else 1.0
     low = max(float(positive.min()) if positive.size else 0.1, high * 10.0**-DECADES)
     axis.set_facecolor("#bdbdbd")
     sides = edges(values)
-    norm = LogNorm(low, high if high > low else 10 * low)
+    norm = matplotlib.colors.LogNorm(low, high if high > low else 10 * low)
     drawn = axis.pcolormesh(sides, sides, np.clip(numbers, low, None).T, norm=norm, cmap="viridis_r", rasterized=True)
     bar = figure.colorbar(drawn, ax=axis, fraction=0.05, pad=0.02)
     if high > 10 * low:
-        bar.ax.yaxis.set_minor_formatter(NullFormatter())
+        bar.ax.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
     axis.set(xscale="log", yscale="log")
     axis.grid(visible=False)
 

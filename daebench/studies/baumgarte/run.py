@@ -1,6 +1,7 @@
 """``daebench.baumgarte``: the effect of stabilisation on energy, constraints and cost, and the limits of stability."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import count, product
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -20,11 +21,11 @@ from daebench.studies.baumgarte.cells import (
     Cell,
     cell,
     contraction,
+    fastest,
+    fixed_options,
     limit,
     measured_limit,
-    over_step,
-    over_tolerance,
-    penalised,
+    over,
     run_of,
     usable,
 )
@@ -129,16 +130,17 @@ def baumgarte(
     for name in others:
         if method_of(ivp, name).knob != "h":
             raise BadInput(f"{name} chooses its own steps; give fixed-step methods, for example rattle.")
-    tell = _Counted(progress, (len(mapped) + 1) * len(values) ** 2 + len(values) + len(tolerances) * len(rates) ** 2)
-    maps = {f"baumgarte:{scheme}": over_step(ivp, "baumgarte", scheme, h, t_end, values, tell) for scheme in mapped}
-    maps[f"soft:{mapped[0]}"] = over_step(ivp, "soft", mapped[0], h, t_end, values, tell)
+    tell = _counted(progress, (len(mapped) + 1) * len(values) ** 2 + len(values) + len(tolerances) * len(rates) ** 2)
+    names = [*(f"baumgarte:{scheme}" for scheme in mapped), f"soft:{mapped[0]}"]
+    maps = {name: over(ivp, name, h, t_end, _roots(name, h, values), tell) for name in names}
+    pairs = [{"alpha": alpha, "beta": beta} for alpha, beta in product(rates, rates)]
     return BaumgarteMap(
         ivp,
         h,
         t_end,
         maps,
-        penalised(ivp, mapped[0], h, t_end, values, tell),
-        {tol: over_tolerance(ivp, tol, t_end, rates, tell) for tol in tolerances},
+        over(ivp, f"stiff:{mapped[0]}", h, t_end, [{"eps": h * fastest(ivp) / x} for x in values], tell),
+        {tol: over(ivp, "ida:baumgarte", tol, t_end, pairs, tell) for tol in tolerances},
         [_effect_of(ivp, scheme, h, t_end, maps[f"baumgarte:{scheme}"], values) for scheme in mapped],
         [_limit(ivp, scheme, h, ratio) for scheme in mapped for ratio in RATIOS],
         [cell(ivp, name, h, t_end, {}) for name in others],
@@ -155,16 +157,15 @@ def _problem(problem: Any, case: str | None, parameters: Mapping[str, float] | N
     return ivp
 
 
-class _Counted:
-    """Tells how far it is."""
+def _roots(name: str, h: float, values: Sequence[float]) -> list[Mapping[str, float]]:
+    """Return the free numbers of a method over all alpha h (slowest) and beta h."""
+    return [fixed_options(name.partition(":")[0], h, a, b) for a, b in product(values, values)]
 
-    def __init__(self, progress: Progress | None, of: int) -> None:
-        self.progress, self.of, self.done = progress, of, 0
 
-    def __call__(self) -> None:
-        self.done += 1
-        if self.progress:
-            self.progress(self.done / self.of)
+def _counted(progress: Progress | None, of: int) -> Callable[[], None]:
+    """Return the function that is called after each run, and tells the part of them that is done."""
+    done = count(1)
+    return lambda: progress(next(done) / of) if progress else None
 
 
 def _effect_of(ivp: ConstrainedIvp, scheme: str, h: float, t_end: float, cells: Sequence[Cell], values: Sequence[float]) -> Effect:

@@ -27,6 +27,7 @@ from daebench.methods.ensemble.tangents import TangentGrowth
 from daebench.runs.result import Result
 from daebench.starts.box import coordinates
 from daebench.studies.chaos.plane import Plane, Section
+from daebench.systems.lazily import matplotlib
 from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
@@ -305,8 +306,6 @@ def _words(words: NDArray[np.str_], some: Sequence[str]) -> list[tuple[str, str]
 
 
 def _legend(axis: Any, named: Sequence[tuple[str, str]]) -> None:
-    from matplotlib.patches import Patch
-
-    handles = [Patch(facecolor=colour, edgecolor=QUIET, linewidth=0.5, label=label) for colour, label in named]
+    handles = [matplotlib.patches.Patch(facecolor=colour, edgecolor=QUIET, linewidth=0.5, label=label) for colour, label in named]
     place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": 2, "frameon": False}
     axis.legend(handles=handles, handlelength=1.2, columnspacing=1.2, **place)

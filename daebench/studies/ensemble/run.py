@@ -15,6 +15,7 @@ from daebench.methods.names import fixed_step_method_of
 from daebench.methods.run import prepare
 from daebench.records.store import Store
 from daebench.runs.grid import require_memory_of_members
+from daebench.runs.ivp import Ivp
 from daebench.runs.members import Members
 from daebench.runs.option import Option
 from daebench.runs.request import Progress, Request
@@ -216,22 +217,15 @@ def ensemble(
     """
     _require(points, store, executor, weights)
     distribution = distribution_of(starts, drawn or {})
-    sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
-    if sizes is not None and (h is not None or steps is None):
-        raise BadInput("with h in the grid give a number of steps, and no other h: members then end at different times.")
     given: dict[str, Any] = {"options": options, "compensated": compensated, "on_singular": on_singular, "anyway": anyway, **settings}
     where = initial_value_problem(problem, case, parameters)
     fixed_step_method_of(where, method, options, anyway=anyway)
-    largest = h if sizes is None else float(max(sizes))
-    numbers: dict[str, Any] = {"h": largest, "t_end": t_end, "steps": steps, "every": 0, "progress": progress}
-    solver, ivp, request = prepare(where, method=method, **{"count": False, **numbers, **given})
-    grid = solver.grid(ivp, request)
-    every = max(1, grid.steps // (points - 1)) if points > 1 else 0
+    numbers = {"h": _largest_step(distribution, h, steps), "t_end": t_end, "steps": steps, "progress": progress}
+    solver, ivp, asked = _prepared(where, method, points, numbers | given)
     if members is None:
         members = distribution.size if isinstance(distribution, Grid) else MEMBERS
-    require_memory_of_members(replace(grid, every=every).rows, ivp.size, whole("members", members))
+    require_memory_of_members(solver.grid(ivp, asked).rows, ivp.size, whole("members", members))
     drawn_starts = draw_starts(ivp, distribution, members=members, h=h, vary=vary, seed=seed)
-    asked = replace(request, t_end=None, steps=grid.steps, every=every)
     some = drawn_starts.members if weights is None else drawn_starts.members.weighted(weights)
     if store is None:
         run = run_members(solver, some, asked, lanes=lanes, threads=threads)
@@ -239,6 +233,21 @@ def ensemble(
         fields = settings_of(problem, ivp.case, method, {"parameters": parameters, **given})
         run = stored_run(store, executor, fields, some, asked, solver)
     return Ensemble(run, drawn_starts.about, seed, solver, asked)
+
+
+def _largest_step(distribution: Any, h: float | None, steps: int | None) -> float | None:
+    """Return the step size, or the largest in a grid of them."""
+    sizes = distribution.values.get("h") if isinstance(distribution, Grid) else None
+    if sizes is not None and (h is not None or steps is None):
+        raise BadInput("with h in the grid give a number of steps, and no other h: members then end at different times.")
+    return h if sizes is None else float(max(sizes))
+
+
+def _prepared(where: Ivp, method: str, points: int, numbers: Mapping[str, Any]) -> tuple[Any, Ivp, Request]:
+    """Return method, problem and the request for a number of states, about."""
+    solver, ivp, request = prepare(where, method=method, every=0, **{"count": False, **numbers})
+    steps = solver.grid(ivp, request).steps
+    return solver, ivp, replace(request, t_end=None, steps=steps, every=max(1, steps // (points - 1)) if points > 1 else 0)
 
 
 def _require(points: int, store: "Store | None", executor: "Executor | None", weights: Any) -> None:

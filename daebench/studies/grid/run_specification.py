@@ -180,13 +180,15 @@ class GridRun(RunSpecification):
         return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
 
     @classmethod
-    def of_plain(cls, given: Mapping[str, Any]) -> "GridRun":
+    def of_plain(cls, given: Mapping[str, Any]) -> Self:
         """Return the run with these fields, as :meth:`plain` gives them."""
         known = {field.name for field in fields(cls)}
         if extra := set(given) - known:
             raise BadInput(f"a run has no {', '.join(sorted(extra))}; this store is of another version.")
         pairs = {name: tuple((str(k), float(v)) for k, v in given[name]) for name in ("parameters", "options") if name in given}
-        return cls(**{**given, **pairs, "metrics": tuple(given["metrics"])})
+        values = {"values": tuple(map(float, given["values"]))} if "values" in given else {}
+        others: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
+        return cls(**others | pairs | values)
 
     def rows(self, row: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
         """Give the row of each run that it is, of the stored row."""

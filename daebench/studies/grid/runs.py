@@ -9,6 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from pathlib import Path
 
 from daebench.errors import BadInput, DaebenchError
+from daebench.methods.outside.process import remember
 from daebench.methods.outside.read import is_outside
 from daebench.records.code import code_version
 from daebench.records.rows import StoredRow
@@ -157,8 +158,6 @@ def computed(
 
 def _remember_end(method: str, row: Row) -> None:
     """Note code from outside that ended its process, so that a command says so whether it ran now or is stored."""
-    from daebench.methods.outside.process import remember
-
     if row["failure"]:
         remember(method, str(row["failure"]))
 

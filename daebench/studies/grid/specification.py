@@ -1,15 +1,15 @@
 """A row of a store: the run, or runs that are made together, its key, and its columns; all are checked, whoever wrote them."""
 
 import base64
-import binascii
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from daebench.errors import BadInput
 from daebench.records.code import made_by
-from daebench.records.comparison import same
+from daebench.records.comparison import is_number, same
 from daebench.records.seals import digest
 from daebench.runs.json_values import strict
 from daebench.runs.machine import machine
@@ -26,6 +26,7 @@ from daebench.runs.schema import (
     Named,
     Number,
     Pair,
+    Such,
     Text,
     Whole,
     WrongField,
@@ -79,37 +80,28 @@ OPTIONAL: Mapping[str, Kind] = {
 PAIRS = Items(Items(Number(), most=MOST_MEMBERS))
 
 
-class Settings:
-    """Settings of a distribution, as a text of JSON."""
+SETTINGS = Named(
+    Either((Number(), PAIRS, Named(Items(Number(), most=MOST_MEMBERS))), "a number, or lists of numbers"),
+    Text(words=tuple({"vary", *(name for kind in DISTRIBUTIONS.values() for name in kind.__dataclass_fields__)})),
+)
+"""Settings of a distribution."""
 
-    kind = Named(
-        Either((Number(), PAIRS, Named(Items(Number(), most=MOST_MEMBERS))), "a number, or lists of numbers"),
-        Text(words=tuple({"vary", *(name for kind in DISTRIBUTIONS.values() for name in kind.__dataclass_fields__)})),
-    )
 
-    def read(self, value: Any, place: str) -> str:
-        """Return the text."""
-        text = Text(10**6).read(value, place)
+def _reads(read: Callable[[str], Any], longest: int) -> Callable[[Any], bool]:
+    """Return the test whether something is a text, not longer than this, that a function reads."""
+
+    def fits(value: Any) -> bool:
         try:
-            self.kind.read(strict(text), place)
-        except WrongField:
-            raise
+            read(Text(longest).read(value, ""))
         except ValueError:
-            raise wrong(place, value, "a text of JSON") from None
-        return text
+            return False
+        return True
+
+    return fits
 
 
-class Base64:
-    """Bytes as text."""
-
-    def read(self, value: Any, place: str) -> str:
-        """Return the text."""
-        text = Text(2**30).read(value, place)
-        try:
-            base64.b64decode(text, validate=True)
-        except (binascii.Error, ValueError):
-            raise wrong(place, value, "bytes in base64") from None
-        return text
+SETTINGS_TEXT = Such(_reads(lambda text: SETTINGS.read(strict(text), ""), 10**6), "settings of a distribution, as a text of JSON")
+BASE64 = Such(_reads(partial(base64.b64decode, validate=True), 2**30), "bytes in base64")
 
 
 MEMBERS = Fields(
@@ -118,7 +110,7 @@ MEMBERS = Fields(
         "first": Whole(),
         "members": Whole(1, MOST_MEMBERS),
         "differing": Items(NAME),
-        "numbers": Base64(),
+        "numbers": BASE64,
         "every": Whole(),
         "steps": Whole(1),
         "watch": Items(NAME),
@@ -129,23 +121,24 @@ MEMBERS = Fields(
 PARAMETER = Fields({**REQUIRED, "varied": NAME, "values": Items(Number(), 1, MOST_MEMBERS)}, OPTIONAL)
 STARTS = Fields(
     {**REQUIRED, "members": Whole(1, MOST_MEMBERS), "distribution": Text(words=tuple(DISTRIBUTIONS)), "finest": POSITIVE},
-    {**OPTIONAL, "settings": Settings(), "seed": Whole()},
+    {**OPTIONAL, "settings": SETTINGS_TEXT, "seed": Whole()},
 )
 ONE = Fields(REQUIRED, OPTIONAL)
 
 
+KINDS: Mapping[str, tuple[type[GridRun], Fields]] = {
+    "distribution": (StartRuns, STARTS),
+    "varied": (ParameterRuns, PARAMETER),
+    "numbers": (MemberRuns, MEMBERS),
+}
+"""Runs that are made together, and their fields, by a field that they alone have."""
+
+
 def specification_of(given: Mapping[str, Any]) -> GridRun:
     """Return a run, or several, with the fields that :meth:`GridRun.plain` gives."""
+    kind, fields = next((KINDS[name] for name in KINDS if name in given), (GridRun, ONE))
     try:
-        if "distribution" in given:
-            return StartRuns.of_plain(STARTS.read(given))
-        if "varied" in given:
-            fields = PARAMETER.read(given)
-            return ParameterRuns.of_plain({**fields, "values": tuple(map(float, fields["values"]))})
-        if "numbers" in given:
-            fields = MEMBERS.read(given)
-            return MemberRuns.of_plain({**fields, **{name: tuple(fields[name]) for name in ("differing", "watch")}})
-        return GridRun.of_plain(ONE.read(given))
+        return kind.of_plain(fields.read(given))
     except WrongField as error:
         raise BadInput(f"this is no run that daebench keeps: {error}.") from error
 
@@ -207,36 +200,9 @@ ALSO_REPEATED = ("precision", "compensated", "sweeps", "newton", "start")
 """Fields of a run that some rows repeat."""
 
 
-class Real:
-    """A number, finite or not."""
-
-    def read(self, value: Any, place: str) -> float:
-        """Return the number."""
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise wrong(place, value, "a number")
-        return value
-
-
-class NumberOrText:
-    """A number or a text: an entry of a column of a metric."""
-
-    def read(self, value: Any, place: str) -> float | str:
-        """Return the entry."""
-        if isinstance(value, bool) or not isinstance(value, int | float | str):
-            raise wrong(place, value, "a number or a text")
-        return value
-
-
-class Untimed:
-    """The time of a run that is not timed, which is not a number."""
-
-    def read(self, value: Any, place: str) -> float:
-        """Return it."""
-        if not isinstance(value, float) or not math.isnan(value):
-            raise wrong(place, value, "not a number, as nothing is timed in its run")
-        return value
-
-
+REAL = Such(is_number, "a number")
+NUMBER_OR_TEXT = Such(lambda value: is_number(value) or isinstance(value, str), "a number or a text")
+UNTIMED = Such(lambda value: isinstance(value, float) and math.isnan(value), "not a number, as nothing is timed in its run")
 SENTENCE = Text(LONGEST)
 WORK: Mapping[str, Kind] = {"steps": Whole(), "failure": SENTENCE}
 ONE_ROW: Mapping[str, Kind] = {**WORK, "knob": Text(40), "t_reached": Number()}
@@ -272,27 +238,27 @@ def _columns(specification: GridRun) -> dict[str, Kind]:
         most = specification.members
         failures = {"failed": Items(Whole(0, most - 1), most=most), "failure": Items(SENTENCE, most=most)}
         return {**failures, "arrays": Text(2**30), "seconds": SECONDS, "compile_seconds": SECONDS, "lanes": Whole()}
-    if isinstance(specification, ParameterRuns):
-        n = len(specification.values)
-        kinds: dict[str, Kind] = {name: WORK.get(name, _entry(name)) for name in specification.columns}
-        return {name: Items(kind, n, n) for name, kind in kinds.items()}
-    if isinstance(specification, StartRuns):
-        n = specification.members
-        parts = {f"{what}_{part}": Items(Real(), n, n) for part in specification.metrics for what in ("error", "bound")}
-        return {**parts, "failure": Items(SENTENCE, n, n)}
-    return {**ONE_ROW, **{column: _entry(column) for column in (next(iter(METRICS[name].columns)) for name in specification.metrics)}}
+    if type(specification) is GridRun:
+        return {**ONE_ROW, **{column: _entry(column) for column in (next(iter(METRICS[name].columns)) for name in specification.metrics)}}
+    names = specification.columns if isinstance(specification, ParameterRuns) else ("failure", *_errors(specification.metrics))
+    n = specification.count
+    return {name: Items(WORK.get(name, _entry(name)), n, n) for name in names}
+
+
+def _errors(metrics: Sequence[str]) -> list[str]:
+    return [column for metric in metrics for column in METRICS[metric].columns]
 
 
 def _entry(column: str) -> Kind:
     """Return the kind of an entry in a column of a metric: words, or not a number where there are none, or a number."""
-    return NumberOrText() if column in WORDS else Real()
+    return NUMBER_OR_TEXT if column in WORDS else REAL
 
 
 def _others(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Kind]:
     """Return the columns that a row may have: older versions have fewer columns of a metric."""
     if isinstance(specification, MemberRuns | ParameterRuns):
         return {}
-    time: Kind = Either((SECONDS, Untimed()), "a time, or not a number") if specification.repeat else Untimed()
+    time: Kind = Either((SECONDS, UNTIMED), "a time, or not a number") if specification.repeat else UNTIMED
     if isinstance(specification, StartRuns):
         n = specification.members
         return dict.fromkeys(TIMES, Either((time, Items(time, n, n)), "a time that fits its run, or a list of them"))
@@ -300,7 +266,7 @@ def _others(specification: GridRun, row: Mapping[str, Any]) -> dict[str, Kind]:
     return {
         **dict.fromkeys(TIMES, time),
         **counts,
-        **{column: _entry(column) for name in specification.metrics for column in METRICS[name].columns},
+        **{column: _entry(column) for column in _errors(specification.metrics)},
     }
 
 

@@ -1,4 +1,4 @@
-"""Findings on an ensemble of long runs, as it is now, and their picture."""
+"""``daebench.long``: the energy error over very many steps, and findings on an ensemble of long runs as it is now."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,12 +7,9 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
 from daebench.diagnostics.drift import Drift
 from daebench.diagnostics.random_walk import Walk
-from daebench.draw.bands import fill
-from daebench.draw.figures import BLUE, QUIET, VERMILION, drawing, grid_of_axes, save, save_table
+from daebench.draw.figures import save, save_table
 from daebench.errors import BadInput, Interrupted
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.files import make_folder
@@ -21,12 +18,10 @@ from daebench.runs.machine import cores
 from daebench.runs.outputs import require_own, writing
 from daebench.runs.request import Progress
 from daebench.runs.result import Result, Table
-from daebench.runs.trajectory import Array
 from daebench.studies.grid.estimate import duration
-from daebench.studies.long.checkpoint import Checkpoint
 from daebench.studies.long.ensemble import Ensemble, terminated_as_interrupted
-from daebench.studies.long.run import STRIDE, LongRun
-from daebench.studies.long.table import Share, growth, headline, members_table, sentence, share, windows_table
+from daebench.studies.long.run import STRIDE, Checkpoint, LongRun
+from daebench.studies.long.table import Share, figure, growth, headline, members_table, sentence, share, windows_table
 from daebench.systems.lazily import pandas as pd
 
 if TYPE_CHECKING:
@@ -35,65 +30,6 @@ if TYPE_CHECKING:
 
 LINES = 14
 """Approximate number of printed windows; the table has all."""
-
-MANY = 16
-"""Members from which on quantiles are drawn in place of each member."""
-
-BELOW = 30.0
-"""Factor below the least value over all members that is drawn: where a member's error changes sign it is as small as can be."""
-
-
-def figure(title: str, member_windows: "pd.DataFrame", table: "pd.DataFrame") -> "Figure":
-    """Return the picture of an ensemble of long runs.
-
-    Left is the rms error of each member and of all; right, where there are several, how far each member's mean is from the mean of all,
-    and the spread. Of sixteen members or more there are bands that hold the middle 50 and 90 %. Thin lines have the slopes 1/2 of a
-    random walk and 1 of a linear drift. The tables are those of :mod:`daebench.studies.long.table`, the title is written above.
-    """
-    several = int(table["members"].max()) > 1
-    with drawing():
-        drawn, axes = grid_of_axes(1, 1 + several, 3.6, sharex=True)
-        _panel(axes[0, 0], member_windows, member_windows["rms"], table["t"], table["rms"], VERMILION, "rms of all" if several else "rms")
-        drawn.suptitle(title, fontsize="medium")
-        axes[0, 0].set(title="error from the start", ylabel="energy error H - H$_0$ [unit of H]")
-        if several:
-            distances = (member_windows["mean"] - member_windows["window"].map(table["mean"])).abs()
-            _panel(axes[0, 1], member_windows, distances, table["t"], table["spread"], BLUE, "spread of members")
-            axes[0, 1].set(title="distance from the mean of all", ylabel="means over windows [unit of H]")
-    return drawn
-
-
-def _panel(
-    axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", t: "pd.Series[float]", all_: Any, color: str, label: str
-) -> None:
-    if member_windows["member"].nunique() >= MANY:
-        _bands(axis, member_windows, values, color)
-    else:
-        for _, rows in values.where(values > 0).groupby(member_windows["member"]):
-            axis.plot(member_windows["t"][rows.index], rows, color=QUIET, linewidth=0.5, alpha=0.6)
-    axis.plot(t, all_.where(all_ > 0), color=color, marker="o", markersize=2.5, linewidth=1.6, label=label)
-    _guides(axis, np.asarray(t, dtype=float), np.asarray(all_, dtype=float))
-    axis.set(xscale="log", yscale="log", xlabel="time t [s]")
-    positive = all_[all_ > 0]
-    if len(positive):
-        axis.set_ylim(bottom=positive.min() / BELOW)
-    axis.legend(loc="best")
-
-
-def _bands(axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", color: str) -> None:
-    """Fill the area between quantiles over members in each window that has as many samples of one as of any."""
-    full = member_windows["samples"] == member_windows.groupby("window")["samples"].transform("max")
-    groups = values[full].groupby(member_windows["window"][full])
-    t = member_windows[full].groupby("window")["t"].first()
-    fill(axis, t, groups.quantile, color, of="members")
-
-
-def _guides(axis: Any, t: Array, all_: Array) -> None:
-    """Draw lines of slope 1/2 and 1 that end where the curve does."""
-    ends = np.array([t[len(t) // 2], t[-1]])
-    for slope, dashes in ((0.5, "--"), (1.0, ":")):
-        name = "t$^{1/2}$" if slope == 0.5 else "t"
-        axis.plot(ends, 1.6 * all_[-1] * (ends / ends[-1]) ** slope, color="black", linewidth=0.7, linestyle=dashes, label=name)
 
 
 @dataclass(frozen=True)

@@ -153,6 +153,51 @@ class _Buffered(Grid):
         return BLOCK + MOST_STATES + 1
 
 
+@dataclass(frozen=True)
+class Checkpoint:
+    """A long run as it was left, or members of an ensemble in lanes after as many steps, with one more axis of arrays."""
+
+    done: int
+    """Steps done."""
+    seconds: float
+    """CPU time of the loop."""
+    windows: Windows
+    blocks: Blocks
+    """Statistics of what is reduced."""
+    numbers: Array
+    """All that the loop carries; shape (k,)."""
+    waiting: Array
+    """Energies H(x) that are sampled and not yet reduced, in the run's number type; shape (r,)."""
+    first: Any
+    """H(x0)."""
+    left: int = 0
+    """Steps to the next sample, of a run by itself."""
+    passages: int = 0
+    """Number of rank-loss events."""
+    failure: str = ""
+    """Why it stopped; "" if nothing but the end or an interruption stopped it."""
+    rank_pending: bool = False
+    """Whether G loses rank in the step after the last one."""
+    members: tuple[int, ...] | None = None
+    """Numbers of the members in lanes; those that left them have files of their own."""
+
+    @property
+    def errors(self) -> Array:
+        """Errors of the energy that are not yet reduced, shape(r,)."""
+        return np.asarray(self.waiting - self.waiting.dtype.type(self.first), dtype=float)
+
+    def each(self, stride: int) -> dict[int, "Checkpoint"]:
+        """Return the members in lanes by number, as they would be left alone but for what the loop carries."""
+        members = self.members or ()
+        seconds, left = self.seconds / max(1, len(members)), stride - self.done % stride
+        alone = replace(self, seconds=seconds, numbers=np.empty(0), left=left, members=None)
+        return {number: alone._part(k) for k, number in enumerate(members)}
+
+    def _part(self, k: int) -> "Checkpoint":
+        windows, blocks = self.windows.some(k), self.blocks.some(k)
+        return replace(self, windows=windows, blocks=blocks, waiting=self.waiting[:, k], first=float(self.first[k]))
+
+
 class Stream:
     """A long run under way.
 
@@ -231,9 +276,26 @@ class Stream:
         """Return all numbers that the loop carries, on one line; float32 is exact in float64."""
         return np.array(list(_flat(self.run.carried)), dtype=float)
 
-    def restore(self, numbers: Array) -> None:
-        """Put back what :meth:`numbers` returned."""
-        self.run.carried = _shaped(self.run.carried, iter(numbers))
+    @property
+    def room(self) -> int:
+        """Samples that there is room for."""
+        return len(self.run.state_rows) - 1
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the run as it is."""
+        run = self.run
+        waiting, first = run.state_rows[: run.row, 0], float(run.conserved[0])
+        left = Checkpoint(self.done, self.seconds, self.windows, self.blocks, self.numbers(), waiting, first)
+        return replace(left, left=run.left, passages=self.passages, failure=self.failure, rank_pending=bool(run.rank_pending))
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Put a run at its start to where a checkpoint left it."""
+        run, self.windows, self.blocks, self.passages = self.run, checkpoint.windows, checkpoint.blocks, checkpoint.passages
+        run.carried = _shaped(run.carried, iter(checkpoint.numbers))
+        run.done, run.left, run.row, run.seconds = checkpoint.done, checkpoint.left, len(checkpoint.waiting), checkpoint.seconds
+        run.state_rows[: run.row, 0] = checkpoint.waiting
+        run.failure, run.rank_pending = checkpoint.failure or None, checkpoint.rank_pending
+        run.passages.clear()
 
 
 def beyond(spec: LongRun, sample: int) -> str:

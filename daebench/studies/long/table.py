@@ -1,8 +1,9 @@
-"""Tables of long runs, statistics of windows over the members of an ensemble, and the verdict in a sentence."""
+"""Tables of long runs, statistics of windows over the members of an ensemble, the verdict in a sentence, and their picture."""
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,11 +12,15 @@ from daebench.diagnostics.drift import Drift, between
 from daebench.diagnostics.energy import energy_drift
 from daebench.diagnostics.integrals import energy_rounding
 from daebench.diagnostics.random_walk import CONFIDENCE, MEMBERS, Walk, random_walk
+from daebench.draw.bands import fill
+from daebench.draw.figures import BLUE, QUIET, VERMILION, drawing, grid_of_axes
 from daebench.runs.trajectory import Array
-from daebench.studies.long.checkpoint import Checkpoint
-from daebench.studies.long.run import ROUNDINGS, LongRun
+from daebench.studies.long.run import ROUNDINGS, Checkpoint, LongRun
 from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, centres, mean_square, middles
 from daebench.systems.lazily import pandas as pd
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FAR_BEHIND = 0.5
 """A member that has less than this part of the samples of the longest one is left out of the verdict until it has caught up."""
@@ -230,3 +235,63 @@ def _around(value: float, error: float) -> str:
     power = math.floor(math.log10(max(abs(value), wide)))
     digits = max(0, places + power)
     return f"({value / 10.0**power:.{digits}f} +- {wide / 10.0**power:.{digits}f})e{power:+03d}"
+
+
+MANY = 16
+"""Members from which on quantiles are drawn in place of each member."""
+
+BELOW = 30.0
+"""Factor below the least value over all members that is drawn: where a member's error changes sign it is as small as can be."""
+
+
+def figure(title: str, member_windows: "pd.DataFrame", table: "pd.DataFrame") -> "Figure":
+    """Return the picture of an ensemble of long runs.
+
+    Left is the rms error of each member and of all; right, where there are several, how far each member's mean is from the mean of all,
+    and the spread. Of sixteen members or more there are bands that hold the middle 50 and 90 %. Thin lines have the slopes 1/2 of a
+    random walk and 1 of a linear drift. The tables are those of :mod:`daebench.studies.long.table`, the title is written above.
+    """
+    several = int(table["members"].max()) > 1
+    with drawing():
+        drawn, axes = grid_of_axes(1, 1 + several, 3.6, sharex=True)
+        _panel(axes[0, 0], member_windows, member_windows["rms"], table["t"], table["rms"], VERMILION, "rms of all" if several else "rms")
+        drawn.suptitle(title, fontsize="medium")
+        axes[0, 0].set(title="error from the start", ylabel="energy error H - H$_0$ [unit of H]")
+        if several:
+            distances = (member_windows["mean"] - member_windows["window"].map(table["mean"])).abs()
+            _panel(axes[0, 1], member_windows, distances, table["t"], table["spread"], BLUE, "spread of members")
+            axes[0, 1].set(title="distance from the mean of all", ylabel="means over windows [unit of H]")
+    return drawn
+
+
+def _panel(
+    axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", t: "pd.Series[float]", all_: Any, color: str, label: str
+) -> None:
+    if member_windows["member"].nunique() >= MANY:
+        _bands(axis, member_windows, values, color)
+    else:
+        for _, rows in values.where(values > 0).groupby(member_windows["member"]):
+            axis.plot(member_windows["t"][rows.index], rows, color=QUIET, linewidth=0.5, alpha=0.6)
+    axis.plot(t, all_.where(all_ > 0), color=color, marker="o", markersize=2.5, linewidth=1.6, label=label)
+    _guides(axis, np.asarray(t, dtype=float), np.asarray(all_, dtype=float))
+    axis.set(xscale="log", yscale="log", xlabel="time t [s]")
+    positive = all_[all_ > 0]
+    if len(positive):
+        axis.set_ylim(bottom=positive.min() / BELOW)
+    axis.legend(loc="best")
+
+
+def _bands(axis: Any, member_windows: "pd.DataFrame", values: "pd.Series[float]", color: str) -> None:
+    """Fill the area between quantiles over members in each window that has as many samples of one as of any."""
+    full = member_windows["samples"] == member_windows.groupby("window")["samples"].transform("max")
+    groups = values[full].groupby(member_windows["window"][full])
+    t = member_windows[full].groupby("window")["t"].first()
+    fill(axis, t, groups.quantile, color, of="members")
+
+
+def _guides(axis: Any, t: Array, all_: Array) -> None:
+    """Draw lines of slope 1/2 and 1 that end where the curve does."""
+    ends = np.array([t[len(t) // 2], t[-1]])
+    for slope, dashes in ((0.5, "--"), (1.0, ":")):
+        name = "t$^{1/2}$" if slope == 0.5 else "t"
+        axis.plot(ends, 1.6 * all_[-1] * (ends / ends[-1]) ** slope, color="black", linewidth=0.7, linestyle=dashes, label=name)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,20 +34,20 @@ Quantity = Callable[[Members, Array], Array]
 """From members and one state of each, shape(n, c), to one number of each."""
 
 
-def _of(name: str) -> Quantity:
-    return lambda members, states: members.of_states(name, states)
+def _of(name: str, take: Callable[[Array], Array] = np.asarray) -> Quantity:
+    return lambda members, states: take(members.of_states(name, states))
 
 
-def _component(name: str, i: int) -> Quantity:
-    return lambda members, states: members.of_states(name, states)[:, i]
+def _largest(values: Array) -> Array:
+    return np.asarray(np.max(np.abs(values), axis=1))
 
 
-def _coordinate(column: int) -> Quantity:
-    return lambda members, states: states[:, column]
+def _component(i: int) -> Callable[[Array], Array]:
+    return lambda values: values[:, i]
 
 
-def _largest(name: str) -> Quantity:
-    return lambda members, states: np.asarray(np.max(np.abs(members.of_states(name, states)), axis=1))
+def _coordinate(column: int, members: Members, states: Array) -> Array:
+    return states[:, column]
 
 
 def _potential(members: Members, states: Array) -> Array:
@@ -66,10 +67,10 @@ def known(ivp: Ivp) -> Mapping[str, Quantity]:
     quantities: dict[str, Quantity] = {"energy": _of("H")}
     if ivp.on_manifold:
         quantities |= {"kinetic": _kinetic, "potential": _potential} if ivp.facts.QUADRATIC else {}
-        quantities |= {"g": _largest("g"), "Gv": _largest("Gv")}
-    quantities |= {name: _coordinate(column) for name, column in columns(ivp).items()}
-    quantities |= {name: _component("integrals", i) for i, name in enumerate(ivp.integrals)}
-    return quantities | {name: _component("casimirs", i) for i, name in enumerate(ivp.casimirs)}
+        quantities |= {name: _of(name, _largest) for name in ("g", "Gv")}
+    quantities |= {name: partial(_coordinate, column) for name, column in columns(ivp).items()}
+    quantities |= {name: _of("integrals", _component(i)) for i, name in enumerate(ivp.integrals)}
+    return quantities | {name: _of("casimirs", _component(i)) for i, name in enumerate(ivp.casimirs)}
 
 
 def quantity(ivp: Ivp, name: Any) -> Quantity:
