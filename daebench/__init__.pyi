@@ -25,7 +25,7 @@ from .runs.trajectory import PoissonTrajectory as PoissonTrajectory
 from .runs.trajectory import Trajectory as Trajectory
 from .studies.advise.advice import Advice as Advice
 from .studies.advise.run import advise as advise
-from .studies.baumgarte.run import BaumgarteMap as BaumgarteMap
+from .studies.baumgarte.result import BaumgarteMap as BaumgarteMap
 from .studies.baumgarte.run import baumgarte as baumgarte
 from .studies.certificate.verify import verify_certificate as verify_certificate
 from .studies.chaos.result import Chaos as Chaos
@@ -36,6 +36,8 @@ from .studies.diagnose.verdict import diagnose as diagnose
 from .studies.ensemble.result import Ensemble as Ensemble
 from .studies.ensemble.run import ensemble as ensemble
 from .studies.grid.study import Study as Study
+from .studies.long.findings import LongRuns as LongRuns
+from .studies.long.findings import long as long
 from .studies.modes.small_oscillations import Modes as Modes
 from .studies.modes.small_oscillations import modes as modes
 from .studies.orders.study import order as order

@@ -81,7 +81,19 @@ class Overdue(BaseException):
 
 
 class Interrupted(DaebenchError):
-    """An interruption by the user or the system; the message says which results are stored."""
+    """An interruption by the user or the system; the message says which results are stored.
+
+    Parameters
+    ----------
+    message : str
+        The sentence.
+    result : Result, optional
+        The result of a study so far.
+    """
+
+    def __init__(self, message: str, result: Any = None) -> None:
+        super().__init__(message)
+        self.result = result
 
 
 LARGEST = 2**63

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from daebench.errors import BadInput
 from daebench.runs.machine import cores
-from daebench.studies.grid.schedulers import dask_cluster, local_processes
-from daebench.studies.grid.tls import NO_TLS, OPTIONS, Tls
+from daebench.studies.grid.schedulers import NO_TLS, OPTIONS, Tls, dask_cluster, local_processes
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

@@ -17,7 +17,7 @@ from daebench.records.store import opened
 from daebench.runs.texts import numbers
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.runs import are_two_files, runs_of
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of
 from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:

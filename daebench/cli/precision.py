@@ -11,7 +11,7 @@ from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.grids import asked_of, study_runs
 from daebench.runs.texts import words
-from daebench.studies.grid.tls import Tls
+from daebench.studies.grid.schedulers import Tls
 from daebench.studies.precision.study import says, smallest_steps, specifications_of, table_of
 
 SHOWN = ("method", "way", "time_ratio", "error_q", "error_y", "energy_error", "energy_verdict", "g", "casimirs", "defect", "failure")

@@ -12,8 +12,7 @@ from daebench.cli.console import bar, print_json, printable
 from daebench.errors import BadInput, real
 from daebench.methods.foreign import Trust
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
-from daebench.studies.grid.archive import read
-from daebench.studies.grid.reproduce import reproduced
+from daebench.studies.grid.reproduce import read, reproduced
 
 if TYPE_CHECKING:
     from daebench.studies.grid.reproduce import Reproduced

@@ -3,6 +3,7 @@
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from copy import copy
 from functools import partial
 from operator import attrgetter
@@ -14,14 +15,17 @@ import typer
 
 from daebench.cli import arguments
 from daebench.cli.console import bar, method_names, print_json, print_table, print_written
+from daebench.cli.executors import Executors
 from daebench.cli.folder import Folder
 from daebench.cli.integer import whole
-from daebench.cli.starts import Box, Energy, Size, Starts, settings_of
+from daebench.cli.starts import Box, Distribution, Energy, Grid, Size, Starts, settings_of
 from daebench.cli.summary import print_summary
-from daebench.errors import BadInput
+from daebench.errors import BadInput, Interrupted
+from daebench.records.store import opened
 from daebench.runs.option import Option
 from daebench.runs.result import Result, Table
-from daebench.runs.texts import numbers, pairs, words
+from daebench.runs.texts import bounds, numbers, pairs, words
+from daebench.studies.grid.schedulers import Tls
 
 SHARED: Mapping[str, Any] = {
     "problem": arguments.Problem,
@@ -45,6 +49,19 @@ DRAWN = "drawn"
 """Argument of a study with the settings of a distribution of starts, each of which is an option of its own."""
 
 SETTINGS: Mapping[str, Any] = {"size": Size, "box": Box, "energy": Energy}
+
+GRID: Mapping[str, Any] = {"grid": Grid}
+"""The setting of a grid of starts, of studies whose argument of settings has the option."""
+
+STORED: Mapping[str, Any] = {
+    "store": arguments.Store,
+    "workers": Annotated[int | None, typer.Option("--workers", help="Number of processes that compute stored runs; one if left out.")],
+    "scheduler": arguments.Scheduler,
+    "tls_ca_file": arguments.TlsCaFile,
+    "tls_cert": arguments.TlsCert,
+    "tls_key": arguments.TlsKey,
+}
+"""Options of a study with the arguments ``store`` and ``executor``."""
 
 METHODS = {"method": "", "methods": ", comma-separated"}
 """Arguments that name methods, whose help is that of each study, and what is said there of their form."""
@@ -74,19 +91,22 @@ def command_of(study: Callable[..., Any]) -> Callable[..., None]:
     """
     parameters = inspect.signature(study).parameters
     described = _descriptions(inspect.getdoc(study) or "", {name: f"--{name.replace('_', '-')}" for name in parameters})
-    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in (DRAWN, PROGRESS)}
-    settings = SETTINGS if DRAWN in parameters else {}
+    stored = STORED if "executor" in parameters else {}
+    apart = {DRAWN, PROGRESS, *(("store", "executor") if stored else ())}
+    taken = {name: _argument(p, described.get(name, "")) for name, p in parameters.items() if name not in apart and _is_option(p)}
+    settings = {**SETTINGS, **(GRID if _option(parameters[DRAWN]).names else {})} if DRAWN in parameters else {}
     kind: type[Result] = inspect.signature(study).return_annotation
     title = study.__name__.replace("_", "-")
 
     def command(*, as_json: bool = False, **given: Any) -> None:
-        folder = Folder(given["out"], pictures=(kind.stem,)) if kind.stem else Folder(None)
+        folder = Folder(given["out"], kind.tables, (kind.stem,)) if kind.stem else Folder(None)
         folder.check()
         asked = {name: argument.read(given[name]) for name, argument in taken.items() if given[name] is not None}
         if settings:
+            asked["starts"] = "grid" if given.get("grid") and asked["starts"] == Distribution.neighbourhood else asked["starts"]
             asked[DRAWN] = settings_of(asked["starts"], **{name: given[name] for name in settings})
-        with bar(f"{title} on {given['problem']}") as progress:
-            shown = {PROGRESS: progress} if PROGRESS in parameters else {}
+        with _printing_interrupted(as_json=as_json), _storing(given) as store, bar(f"{title} on {given['problem']}") as progress:
+            shown = {**store, **({PROGRESS: progress} if PROGRESS in parameters else {})}
             result = _result(partial(study, **shown), asked, [name for name, argument in taken.items() if argument.several])
         written = _written(folder, result)
         if as_json:
@@ -96,11 +116,54 @@ def command_of(study: Callable[..., Any]) -> Callable[..., None]:
             print_written(written)
         raise typer.Exit(result.status)
 
-    options = [*(argument.parameter for argument in taken.values()), *(_optional(*entry) for entry in settings.items()), *_outputs(kind)]
+    options = [argument.parameter for argument in taken.values()]
+    options += [*(_optional(*entry) for entry in (*settings.items(), *stored.items())), *_outputs(kind)]
     command.__signature__ = inspect.Signature(options, return_annotation=None)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}
     command.__doc__, command.__name__ = _about(inspect.getdoc(study) or "", kind.fails_if), study.__name__
     return command
+
+
+def _is_option(parameter: inspect.Parameter) -> bool:
+    """Return whether the command has an option for an argument of a study."""
+    return _option(parameter).command and parameter.kind is not parameter.VAR_KEYWORD
+
+
+def _option(parameter: inspect.Parameter) -> Option:
+    """Return how a command takes an argument."""
+    return get_args(parameter.annotation)[1] if get_origin(parameter.annotation) is Annotated else Option()
+
+
+@contextmanager
+def _printing_interrupted(*, as_json: bool) -> Iterator[None]:
+    """Print the result so far of a study that is interrupted in the block."""
+    try:
+        yield
+    except Interrupted as stop:
+        if stop.result and not as_json:
+            _print(stop.result)
+        raise
+
+
+@contextmanager
+def _storing(given: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """Open the store of runs, the named file or that in the folder of output, and what computes them; yield nothing if none is named."""
+    if "store" not in given:
+        yield {}
+        return
+    path = given["store"] or (given["out"] and given["out"] / "studies.db")
+    workers, scheduler = given["workers"], given["scheduler"]
+    if not path and (workers is not None or scheduler is not None):
+        raise BadInput("--workers and --scheduler need stored runs; name a file by --store, or a folder by --out.")
+    alone = 1 if scheduler is None and workers is None else workers
+    executors = Executors(
+        timed=False, workers=alone, scheduler=scheduler, tls=Tls(given["tls_ca_file"], given["tls_cert"], given["tls_key"])
+    )
+    if not path:
+        yield {}
+        return
+    with opened(path) as store, executors.opened() as executor:
+        yield {"store": store, "executor": executor}
 
 
 def _result(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequence[str]) -> Any:
@@ -114,9 +177,9 @@ def _result(study: Callable[..., Any], asked: Mapping[str, Any], several: Sequen
 
 def _argument(given: inspect.Parameter, about: str) -> Argument:
     """Return an argument of a study as an option, or, if it is positional, as an argument of the command."""
-    name, kind, option = given.name, given.annotation, Option()
+    name, kind, option = given.name, given.annotation, _option(given)
     if get_origin(kind) is Annotated:
-        kind, option = get_args(kind)
+        kind = get_args(kind)[0]
     shared, default = f"{name}s" if option.several else name, given.default
     if shared in SHARED:
         form, info = get_args(SHARED[shared])
@@ -163,7 +226,8 @@ def _form(kind: Any, option: str) -> tuple[Any, Callable[[Any], Any], dict[str, 
         (entry,) = get_args(kind)
         return str, (words if entry is str else partial(_numbers, entry, option)), {}
     if get_origin(kind) is Mapping:
-        return list[str], partial(pairs, option.strip("-")), {}
+        ranged = get_origin(get_args(kind)[1]) is tuple
+        return list[str], partial(bounds, option) if ranged else partial(pairs, option.strip("-")), {}
     return kind, _same, {"parser": whole} if kind is int else {}
 
 
@@ -188,7 +252,8 @@ def _optional(name: str, annotation: Any, default: Any = None) -> inspect.Parame
 def _outputs(result: type[Result]) -> Iterator[inspect.Parameter]:
     """Yield the options that every study has for its output."""
     if result.stem:
-        files = f"Folder for the picture, {result.stem}.svg and .png, and its table, {result.stem}.csv."
+        besides = "".join(f", and {name}" for name in result.tables)
+        files = f"Folder for the picture, {result.stem}.svg and .png, and its table, {result.stem}.csv{besides}."
         yield _optional("out", Annotated[Path | None, typer.Option("--out", help=files)])
         yield _optional("overwrite", arguments.Overwrite, False)
     yield _optional("as_json", arguments.Json, False)

@@ -16,7 +16,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.outside.read import is_outside
 from daebench.records.store import opened
 from daebench.runs.texts import numbers, words
-from daebench.studies.grid.tls import Tls
+from daebench.studies.grid.schedulers import Tls
 from daebench.studies.stability.study import chosen
 
 if TYPE_CHECKING:

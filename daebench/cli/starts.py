@@ -7,6 +7,7 @@ import typer
 
 from daebench.errors import BadInput
 from daebench.runs.texts import bounds, values
+from daebench.starts.draw import DISTRIBUTIONS
 
 
 class Distribution(StrEnum):
@@ -25,6 +26,7 @@ Starts = Annotated[
 ]
 Size = Annotated[float | None, typer.Option("--size", help="Relative size of the neighbourhood [0.01].")]
 Box = Annotated[list[str] | None, typer.Option("--box", help="Bounds of a coordinate, q1=-1:1; repeatable.")]
+Grid = Annotated[list[str] | None, typer.Option("--grid", help="Values of a parameter, coordinate or h, name=5:15:64.")]
 Energy = Annotated[float | None, typer.Option("--energy", help="Energy of the starts; the energy of the case if left out.")]
 
 OPTIONS = {"size": "--size", "box": "--box", "E": "--energy", "values": "--grid"}
@@ -35,8 +37,6 @@ def settings_of(
     starts: str, *, size: float | None = None, box: list[str] | None = None, energy: float | None = None, grid: list[str] | None = None
 ) -> dict[str, Any]:
     """Return the settings of a distribution, by name; refuse settings that it does not have."""
-    from daebench.starts.draw import DISTRIBUTIONS
-
     given = {"size": size, "box": bounds("--box", box), "E": energy, "values": values("--grid", grid)}
     settings = {name: value for name, value in given.items() if value is not None}
     for name in settings:

@@ -17,7 +17,7 @@ from daebench.errors import BadInput, DaebenchError, unknown
 from daebench.methods.outside.read import is_outside
 from daebench.runs.texts import numbers, pairs
 from daebench.studies.grid.metrics import metrics_of
-from daebench.studies.grid.tls import Tls
+from daebench.studies.grid.schedulers import Tls
 from daebench.studies.work_precision.study import LEVELS, cheapest, standard, with_costs
 
 DEFECT = "defect"

@@ -9,14 +9,14 @@ from daebench.cli.console import print_json, print_table, print_written
 from daebench.cli.folder import Folder
 from daebench.cli.grids import StudyCommand
 from daebench.errors import BadInput
-from daebench.studies.grid.start_rows import starts_of
+from daebench.studies.grid.runs_together import starts_of
 from daebench.studies.work_precision.starts import curves_of, runs_from_starts
 from daebench.studies.work_precision.winners import sentences, winners
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from daebench.studies.grid.start_runs import StartRuns
+    from daebench.studies.grid.run_specification import StartRuns
     from daebench.studies.grid.study import Study
     from daebench.studies.work_precision.starts import Curves
 

@@ -1,22 +1,18 @@
 """Computed rows in one SQLite file, stored under the hash of everything that determines them, each with a digest of its content."""
 
-import json
-import math
 import sqlite3
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
-from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from daebench.errors import BadInput, DaebenchError, Interrupted
-from daebench.records.salvage import COLUMNS, damaged_beside, readable
-from daebench.records.seals import sha256
+from daebench.records.rows import COLUMNS, FIELDS, ROW, StoredRow, as_text, is_whole, name_of, of_columns
 from daebench.runs.files import FULL
 from daebench.runs.json_values import strict
-from daebench.runs.schema import NOT_NEGATIVE, Fields, Items, Kind, Number, Text, Whole, wrong
+from daebench.runs.schema import Kind
 
 LAYOUT = 3
 """Version of the layout of the file; it is in SQLite's own ``user_version``."""
@@ -43,40 +39,12 @@ MALFORMED = "malformed"
 
 PUT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?)"
 
-LONGEST = 80
-"""Most characters of the name of a lost row."""
-
 NAMED = 3
 """Most lost rows that a message names."""
 
 
 class StoreWarning(UserWarning):
     """Some of what was in a store is lost; the rest is kept."""
-
-
-@dataclass(frozen=True)
-class StoredRow:
-    """A row of a store.
-
-    Parameters
-    ----------
-    key : str
-        Hash of all that decided it.
-    specification : mapping
-        Fields of the run, as :meth:`daebench.studies.grid.run_specification.GridRun.plain` gives them.
-    row : mapping
-        What was computed, by column.
-    maker : str
-        Hash of daebench's own source and of the versions of the packages that made it.
-    took : float
-        How long it took, s.
-    """
-
-    key: str
-    specification: Mapping[str, Any]
-    row: Mapping[str, Any]
-    maker: str
-    took: float
 
 
 UNWRITTEN = ("SQLITE_FULL", *(f"SQLITE_IOERR_{why}" for why in ("WRITE", "SHMSIZE", "SHMMAP", "FSYNC", "TRUNCATE")))
@@ -155,17 +123,17 @@ class Store:
             columns = tuple(row[1] for row in self._base.execute("PRAGMA table_info(rows)"))
             if verdict != "ok" or columns != COLUMNS:
                 return "pages of it cannot be read"
-            rows = [row for row in self._base.execute(ROWS) if not _is_whole(row)]
+            rows = [row for row in self._base.execute(ROWS) if not is_whole(row)]
         except sqlite3.DatabaseError as error:
             if isinstance(error, sqlite3.OperationalError) and MALFORMED not in str(error):
                 raise
             return "pages of it cannot be read"
-        listing = "; ".join(map(_named, rows[:NAMED])) + ("; ..." if len(rows) > NAMED else "")
+        listing = "; ".join(map(name_of, rows[:NAMED])) + ("; ..." if len(rows) > NAMED else "")
         return f"{'1 row is' if len(rows) == 1 else f'{len(rows)} rows are'} not what was written: {listing}" if rows else ""
 
     def _renew(self, lost: str) -> None:
         """Put the file aside and a new one in its place, with the rows that can be read."""
-        rows = [row for row in readable(self._base) if _is_whole(row)]
+        rows = [row for row in readable(self._base) if is_whole(row)]
         self._base.close()
         aside = damaged_beside(self.path)
         self._base = self._connected()
@@ -189,15 +157,18 @@ class Store:
     def runs(self) -> int:
         """Number of runs, of which a row may have several."""
         rows = self._base.execute("SELECT key, cell FROM rows")
-        fields = [self._checked(key, FIELDS, partial(strict, cell)) for key, cell in rows]
+        fields = [self._checked(key, FIELDS, cell) for key, cell in rows]
         return sum(some["members"] if "members" in some else len(some.get("values", [None])) for some in fields)
 
-    def _checked(self, key: str, kind: Kind, content: Callable[[], Any]) -> Any:
+    def _checked(self, key: str, kind: Kind, text: str) -> Any:
         """Return some of a row as it is read; raise BadInput if it is not what daebench writes, though its digest is right."""
         try:
-            return kind.read(content(), "")
+            return kind.read(strict(text), "")
         except (ValueError, TypeError) as error:
-            raise BadInput(f"{self.path}, row {str(key)[:12]}: {error}; daebench does not write that, name another file.") from error
+            raise self._wrong(key, error) from error
+
+    def _wrong(self, key: str, error: Exception) -> BadInput:
+        return BadInput(f"{self.path}, row {str(key)[:12]}: {error}; daebench does not write that, name another file.")
 
     def get(self, key: str) -> dict[str, Any] | None:
         """Return the row of a key, or None.
@@ -208,7 +179,7 @@ class Store:
             As ``specification_key.key_of`` gives it.
         """
         record = self._base.execute("SELECT row FROM rows WHERE key = ?", (key,)).fetchone()
-        return None if record is None else self._checked(key, ROW, partial(strict, record[0]))
+        return None if record is None else self._checked(key, ROW, record[0])
 
     def put(self, rows: Iterable[StoredRow]) -> None:
         """Write rows, all or none, in place of those of the same keys if there are any.
@@ -223,55 +194,31 @@ class Store:
         StoreFull
             If they cannot be written; what was there before stays.
         """
-        written = [(row.key, _text(row.specification), _written(row.row), row.maker, float(row.took)) for row in rows]
+        written = [row.columns for row in rows]
         try:
             with self._base:
                 self._base.execute("BEGIN IMMEDIATE")
-                self._base.executemany(PUT, [(*row, _digest(*row)) for row in written])
+                self._base.executemany(PUT, written)
         except sqlite3.OperationalError as error:
             advice = f"the {len(self)} rows in it are intact: make room, and run again"
             raise StoreFull(f"{self.path} cannot be written: {error}; {advice}.") from error
 
     def all(self) -> Iterator[StoredRow]:
         """Give all rows."""
-        for key, *texts, code_version, took in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
-            yield _stored(self._checked(key, LINE, partial(_entry, key, texts, code_version, took)))
+        for row in self._base.execute("SELECT key, cell, row, maker, took FROM rows"):
+            try:
+                yield of_columns(*row)
+            except (ValueError, TypeError) as error:
+                raise self._wrong(row[0], error) from error
 
     def outdated(self, wanted: Mapping[str, Mapping[str, Any]]) -> list[str]:
         """Return the keys of runs that are kept under another key alone: made by other versions, or of a changed definition."""
-        asked = {_text(specification): key for key, specification in wanted.items()}
+        asked = {as_text(specification): key for key, specification in wanted.items()}
         keys_by_specification: dict[str, set[str]] = {}
         for key, specification in self._base.execute("SELECT key, cell FROM rows"):
             if specification in asked:
                 keys_by_specification.setdefault(specification, set()).add(key)
         return [asked[specification] for specification, keys in keys_by_specification.items() if asked[specification] not in keys]
-
-
-def as_json(stored: StoredRow) -> str:
-    """Return a row as one line of JSON, which :func:`of_json` reads; numbers that JSON does not have are words."""
-    return json.dumps(
-        {
-            "key": stored.key,
-            "cell": dict(stored.specification),
-            "row": json.loads(_written(stored.row)),
-            "maker": stored.maker,
-            "took": stored.took,
-        },
-        sort_keys=True,
-    )
-
-
-def of_json(line: str) -> StoredRow:
-    """Return the row of a line that :func:`as_json` gives."""
-    return _stored(LINE.read(strict(line)))
-
-
-def _entry(key: str, texts: Sequence[str], code_version: str, took: float) -> dict[str, Any]:
-    return {"key": key, **dict(zip(("cell", "row"), map(strict, texts), strict=True)), "maker": code_version, "took": took}
-
-
-def _stored(entry: Mapping[str, Any]) -> StoredRow:
-    return StoredRow(entry["key"], entry["cell"], entry["row"], entry["maker"], float(entry["took"]))
 
 
 @contextmanager
@@ -302,82 +249,49 @@ def opened(path: Path) -> Iterator[Store]:
             raise Interrupted(f"interrupted; {store.runs} runs are stored in {path}: run again to continue.") from stop
 
 
-def _digest(*columns: object) -> str:
-    """Return the SHA-256 of what a row says."""
-    return sha256("\0".join(map(repr, columns)).encode())
+DIGITS = "0123456789abcdef"
+
+BESIDE = ("-wal", "-shm")
+"""Endings that SQLite gives to files beside a database."""
 
 
-def _is_whole(row: tuple[Any, ...]) -> bool:
-    """Whether a row, with its digest at the end, is what was written."""
-    return bool(_digest(*row[:-1]) == row[-1])
+def readable(base: sqlite3.Connection) -> list[tuple[Any, ...]]:
+    """Return all rows that SQLite can still read; which of them are what was written is for their digests to say.
+
+    Keys are read in 256 ranges by their first two digits and what lies before and after these, each from below, and where that fails from
+    above too.
+    """
+    bounds = ["", *(a + b for a in DIGITS for b in DIGITS), "\U0010ffff"]
+    rows_by_key: dict[Any, tuple[Any, ...]] = {}
+    for start, end in pairwise(bounds):
+        for order in ("ASC", "DESC"):
+            rows, whole = _range(base, start, end, order)
+            rows_by_key |= {row[0]: row for row in rows}
+            if whole:
+                break
+    return list(rows_by_key.values())
 
 
-def _named(row: tuple[Any, ...]) -> str:
-    """Return the run of a damaged row, as far as it can be read."""
+def _range(base: sqlite3.Connection, start: str, end: str, order: str) -> tuple[list[tuple[Any, ...]], bool]:
+    """Return the rows of a range up to the first that cannot be read, and whether all of them could."""
+    rows: list[tuple[Any, ...]] = []
+    columns = ", ".join(COLUMNS)
     try:
-        specification = json.loads(row[1])
-        return f"{specification['method']} on {specification['problem']}, case {specification['case']}, {specification['value']:g}"[
-            :LONGEST
-        ]
-    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
-        return "one that cannot be told"
+        for row in base.execute(f"SELECT {columns} FROM rows WHERE key >= ? AND key < ? ORDER BY key {order}", (start, end)):
+            rows.append(row)
+    except sqlite3.DatabaseError:
+        return rows, False
+    return rows, True
 
 
-def _text(specification: Mapping[str, Any]) -> str:
-    return json.dumps(specification, sort_keys=True)
-
-
-def _written(row: Mapping[str, Any]) -> str:
-    """Return a row as JSON; numbers that JSON does not have are words."""
-    return json.dumps({name: _word(value) for name, value in row.items()}, allow_nan=False)
-
-
-def _word(value: Any) -> Any:
-    if isinstance(value, list):
-        return list(map(_word, value))
-    if isinstance(value, float) and not math.isfinite(value):
-        return {"number": repr(value)}
-    return value
-
-
-class _Row:
-    """A mapping of columns to values, or to lists of them; a number that JSON does not have is a word."""
-
-    def read(self, value: Any, place: str) -> dict[str, Any]:
-        """Return the columns."""
-        if not isinstance(value, Mapping) or len(value) > MOST_COLUMNS or any(len(name) > LONGEST_COLUMN for name in value):
-            raise wrong(place or "the row", value, f"a mapping of at most {MOST_COLUMNS} columns")
-        return {name: _values(entry, f"row.{name}") for name, entry in value.items()}
-
-
-def _values(entry: Any, place: str) -> Any:
-    if isinstance(entry, list) and len(entry) <= MOST_RUNS:
-        return [_value(part, place) for part in entry]
-    return _value(entry, place)
-
-
-def _value(value: Any, place: str) -> Any:
-    if value is None or isinstance(value, float | str | bool) or (isinstance(value, int) and abs(value) <= MOST_COUNT):
-        return value
-    if isinstance(value, Mapping) and list(value) == ["number"] and value["number"] in NOT_FINITE:
-        return float(value["number"])
-    raise wrong(place, value, "a number, a text, true, false or null, or a list of these")
-
-
-NOT_FINITE = ("nan", "inf", "-inf")
-"""Numbers that JSON does not have, in words."""
-
-MOST_COUNT = 2**63
-"""Largest whole number in a row."""
-
-MOST_COLUMNS, MOST_RUNS, LONGEST_COLUMN = 1000, 10**6, 200
-"""Most columns of a row, runs that are in one, and characters of the name of a column."""
-
-ROW = _Row()
-"""What a row is, see :func:`_written`."""
-
-FIELDS = Fields({}, {"members": Whole(1), "values": Items(Number(), most=MOST_RUNS)}, open=True)
-"""What of a run's fields is read here; all are checked where a run is made of them."""
-
-LINE = Fields({"key": Text(200), "cell": FIELDS, "row": ROW, "maker": Text(200), "took": NOT_NEGATIVE})
-"""What a line is, see :func:`as_json`."""
+def damaged_beside(path: Path) -> Path:
+    """Move a damaged file to a free name beside it, and return that name; what SQLite has beside it goes along."""
+    number = 1
+    while (aside := path.with_name(f"{path.stem}.damaged-{number}{path.suffix}")).exists():
+        number += 1
+    path.rename(aside)
+    for ending in BESIDE:
+        beside = path.with_name(path.name + ending)
+        if beside.exists():
+            beside.rename(aside.with_name(aside.name + ending))
+    return aside

@@ -16,6 +16,9 @@ class Option:
     several: bool
     """Whether the option names several values, separated by commas: the study is then made once for each."""
 
-    def __init__(self, *names: str, read: Callable[[str], Any] | None = None, several: bool = False) -> None:
-        for name, value in (("names", names), ("read", read), ("several", several)):
+    command: bool
+    """Whether the command has it; other arguments are for Python alone."""
+
+    def __init__(self, *names: str, read: Callable[[str], Any] | None = None, several: bool = False, command: bool = True) -> None:
+        for name, value in (("names", names), ("read", read), ("several", several), ("command", command)):
             object.__setattr__(self, name, value)

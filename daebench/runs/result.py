@@ -43,6 +43,9 @@ class Result:
     stem: ClassVar[str] = ""
     """Name, without extension, of the files of the picture and its table; "" if a command writes none."""
 
+    tables: ClassVar[tuple[str, ...]] = ()
+    """Names of tables that :meth:`write` writes besides."""
+
     fails_if: ClassVar[str] = ""
     """When the status of a command is 1, as the end of a sentence."""
 

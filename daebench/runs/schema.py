@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
@@ -66,6 +66,20 @@ class Text:
         if self.words:
             return f"one of {', '.join(map(repr, self.words))}"
         return f"a text of {self.least} to {self.longest} characters"
+
+
+@dataclass(frozen=True)
+class Such:
+    """A value that passes a test, which ``words`` has in words."""
+
+    fits: Callable[[Any], bool]
+    words: str
+
+    def read(self, value: Any, place: str) -> Any:
+        """Return the value."""
+        if not self.fits(value):
+            raise wrong(place, value, self.words)
+        return value
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from daebench.errors import BadInput
 from daebench.runs.ivp import Array
-from daebench.starts.linear import Rows
+from daebench.starts.mechanics import Rows
 from daebench.starts.walk import Chains, LevelSet, begun, step
 from daebench.systems.lazily import scipy
 

@@ -11,8 +11,7 @@ from daebench.errors import BadInput, real
 from daebench.runs.ivp import Array, Ivp
 from daebench.starts.box import Bounds, box_of, excess, in_words
 from daebench.starts.convergence import explored, settled
-from daebench.starts.linear import Rows, gram, log_det
-from daebench.starts.mechanics import Mechanics, Positions, mechanics_of
+from daebench.starts.mechanics import Mechanics, Positions, Rows, gram, log_det, mechanics_of
 from daebench.starts.members import Starts, copies, differing, of_case
 from daebench.starts.walk import LevelSet, searched
 

@@ -12,8 +12,7 @@ from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
 from daebench.starts.box import Bounds, box_of, excess, in_words, require_bounded
 from daebench.starts.convergence import settled
-from daebench.starts.linear import Rows, gram, log_det, product, solved, times, transposed_times
-from daebench.starts.mechanics import Mechanics, Positions, mechanics_of
+from daebench.starts.mechanics import Mechanics, Positions, Rows, gram, log_det, mechanics_of, product, solved, times, transposed_times
 from daebench.starts.members import Starts, casimirs, copies, differing, of_case, require_inside
 from daebench.starts.walk import searched
 

@@ -25,8 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daebench.runs.ivp import Array
-from daebench.starts.linear import Rows, gram, solved, times, transposed_times
-from daebench.starts.mechanics import Positions
+from daebench.starts.mechanics import Positions, Rows, gram, solved, times, transposed_times
 
 ITERATIONS = 10
 """Most of Newton's iterations for a proposal."""

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     import jinja2 as jinja2
     import llvmlite as llvmlite
     import matplotlib as matplotlib
+    import matplotlib.colors
+    import matplotlib.patches
+    import matplotlib.ticker
     import mici as mici
     import mpmath as mpmath
     import mujoco as mujoco

@@ -15,7 +15,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.runs.members import members
 from daebench.runs.request import Request
 from daebench.runs.scales import constrained_scales, constrained_scales_of
-from daebench.studies.chaos.section import surface
+from daebench.studies.chaos.plane import surface
 from daebench.systems.constrained import Case, ConstrainedHamiltonian
 
 x, y, px, py, vx, vy, t = sp.symbols("x y px py vx vy t", real=True)

@@ -16,7 +16,7 @@ from daebench.methods.monitored_errors import monitored_errors, monitored_names,
 from daebench.methods.names import parse
 from daebench.methods.outside import callables
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of
 
 
 @pytest.mark.parametrize("name", ["step", "solve", "Counting", "counting"])

@@ -10,7 +10,8 @@ import pytest
 from cache_damage import FAMILY, flipped, zeroed
 
 from daebench.errors import BadInput
-from daebench.records.store import Store, StoredRow, StoreWarning
+from daebench.records.rows import StoredRow
+from daebench.records.store import Store, StoreWarning
 from daebench.studies.grid.run_specification import GridRun
 
 CELL = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy",))

@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 
 from daebench.records.code import code_version
-from daebench.records.store import Store, StoredRow, opened
+from daebench.records.rows import StoredRow
+from daebench.records.store import Store, opened
 from daebench.studies.grid.run_specification import GridRun
 
 RUN = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=0.1, t_end=4.0, metrics=("energy", "q"))

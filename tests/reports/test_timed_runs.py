@@ -11,7 +11,7 @@ from daebench.pages.report.timed_runs import make_runs
 from daebench.records.store import opened
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of
 
 TIMED = GridRun(problem="planar_pendulum", case="rotating", method="rattle", value=1 / 8, t_end=2.0, metrics=("q", "energy"), repeat=1)
 CELLS = [

@@ -25,7 +25,7 @@ from daebench.studies.advise.resolutions import StepSizes, Tolerances
 from daebench.studies.advise.search import Found, error_of, search
 from daebench.studies.advise.sensitivity import changes
 from daebench.studies.grid.measure import row_of
-from daebench.studies.grid.start_runs import StartRuns
+from daebench.studies.grid.run_specification import StartRuns
 from daebench.studies.work_precision.intervals import fewest_wins
 
 QUESTION = {"problem": "planar_pendulum", "case": "rotating", "accuracy": 1e-6, "t_end": 10.0}

@@ -17,10 +17,11 @@ from daebench.errors import BadInput
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.foreign import Trust
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
-from daebench.records.store import as_json, of_json, opened
+from daebench.records.rows import as_json, of_json
+from daebench.records.store import opened
 from daebench.studies.grid import reproduce
-from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS, read, write_archive
-from daebench.studies.grid.reproduce import compared
+from daebench.studies.grid.archive import FORMAT, MANIFEST, ROWS, write_archive
+from daebench.studies.grid.reproduce import compared, read
 from daebench.studies.grid.run_specification import ivp_of
 from daebench.studies.grid.study import Study
 

@@ -14,8 +14,9 @@ import pytest
 
 from daebench.errors import BadInput, DaebenchError
 from daebench.records.code import code_version
-from daebench.records.store import StoredRow, opened
-from daebench.studies.grid import batches
+from daebench.records.rows import StoredRow
+from daebench.records.store import opened
+from daebench.studies.grid import runs as grid_runs
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
 from daebench.studies.grid.schedulers import COLLECTED, dask_cluster, local_processes, workers_of
@@ -59,7 +60,7 @@ def test_quick_cells_go_out_many_at_a_time_and_the_last_of_them_are_divided(stor
     executor = AtOnce(taking(1e-4))
     found = computed(specifications(1000), store, executor=executor)
     assert [row["value"] for row in found.values()] == [specification.value for specification in specifications(1000)]
-    assert (executor.sizes[0], max(executor.sizes), sum(executor.sizes)) == (1, batches.MOST, 1000)
+    assert (executor.sizes[0], max(executor.sizes), sum(executor.sizes)) == (1, grid_runs.MOST, 1000)
     assert executor.sizes[-1] == 1
     assert len(executor.sizes) < 50
 
@@ -71,7 +72,7 @@ def test_slow_cells_go_out_one_by_one(store):
 
 
 def test_a_share_takes_about_a_moment(store):
-    executor = AtOnce(taking(batches.MOMENT / 10))
+    executor = AtOnce(taking(grid_runs.MOMENT / 10))
     computed(specifications(200), store, executor=executor)
     assert max(executor.sizes) == 10
 
@@ -84,13 +85,13 @@ def test_what_was_done_before_a_loss_is_kept(store):
 
     with pytest.raises(DaebenchError, match=r"what computed rattle on planar_pendulum is lost .*run again"):
         computed(specifications(20), store, executor=AtOnce(lose_the_first))
-    assert len(store) == 2 * batches.AHEAD - 1
+    assert len(store) == 2 * grid_runs.AHEAD - 1
 
 
 def test_a_worker_of_another_version_is_refused(store):
     with pytest.raises(BadInput, match=r"a worker on .* has another version of daebench"):
-        batches.rows_of([("key", specifications(1)[0])], "something else")
-    (found,) = batches.rows_of([("key", specifications(1)[0])], code_version())
+        grid_runs.rows_of([("key", specifications(1)[0])], "something else")
+    (found,) = grid_runs.rows_of([("key", specifications(1)[0])], code_version())
     assert (found.key, found.row["failure"], found.maker) == ("key", "", code_version())
     assert found.took > 0
 
@@ -199,8 +200,8 @@ class Deserted(Executor):
 
 @pytest.mark.parametrize("computes", [1, 2, 5])
 def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows_are_kept(store, monkeypatch, computes):
-    monkeypatch.setattr(batches, "GLANCE", 0.01)
-    monkeypatch.setattr(batches, "UNATTENDED_SECONDS", 0.2)
+    monkeypatch.setattr(grid_runs, "GLANCE", 0.01)
+    monkeypatch.setattr(grid_runs, "UNATTENDED_SECONDS", 0.2)
     executor = Deserted(computes)
     given_up = r"has had no workers for 0\.2 s; earlier results are stored: start some, and run again"
     with pytest.warns(UserWarning, match=r"has no workers any more; waiting 0\.2 s"), pytest.raises(DaebenchError, match=given_up):
@@ -211,7 +212,7 @@ def test_a_cluster_that_loses_its_workers_is_given_up_after_a_while_and_its_rows
 
 @pytest.mark.parametrize("looks", [2, 5])
 def test_a_cluster_that_gets_a_worker_again_goes_on(store, monkeypatch, looks):
-    monkeypatch.setattr(batches, "GLANCE", 0.01)
+    monkeypatch.setattr(grid_runs, "GLANCE", 0.01)
     executor = Deserted(1, looks)
     with pytest.warns(UserWarning, match="has no workers any more"):
         computed(specifications(2), store, executor=executor)

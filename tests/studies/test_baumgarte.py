@@ -10,7 +10,7 @@ import daebench
 from daebench.errors import BadInput
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
-from daebench.studies.baumgarte.limits import SLOWEST, amplification, contraction, growth, limit, roots, usable
+from daebench.studies.baumgarte.cells import SLOWEST, amplification, contraction, growth, limit, roots, usable
 
 
 def test_roots_are_those_of_the_polynomial():

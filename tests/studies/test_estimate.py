@@ -7,7 +7,8 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.records.code import code_version
-from daebench.records.store import StoredRow, opened
+from daebench.records.rows import StoredRow
+from daebench.records.store import opened
 from daebench.studies.grid.estimate import LEAST_COMPILE, LEAST_SECONDS, MOST_COMPILE, STEP_SECONDS, TOLERANCE_SECONDS, estimate
 from daebench.studies.grid.run_specification import GridRun
 

@@ -22,7 +22,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.foreign import ForeignName, Trust, admit, is_own_method
 from daebench.methods.names import CONSTRAINED, POISSON
 from daebench.methods.outside.read import content_of, method_from
-from daebench.records import store as store_file
+from daebench.records import rows as stored_rows
 from daebench.records.code import code_of, put
 from daebench.records.seals import checksum, digests
 from daebench.records.store import opened
@@ -121,7 +121,7 @@ def forge_store(path, cell=None, row=None):
     with sqlite3.connect(path) as base:
         key, *texts, maker, took, _ = base.execute("SELECT * FROM rows ORDER BY key").fetchone()
         new = (key, cell or texts[0], row or texts[1], maker, took)
-        base.execute("UPDATE rows SET cell = ?, row = ?, digest = ? WHERE key = ?", (*new[1:3], store_file._digest(*new), key))
+        base.execute("UPDATE rows SET cell = ?, row = ?, digest = ? WHERE key = ?", (*new[1:3], stored_rows.digest_of(*new), key))
     base.close()
 
 

@@ -19,8 +19,8 @@ from daebench.runs.request import Request
 from daebench.schemes.kernels.claims import Claims
 from daebench.studies import held_verdict as study
 from daebench.studies.ensemble.energies import ended_members, member_energies
-from daebench.studies.grid.parameter_rows import parameter_row
-from daebench.studies.grid.parameter_runs import ParameterRuns
+from daebench.studies.grid.run_specification import ParameterRuns
+from daebench.studies.grid.runs_together import parameter_row
 from daebench.studies.held_verdict import SHORT, UNKNOWN, held_verdict
 
 PENDULUM = initial_value_problem("planar_pendulum")

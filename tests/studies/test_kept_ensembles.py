@@ -10,7 +10,7 @@ import daebench
 from daebench.errors import BadInput, Interrupted
 from daebench.records.comparison import EQUAL
 from daebench.records.store import Store, StoreWarning, opened
-from daebench.studies.ensemble import stored
+from daebench.studies.ensemble import run as ensembles
 from daebench.studies.grid import schedulers
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import table_of
@@ -18,8 +18,7 @@ from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.member_runs import MemberRuns, members_of
 from daebench.studies.grid.reproduce import compared
 from daebench.studies.grid.schedulers import dask_cluster, local_processes
-from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of, specification_of
 
 SWINGS = {"case": "horizontal", "method": "rattle", "h": 0.1, "t_end": 5, "members": 12, "points": 6}
 ARRAYS = ("states", "index", "ends", "steps", "status", "pivots")
@@ -27,7 +26,7 @@ ARRAYS = ("states", "index", "ends", "steps", "status", "pivots")
 
 @pytest.fixture
 def small_pieces(monkeypatch):
-    monkeypatch.setattr(stored, "PIECE", 5)
+    monkeypatch.setattr(ensembles, "PIECE", 5)
 
 
 def made(**more):
@@ -66,7 +65,7 @@ def test_what_is_kept_has_the_bits_of_what_is_not_and_is_not_made_again(more, sm
     with opened(tmp_path / "kept.db") as store:
         assert_same(whole, made(store=store, **more))
         assert (len(store), store.runs) == (3, 12)
-        monkeypatch.setattr(stored, "computed", lambda pieces, store, **_: {key_of(piece): store.get(key_of(piece)) for piece in pieces})
+        monkeypatch.setattr(ensembles, "computed", lambda pieces, store, **_: {key_of(piece): store.get(key_of(piece)) for piece in pieces})
         assert_same(whole, made(store=store, **more))
 
 
@@ -158,7 +157,7 @@ def test_what_cannot_be_kept_is_refused_in_a_sentence(tmp_path, monkeypatch):
             made(executor=object())
         with pytest.raises(BadInput, match="give its name or path"):
             daebench.ensemble(daebench.initial_value_problem("planar_pendulum", "horizontal"), method="rattle", h=0.1, steps=5, store=store)
-        monkeypatch.setattr(stored, "MOST_NUMBERS", 20)
+        monkeypatch.setattr(ensembles, "MOST_NUMBERS", 20)
         with pytest.raises(BadInput, match="24 numbers of states of each member are more than a row of a store can have"):
             made(store=store)
 

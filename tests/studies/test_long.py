@@ -22,17 +22,13 @@ from daebench.diagnostics.random_walk import Walk
 from daebench.errors import BadInput
 from daebench.runs.ivp import PoissonIvp
 from daebench.runs.request import Request
-from daebench.studies.long import blocks, checkpoint, initial_conditions
+from daebench.studies.long import checkpoint, windows
 from daebench.studies.long import run as long_run
-from daebench.studies.long.blocks import MANY, Blocks, middles
-from daebench.studies.long.checkpoint import Checkpoint, group_identity, identity, load, load_group, resumed, save
-from daebench.studies.long.ensemble import Ensemble, run_member
-from daebench.studies.long.initial_conditions import start_of
-from daebench.studies.long.interrupts import terminated_as_interrupted
-from daebench.studies.long.run import LongRun, Stream
-from daebench.studies.long.table import growth, members_table, share, windows_table
-from daebench.studies.long.verdict import sentence
-from daebench.studies.long.windows import COUNT, EDGES, LEAST, MEAN, MOST, SQUARES, Windows, centres, mean_square
+from daebench.studies.long.checkpoint import group_identity, identity, load, resumed, save
+from daebench.studies.long.ensemble import Ensemble, run_member, terminated_as_interrupted
+from daebench.studies.long.run import Checkpoint, LongRun, Stream, start_of
+from daebench.studies.long.table import growth, members_table, sentence, share, windows_table
+from daebench.studies.long.windows import COUNT, EDGES, LEAST, MANY, MEAN, MOST, SQUARES, Blocks, Windows, centres, mean_square, middles
 
 RUNS = {
     "rattle": LongRun(problem="spherical_pendulum", case="fig1.2", method="rattle", h=0.01, stride=3),
@@ -53,7 +49,7 @@ def uncompiled(monkeypatch):
     """Have methods run as Python, and samples be reduced 32 at a time."""
     compiled = LongRun.solver.fget
     monkeypatch.setattr(LongRun, "solver", property(lambda self: replace(compiled(self), compiled=False)))
-    for module in (long_run, blocks):
+    for module in (long_run, windows):
         monkeypatch.setattr(module, "BLOCK", 32)
 
 
@@ -73,7 +69,7 @@ def bits(stream):
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_that_is_left_and_taken_up_again_ends_with_the_same_bits(name, uncompiled, monkeypatch, random, tmp_path):
     spec, file = RUNS[name], tmp_path / "run.npz"
-    monkeypatch.setattr(blocks, "MANY", 2)
+    monkeypatch.setattr(windows, "MANY", 2)
     whole = marched(spec)
     assert (whole.run.failure, whole.run.done) == (None, STEPS)
     assert whole.windows.samples + whole.run.row == STEPS // spec.stride
@@ -170,13 +166,13 @@ def test_windows_are_four_an_octave_and_more_samples_make_a_copy():
 def test_blocks_are_few_and_their_means_are_those_of_the_series():
     found, pieces = Blocks(), 3 * MANY
     for k in range(pieces):
-        found.add(np.arange(k * blocks.BLOCK, (k + 1) * blocks.BLOCK, dtype=float))
+        found.add(np.arange(k * windows.BLOCK, (k + 1) * windows.BLOCK, dtype=float))
     assert len(found.means) < MANY
-    assert found.length == 4 * blocks.BLOCK
+    assert found.length == 4 * windows.BLOCK
     expected = np.arange(len(found.means)) * found.length + (found.length - 1) / 2
     assert found.means.tolist() == expected.tolist()
     assert (middles(len(expected), found.length) - 1).tolist() == expected.tolist()
-    assert len(found.means) * found.length + found.pieces * blocks.BLOCK == pieces * blocks.BLOCK
+    assert len(found.means) * found.length + found.pieces * windows.BLOCK == pieces * windows.BLOCK
     assert found.at(2 * found.length).tolist() == [(a + b) / 2 for a, b in zip(expected[::2], expected[1::2], strict=False)]
 
 
@@ -204,7 +200,7 @@ def test_members_of_a_start_with_zeros_are_distinct_runs(problem, case, tmp_path
 
 
 def test_members_that_begin_alike_are_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(initial_conditions, "ROUNDINGS", 0.0)
+    monkeypatch.setattr(long_run, "ROUNDINGS", 0.0)
     with pytest.raises(BadInput, match=r"members 0 and 1 of planar_pendulum, case rotating, begin at the same state"):
         Ensemble(replace(RUNS["shake"], stride=1, on_singular="stop"), 3, 10, tmp_path).check()
 
@@ -333,7 +329,7 @@ def test_members_that_are_far_behind_are_left_out_and_the_sentence_says_so(rando
     assert (type(found), found.members) == (Walk, 18)
     said = sentence(found, share(spec, members, 32, 2048))
     assert said.endswith(" Told to t = 10.24 from 18 of 32 members; left out: 2 of 32 far behind, 12 of 32 not begun.")
-    long = Blocks(length=4 * blocks.BLOCK, means=random.standard_normal(600))
+    long = Blocks(length=4 * windows.BLOCK, means=random.standard_normal(600))
     table = Windows(np.array([[600.0 * long.length, 0, 1, -1, 1]]))
     members[0] = replace(members[0], blocks=long, windows=table, waiting=np.ones(0))
     assert isinstance(growth(spec, members), Drift)
@@ -533,7 +529,7 @@ def test_an_ensemble_that_is_ended_in_any_way_goes_on_to_the_same_bits(numbers, 
     ensembles = [Ensemble(spec, 24, 10**7, tmp_path / out / "checkpoints") for out in ("left", "whole")]
     left, whole = (ensemble.kept() for ensemble in ensembles)
     for first, last in ((0, 15), (16, 23)):
-        numbers = [load_group(ensemble.path(first, last), group_identity(spec)).numbers for ensemble in ensembles]
+        numbers = [load(ensemble.path(first, last), group_identity(spec)).numbers for ensemble in ensembles]
         assert numbers[0].tobytes() == numbers[1].tobytes()
     for k in range(24):
         assert left[k].windows.table.tobytes() == whole[k].windows.table.tobytes()

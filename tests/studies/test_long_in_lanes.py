@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 from daebench.errors import BadInput
-from daebench.studies.long import blocks, initial_conditions, lanes
 from daebench.studies.long import ensemble as ensembles
+from daebench.studies.long import lanes, windows
 from daebench.studies.long import run as long_run
-from daebench.studies.long.checkpoint import group_identity, load_group, save_group
-from daebench.studies.long.ensemble import Ensemble
-from daebench.studies.long.initial_conditions import start_of, starts_of
-from daebench.studies.long.interrupts import terminated_as_interrupted
+from daebench.studies.long.checkpoint import group_identity, load, save
+from daebench.studies.long.ensemble import Ensemble, terminated_as_interrupted
 from daebench.studies.long.lanes import LaneStream
-from daebench.studies.long.run import LongRun, Stream
+from daebench.studies.long.run import LongRun, Stream, start_of, starts_of
 
 PENDULUM = LongRun(problem="planar_pendulum", case="rotating", method="rattle", h=0.01, stride=3)
 RUNS = {
@@ -31,9 +29,9 @@ STEPS = 500
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Have samples be reduced 32 at a time, and few blocks kept."""
-    for module in (long_run, blocks, lanes):
+    for module in (long_run, windows, lanes):
         monkeypatch.setattr(module, "BLOCK", 32)
-    monkeypatch.setattr(blocks, "MANY", 2)
+    monkeypatch.setattr(windows, "MANY", 2)
 
 
 def alone(spec, number, steps=STEPS):
@@ -94,10 +92,10 @@ def test_lanes_that_are_left_and_taken_up_again_end_with_the_same_bits(small_blo
     while stream.going:
         stream.advance()
         if random.random() < 0.3:
-            save_group(file, who, stream)
-            kept = load_group(file, who)
+            save(file, who, stream)
+            kept = load(file, who)
             stream, left = LaneStream(PENDULUM, kept.members, STEPS), left + 1
-            stream.restore(kept.done, kept.seconds, kept.numbers, kept.waiting, kept.windows, kept.blocks)
+            stream.restore(kept)
     assert left > 3
     assert [bits_in_lanes(stream, k) for k in range(5)] == [bits_in_lanes(whole, k) for k in range(5)]
     assert stream.numbers().tobytes() == whole.numbers().tobytes()
@@ -106,7 +104,7 @@ def test_lanes_that_are_left_and_taken_up_again_end_with_the_same_bits(small_blo
 @pytest.fixture
 def scattered(monkeypatch):
     """Have starts differ so much that some members stop early, at different times."""
-    monkeypatch.setattr(initial_conditions, "ROUNDINGS", 0.9 / 2.0**-52)
+    monkeypatch.setattr(long_run, "ROUNDINGS", 0.9 / 2.0**-52)
     long_run._ivp.cache_clear()
     yield replace(PENDULUM, h=0.45, stride=2)
     long_run._ivp.cache_clear()
@@ -196,12 +194,12 @@ def test_an_ensemble_grows_by_members_and_steps(small_blocks, tmp_path):
 
 def test_lanes_of_another_run_and_damaged_ones_are_refused(tmp_path):
     stream, file = LaneStream(PENDULUM, range(2), 9), tmp_path / "lanes.npz"
-    save_group(file, group_identity(PENDULUM), stream)
+    save(file, group_identity(PENDULUM), stream)
     with pytest.raises(BadInput, match=r"is of a run with h = 0.01, not 0.02; name another folder"):
-        load_group(file, group_identity(replace(PENDULUM, h=0.02)))
+        load(file, group_identity(replace(PENDULUM, h=0.02)))
     file.write_bytes(file.read_bytes()[:-40])
     with pytest.raises(BadInput, match=r"is damaged, or no checkpoint of a long run.*remove it"):
-        load_group(file, group_identity(PENDULUM))
+        load(file, group_identity(PENDULUM))
 
 
 def test_pieces_are_for_all_workers_and_not_smaller_than_a_vector():

@@ -8,7 +8,7 @@ from outside_code import RATTLE
 
 from daebench.errors import BadInput
 from daebench.methods.outside import ending
-from daebench.studies.long import blocks, interrupts
+from daebench.studies.long import ensemble, windows
 from daebench.studies.long import run as long_run
 from daebench.studies.long.checkpoint import identity, load, resumed, save
 from daebench.studies.long.ensemble import run_member
@@ -24,7 +24,7 @@ def long_of(method, **settings):
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Have samples be reduced 32 at a time."""
-    for module in (long_run, blocks):
+    for module in (long_run, windows):
         monkeypatch.setattr(module, "BLOCK", 32)
 
 
@@ -97,7 +97,7 @@ def test_a_run_that_goes_wrong_keeps_its_samples_and_says_where(mine, library):
 
 
 def test_what_hangs_is_ended_by_a_second_interruption_that_comes_later(mine, monkeypatch, tmp_path):
-    monkeypatch.setattr(interrupts, "PATIENCE", 0.2)
+    monkeypatch.setattr(ensemble, "PATIENCE", 0.2)
     monkeypatch.setattr(ending, "SILENCE", 120.0)  # its end is no interruption
     spec, began = long_of("./mine.py:interrupted"), time.monotonic()
     with pytest.raises(KeyboardInterrupt):

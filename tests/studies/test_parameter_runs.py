@@ -8,19 +8,18 @@ import pytest
 
 from daebench.errors import BadInput
 from daebench.records.comparison import DIFFERS, EQUAL, WITHIN
-from daebench.records.store import StoredRow, as_json, of_json, opened
+from daebench.records.rows import StoredRow, as_json, of_json
+from daebench.records.store import opened
 from daebench.runs.members import members
 from daebench.studies.ensemble import energies
-from daebench.studies.grid import parameter_rows
+from daebench.studies.grid import runs_together
 from daebench.studies.grid.estimate import estimate
 from daebench.studies.grid.export import frame
 from daebench.studies.grid.measure import measured_row, row_of
-from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.reproduce import compared
-from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.run_specification import GridRun, ParameterRuns
 from daebench.studies.grid.runs import runs_of
-from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of, specification_of
 
 FAST = {"problem": "spherical_pendulum", "case": "fig1.2", "t_end": 10.0, "metrics": ("energy", "manifold", "jump"), "varied": "gravity"}
 GRAVITIES = tuple(np.geomspace(0.01, 300.0, 12).tolist())
@@ -86,20 +85,20 @@ FAULTS = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_in_the_members_is_seen(monkeypatch, fault):
     name, wrong = FAULTS[fault]
-    monkeypatch.setattr(parameter_rows, name, wrong)
+    monkeypatch.setattr(runs_together, name, wrong)
     assert {"energy_error", "energy_size"} <= differences(over_steps("rattle", (90,)))[0]
 
 
 @pytest.mark.usefixtures("uncompiled_schemes")
 @pytest.mark.parametrize("column", ["energy_verdict", "jump", "g"])
 def test_a_number_of_another_member_is_seen(monkeypatch, column):
-    measured = parameter_rows._measured
+    measured = runs_together._measured
 
     def mistaken(*arguments):
         columns = measured(*arguments)
         return columns | {column: columns[column][-1:] + columns[column][:-1]}
 
-    monkeypatch.setattr(parameter_rows, "_measured", mistaken)
+    monkeypatch.setattr(runs_together, "_measured", mistaken)
     assert differences(over_steps("rk4+proj", (40,)))[0] == {column}
 
 
@@ -107,7 +106,7 @@ def test_a_number_of_another_member_is_seen(monkeypatch, column):
 def test_parts_that_fit_into_memory_have_the_same_rows(monkeypatch):
     (some,) = over_steps("rattle", (80,))
     whole = row_of(some)
-    for module, name, number in ((parameter_rows, "NUMBERS", 80 * 6 * 5), (energies, "AT_ONCE", 50)):
+    for module, name, number in ((runs_together, "NUMBERS", 80 * 6 * 5), (energies, "AT_ONCE", 50)):
         monkeypatch.setattr(module, name, number)
         assert as_json(StoredRow("", some.plain(), row_of(some), "", 0.0)) == as_json(StoredRow("", some.plain(), whole, "", 0.0))
 

@@ -9,8 +9,7 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.methods.registry import poisson_registry, registry
-from daebench.studies.grid.claimed import THINGS, claimed, claims_of
-from daebench.studies.grid.feasibility import feasible
+from daebench.studies.grid.claimed import THINGS, claimed, claims_of, feasible
 from daebench.studies.work_precision.recommend import CONSERVED, recommended, with_conserved
 
 LEVEL, SLOPING, UNKNOWN = "bounded", "drifts", "undetermined"

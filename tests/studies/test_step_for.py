@@ -11,7 +11,7 @@ from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.runs.request import Request
 from daebench.starts.draw import draw_starts
-from daebench.studies.step_for.statistics import known, means, quantity
+from daebench.studies.step_for.run import known, means, quantity
 
 DOUBLE = {"case": "horizontal", "method": "rattle", "members": 1024, "drawn": {"size": 1e-3}}
 

@@ -23,14 +23,15 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.fixed_step.poisson import PoissonStep
 from daebench.problems import planar_pendulum
 from daebench.records import code
-from daebench.records.store import LAYOUT, Store, StoredRow, StoreFull, opened
+from daebench.records.rows import StoredRow
+from daebench.records.store import LAYOUT, Store, StoreFull, opened
 from daebench.reference.keep.store import load
 from daebench.starts.members import neighbour
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.schedulers import dask_cluster
-from daebench.studies.grid.specification_key import key_of, require_possible
+from daebench.studies.grid.specification import key_of, require_possible
 from daebench.studies.grid.study import Study
 from daebench.systems.files import package as package_files
 
@@ -406,7 +407,7 @@ def test_all_that_decides_a_run_is_in_its_key(more):
 
 def test_code_and_versions_are_in_the_key(monkeypatch):
     before = key_of(one())
-    monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.specification.made_by", lambda: "another version")
     assert key_of(one()) != before
 
 
@@ -489,7 +490,7 @@ def test_a_file_of_another_layout_is_refused_and_left_as_it_is(tmp_path, step, a
 def test_rows_of_other_versions_are_told_from_those_of_other_cells(store, monkeypatch):
     study(values={"h": [1 / 16, 1 / 32]}).table(store)
     monkeypatch.setattr(code, "made_by", lambda: "another version")
-    monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.specification.made_by", lambda: "another version")
     wanted = {key_of(each): each.plain() for each in study(values={"h": [1 / 32, 1 / 64]}).specifications()}
     assert len(store.outdated(wanted)) == 1
     study(values={"h": [1 / 32, 1 / 64]}).table(store)

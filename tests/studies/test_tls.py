@@ -7,8 +7,7 @@ import pytest
 
 from daebench.cli.executors import Executors
 from daebench.errors import BadInput
-from daebench.studies.grid.schedulers import dask_cluster
-from daebench.studies.grid.tls import OPTIONS, Tls, security
+from daebench.studies.grid.schedulers import OPTIONS, Tls, dask_cluster, security
 
 distributed = pytest.importorskip("distributed", reason="the extra scale is not installed")
 

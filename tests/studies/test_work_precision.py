@@ -299,7 +299,7 @@ def test_the_command_keeps_its_runs_and_names_a_winner(daebench, tmp_path, monke
     assert {path.name for path in tmp_path.iterdir()} >= {"studies.db", "work_precision.csv", "work_precision_error_q.svg"}
     assert "6 of them stored" in daebench(*words, "--dry-run")[1]
     monkeypatch.setattr("daebench.records.code.made_by", lambda: "another version")
-    monkeypatch.setattr("daebench.studies.grid.specification_key.made_by", lambda: "another version")
+    monkeypatch.setattr("daebench.studies.grid.specification.made_by", lambda: "another version")
     again = "6 stored runs are of another version of daebench, of a library or of the problem, and made again."
     assert again in daebench(*words, "--dry-run")[1]
     assert again in daebench(*words)[1]

@@ -21,8 +21,8 @@ from daebench.studies.ensemble.references import bounds_of, member_references
 from daebench.studies.grid.export import table_of
 from daebench.studies.grid.measure import row_of
 from daebench.studies.grid.runs import runs_of
+from daebench.studies.grid.runs_together import members_of
 from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.start_rows import members_of
 from daebench.studies.work_precision.band_figure import bands
 from daebench.studies.work_precision.intervals import median, share
 from daebench.studies.work_precision.starts import Curves, curves_of, output_times, runs_from_starts

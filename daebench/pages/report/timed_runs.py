@@ -11,11 +11,12 @@ from daebench.pages.report.deferred import meanwhile
 from daebench.pages.report.page import Progress
 from daebench.pages.report.two_processes import two_processes
 from daebench.records.code import code_version
-from daebench.records.store import Store, StoredRow
+from daebench.records.rows import StoredRow
+from daebench.records.store import Store
 from daebench.studies.grid.measure import timed_request, with_time
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of
 
 Processes = Callable[[], AbstractContextManager[Executor]]
 

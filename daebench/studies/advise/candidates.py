@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from daebench.errors import BadInput
 from daebench.runs.state import CONSTRAINED, POISSON
 from daebench.studies.advise.question import Question
-from daebench.studies.grid.claimed import claimed
-from daebench.studies.grid.feasibility import feasible
+from daebench.studies.grid.claimed import claimed, feasible
 from daebench.studies.measurable import claimed_order
 
 ON_MANIFOLD = (

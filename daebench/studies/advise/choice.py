@@ -21,7 +21,7 @@ from daebench.studies.grid.estimate import compiling_seconds
 from daebench.studies.grid.reference import certified_of, own_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import computed
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.specification import key_of
 
 Progress = Callable[[float, str], None]
 """Called with the fraction of the work done and a label of the current task."""

@@ -15,8 +15,7 @@ from daebench.methods.names import methods_of
 from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Ivp
 from daebench.studies.grid.claimed import THINGS
-from daebench.studies.grid.run_specification import FEWEST, GridRun
-from daebench.studies.grid.start_runs import StartRuns
+from daebench.studies.grid.run_specification import FEWEST, GridRun, StartRuns
 
 OUTPUTS = 48
 """Times at which errors are taken, about; a number with many divisors, for numbers of steps that come to some of these times."""

@@ -15,9 +15,8 @@ from daebench.runs.option import Option
 from daebench.runs.request import Progress, Request
 from daebench.runs.scales import constrained_scales_of
 from daebench.runs.trajectory import Array
-from daebench.studies.chaos.plane import energy_in, plane_in, plane_of
+from daebench.studies.chaos.plane import energy_in, plane_in, plane_of, section_of, surface
 from daebench.studies.chaos.result import Chaos
-from daebench.studies.chaos.section import section_of, surface
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem

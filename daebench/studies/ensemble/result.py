@@ -1,24 +1,32 @@
-"""Results of an ensemble: errors of all members along the run, their quantiles, and which members stopped and why."""
+"""Results of an ensemble: errors of all members along the run, their quantiles, which members stopped and why, and the picture."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daebench.diagnostics.drift import FAILED
-from daebench.draw.bands import LEVELS, column
+from daebench.draw.bands import LEVELS, column, fill
+from daebench.draw.figures import BLUE, VERMILION, drawing, grid_of_axes, legend_below
 from daebench.methods.ensemble.result import EnsembleRun
+from daebench.runs.csv_files import write_frame
+from daebench.runs.files import atomic
 from daebench.runs.request import Request
-from daebench.runs.result import Result
+from daebench.runs.result import Result, Table
 from daebench.runs.trajectory import Array
 from daebench.starts.box import columns
 from daebench.studies.ensemble.energies import ended_members, member_energies
 from daebench.studies.held_verdict import held_verdicts
 from daebench.systems.lazily import pandas as pd
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -39,7 +47,9 @@ class Ensemble(Result):
         What each member was asked.
     """
 
-    drawn_by: ClassVar[str] = "daebench.studies.ensemble.figure"
+    stem: ClassVar[str] = "bands"
+    tables: ClassVar[tuple[str, ...]] = ("starts.csv", "ends.csv")
+    fails_if: ClassVar[str] = "a member stops early"
 
     run: EnsembleRun
     starts: str
@@ -136,6 +146,11 @@ class Ensemble(Result):
         return dict(Counter(self.run.reason(int(i)) for i in self.run.failed).most_common())
 
     @property
+    def table(self) -> "pd.DataFrame":
+        """Quantiles in time, see :attr:`bands`."""
+        return self.bands
+
+    @property
     def bands(self) -> "pd.DataFrame":
         """Quantiles in time, one row per stored state: of H - H0, of |g| or the Casimirs; the spread and the number of active members."""
         t = self.t if self.t.ndim == 1 else self.t.mean(axis=1)
@@ -172,6 +187,39 @@ class Ensemble(Result):
         table |= {f"max_{name}": values for name, values in run.maxima.items()}
         return pd.DataFrame(table | {"failure": [run.reason(i) for i in range(len(run.members))]})
 
+    @property
+    def origin(self) -> dict[str, str]:
+        """How the members were made."""
+        return {"Method": self.run.method, "Starts": self.starts, "Seed": str(self.seed)}
+
+    @property
+    def status(self) -> int:
+        """1 if a member stopped early."""
+        return int(len(self.run.failed) > 0)
+
+    def write(self, folder: Path) -> Path:
+        """Write tables of starts and ends, and the picture with its table, into a folder; return the path of the SVG."""
+        for name, table in zip(self.tables, (self.start_table, self.end_table), strict=True):
+            with atomic(folder / name) as scratch:
+                write_frame(scratch, table)
+        return super().write(folder)
+
+    def plot(self) -> "Figure":
+        """Return the picture of the ensemble."""
+        return figure(self)
+
+    def printed(self) -> Iterator[str | Table | Mapping[str, Any]]:
+        """Yield the summary, quantiles of the largest errors, and the first member that stopped for each reason."""
+        summary = self.summary()
+        quantiles, failures = summary.pop("quantiles"), summary["failures"]
+        yield summary | {"failures": failures or None, "varied": summary["varied"] or None}
+        if quantiles:
+            rows = [[f"max {name}", *(f"{value:.3g}" for value in row.values())] for name, row in quantiles.items()]
+            yield Table(["quantile over members", *map(str, LEVELS)], rows)
+        for reason in failures:
+            first = next(int(i) for i in self.run.failed if self.run.reason(int(i)) == reason)
+            yield f"member {first}: {self.run.failure(first)}"
+
     def summary(self) -> dict[str, Any]:
         """Return the summary of an ensemble, for text and JSON."""
         run, ivp = self.run, self.ivp
@@ -197,3 +245,50 @@ class Ensemble(Result):
             "compile_seconds": run.compile_seconds,
             "lanes": run.lanes,
         }
+
+
+TITLES = {"g": ("constraints", "largest $|g|$"), "casimirs": ("Casimirs", "largest change")}
+"""Title and label of the panel of what the structure keeps."""
+
+MOST_REASONS = 3
+"""Reasons of failures that the title names."""
+
+
+def figure(ensemble: Ensemble) -> "Figure":
+    """Return the picture of an ensemble."""
+    bands, conserved = ensemble.table, ensemble.kept
+    with drawing():
+        drawn, axes = grid_of_axes(1, 2 + bool(conserved), 3.3, sharex=True, x="time $t$ [s]")
+        _bands(axes[0, 0], bands, "energy", VERMILION)
+        axes[0, 0].set(title="energy error", ylabel="$H - H_0$ [unit of $H$]")
+        if conserved:
+            _bands(axes[0, 1], bands, conserved, BLUE)
+            axes[0, 1].set(title=TITLES[conserved][0], ylabel=TITLES[conserved][1])
+            if (bands[column(0.05, conserved)][1:] > 0).all():
+                axes[0, 1].set_yscale("log")
+        _line(axes[0, -1], bands["t"], bands["spread"])
+        axes[0, -1].set(title="spread", ylabel="rms distance from the mean")
+        legend_below(drawn, axes[0, 0], 3)
+        drawn.suptitle(_title(ensemble), fontsize="medium")
+    return drawn
+
+
+def _title(ensemble: Ensemble) -> str:
+    """Return the title, the answer first: how many of the members came to their end."""
+    run, total = ensemble.run, len(ensemble.run.members)
+    reasons = list(ensemble.reasons.items())
+    named = ", ".join(f"{count} {reason}" for reason, count in reasons[:MOST_REASONS])
+    failed = f"{len(run.failed)} of {total} members stopped early: {named}" if reasons else f"all {total} members came to their end"
+    return f"{run.method} on {ensemble.ivp.problem}, case {ensemble.ivp.case}: {failed}"
+
+
+def _bands(axis: Any, bands: "pd.DataFrame", name: str, color: str) -> None:
+    """Draw bands of quantiles, and the median."""
+    fill(axis, bands["t"], lambda level: bands[column(level, name)], color, of="members")
+    axis.plot(bands["t"], bands[column(0.5, name)], color=color, linewidth=1.2, label="median")
+
+
+def _line(axis: Any, t: Any, spread: Any) -> None:
+    axis.plot(t, spread, color="black")
+    if np.nanmax(spread) > 0:
+        axis.set_yscale("log")

@@ -13,101 +13,48 @@ The archive is a ZIP file::
 """
 
 import json
+import re
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
+from daebench.draw.figures import drawing, grid_of_axes, legend_below, save
+from daebench.draw.methods import curve_of
 from daebench.errors import BadInput
 from daebench.methods.catalogue import find_problem
-from daebench.methods.foreign import ForeignName, Trust, admit
-from daebench.records.code import code_version
-from daebench.records.seals import digests, is_inside, of_another_version, sha256, words
-from daebench.records.store import Store, StoredRow, as_json, of_json
+from daebench.methods.foreign import ForeignName, Trust
+from daebench.methods.outside.read import is_outside
+from daebench.records.code import Code, code_of, code_version
+from daebench.records.rows import StoredRow, as_json
+from daebench.records.seals import digests, sha256
+from daebench.records.store import Store
 from daebench.reference.keep.record import Reference
 from daebench.reference.keep.store import CERTIFICATE, digits, written
 from daebench.runs import provenance
 from daebench.runs.files import atomic
-from daebench.runs.json_values import MOST, strict
 from daebench.runs.machine import machine
-from daebench.runs.provenance import ORIGIN
-from daebench.runs.schema import DIGEST, SECONDS, Fields, Items, Named, Text, Whole, WrongField, shown
-from daebench.runs.zipped import MOST_MEMBERS, UNREADABLE
-from daebench.runs.zipped import unpacked as unpacked_files
-from daebench.studies.grid import archive_figure, export
-from daebench.studies.grid.archive_code import foreign_method, gathered
+from daebench.studies.grid.export import described, frame, write
 from daebench.studies.grid.metrics import METRICS
 from daebench.studies.grid.reference import reference_of
-from daebench.studies.grid.row_fields import require_row
-from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.specification import specification_of
-from daebench.studies.grid.specification_key import key_of
+from daebench.studies.grid.rows import by_method
+from daebench.studies.grid.specification import key_of, specification_of
 from daebench.systems.files.execute import executing_nothing, is_path
 from daebench.systems.files.read import Problem
 from daebench.systems.files.user import own_files
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMAT = 2
 """Version of the layout of archives; version 1 has no code of methods."""
 
 MANIFEST = "manifest.json"
 ROWS = "rows.jsonl"
-
-LARGEST = 2**26
-"""Bytes that an archive may have in any case when it is unpacked."""
-
-RATIO = 50.0
-"""Largest ratio of the bytes of a larger archive to those of its ZIP file; archives of studies have 3 to 30."""
-
-MOST_ROWS = 10**6
-"""Largest number of rows."""
-
-OTHER = "it is not an archive of a study, or is damaged"
-
-READ = (1, FORMAT)
-"""Versions of the layout that are read."""
-
-PLACE = Text(4096, 1)
-MANIFESTED = Fields(
-    {
-        "format": Whole(),
-        **ORIGIN,
-        "own": Items(PLACE),
-        "files": Named(DIGEST, PLACE, MOST_MEMBERS),
-    },
-    {"maker": DIGEST, "executable": Items(PLACE), "without": Named(Text(10_000), PLACE)},
-)
-"""What a manifest says."""
-
-LATER = ("maker", "executable", "without")
-"""What a manifest says since version 2 of the layout."""
-
-
-@dataclass(frozen=True)
-class Archive:
-    """An archive that is what was written."""
-
-    manifest: Mapping[str, Any]
-    """What it says of itself."""
-    rows: tuple[StoredRow, ...]
-    """The runs."""
-    files: Mapping[str, bytes]
-    """All that is in it, by name."""
-
-    @property
-    def own(self) -> tuple[str, ...]:
-        """Problem files in it that do not come with daebench: code that is executed."""
-        return tuple(self.manifest["own"])
-
-    @property
-    def executable(self) -> tuple[str, ...]:
-        """Files in it that are started as programs."""
-        return tuple(self.manifest.get("executable", ()))
+CODE = "code"
 
 
 @dataclass(frozen=True)
@@ -148,16 +95,16 @@ def _write_archive(store: Store, path: Path, rows: list[StoredRow]) -> Archived:
     moved = {name: f"{places[name]}/{problem.path.name}" for name, problem in problems.items() if not problem.package}
     code = gathered(sorted({row.specification["method"] for row in rows}))
     rows = [_renamed(_renamed(row, "problem", moved), "method", code.names) for row in rows]
-    table = export.frame(rows)
+    table = frame(rows)
     files = {ROWS: "".join(f"{line}\n" for line in map(as_json, rows)).encode()}
     for name, problem in problems.items():
         files |= {f"{places[name]}/{near}": file.read_bytes() for near, file in definition_files(problem)}
     for reference in _references(row.specification for row in rows if row.specification["problem"] not in moved.values()):
         files |= _certified(reference)
     with tempfile.TemporaryDirectory() as folder:
-        export.write(table, Path(folder) / "rows.csv")
+        write(table, Path(folder) / "rows.csv")
         files["rows.csv"] = (Path(folder) / "rows.csv").read_bytes()
-        files |= {f"pictures/{picture.name}": picture.read_bytes() for picture in archive_figure.draw(Path(folder), table)}
+        files |= {f"pictures/{picture.name}": picture.read_bytes() for picture in draw(Path(folder), table)}
     files |= code.files
     files["README.txt"] = _readme(path.name, rows, files, code.without).encode()
     _write(path, files, own=sorted(moved.values()), executable=code.executable, without=code.without)
@@ -250,7 +197,7 @@ def _certified(reference: Reference) -> dict[str, bytes]:
 def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes], without: Mapping[str, str]) -> str:
     lacking = {"Not in it": "; ".join(f"the code of {method}: {why}" for method, why in without.items())} if without else {}
     about = {
-        **export.described(export.frame(rows)),
+        **described(frame(rows)),
         "Files": ", ".join(files),
         **lacking,
         "To hold it against a new run": f"daebench reproduce {name}",
@@ -258,92 +205,62 @@ def _readme(name: str, rows: Sequence[StoredRow], files: Mapping[str, bytes], wi
     return provenance.text(name, about)
 
 
-def read(path: Path, trust: Trust | None = None) -> Archive:
-    """Return an archive, all of it checked; nothing in it is executed."""
-    if not path.is_file():
-        raise BadInput(f"there is no archive {path}; daebench archive STUDY.db makes one.")
-    try:
-        files = unpacked_files(path, str(path), small=LARGEST, ratio=RATIO)
-        _require_safe(path, files)
-        manifest = strict(files.pop(MANIFEST))
-        if sentence := of_another_version(path, manifest["format"], *READ):
-            raise BadInput(sentence)
-        manifest = MANIFESTED.read(manifest, "manifest")
-        if manifest["format"] > 1 and (lacking := [name for name in LATER if name not in manifest]):
-            raise WrongField(f"manifest has no {lacking[0]}")
-        _require_whole(manifest["files"], files)
-        rows = _rows(files[ROWS])
-    except UNREADABLE as error:
-        raise BadInput(f"{path}: {OTHER}: {words(error)}; get it again from where it came.") from error
-    archive = Archive(manifest, rows, files)
-    if not rows:
-        raise BadInput(f"{path} has no runs, so that there is nothing to compare; archive a study that has some.")
-    runs = [_at_row(path, number, partial(specification_of, row.specification)) for number, row in enumerate(rows, 1)]
-    admit(path, foreign_names(archive), trust or Trust())
-    for number, (run, row) in enumerate(zip(runs, rows, strict=True), 1):
-        _at_row(path, number, partial(_require_of, run, row.row))
-    return archive
+@dataclass(frozen=True)
+class Gathered:
+    """The code of methods from outside."""
+
+    names: Mapping[str, str]
+    """Names in the archive, by those in the study."""
+    files: Mapping[str, bytes] = field(repr=False)
+    """Files by their paths in the archive."""
+    executable: tuple[str, ...]
+    """Those that are started as programs."""
+    without: Mapping[str, str]
+    """Methods whose code is not in the archive, and why."""
 
 
-def _rows(content: bytes) -> tuple[StoredRow, ...]:
-    """Return the rows of a file of them."""
-    if content.count(b"\n") > MOST_ROWS or content.count(b",") > MOST:
-        raise ValueError(f"{ROWS} has too many rows or values")
-    rows = []
-    for number, line in enumerate(content.decode().split("\n"), 1):
-        if line:
-            try:
-                rows.append(_of_digests(of_json(line)))
-            except ValueError as error:
-                raise ValueError(f"{ROWS}, line {number}: {error}") from error
-    return tuple(rows)
+def gathered(methods: Iterable[str]) -> Gathered:
+    """Return the code of the methods from outside among some; its files are read, and nothing is executed."""
+    codes: dict[str, Code] = {}
+    without: dict[str, str] = {}
+    for k, method in enumerate(filter(is_outside, methods), 1):
+        try:
+            codes[method] = code_of(method).below(f"{CODE}/{k}")
+        except BadInput as error:
+            without[method] = str(error)
+    files = {name: content for code in codes.values() for name, content in code.files.items()}
+    executable = tuple(name for code in codes.values() for name in sorted(code.executable))
+    return Gathered({method: code.method for method, code in codes.items()}, files, executable, without)
 
 
-def _of_digests(row: StoredRow) -> StoredRow:
-    """Return a row whose key and maker are digests, and which took a time."""
-    DIGEST.read(row.key, "key")
-    DIGEST.read(row.maker, "maker")
-    SECONDS.read(row.took, "took")
-    return row
+SMALLEST, GREATEST = 1e-150, 1e150
+"""Numbers between which scales of powers do not overflow; others are not drawn."""
+
+COLUMNS = ("error_q", "error_y", "energy_error")
+"""What is drawn: the first of these that is a number anywhere."""
 
 
-def _require_safe(path: Path, names: Iterable[str]) -> None:
-    """Refuse names that lead out of the archive."""
-    for name in names:
-        if not is_inside(name):
-            raise BadInput(f"{path} has a file {name[:80]!r}, whose name leads out of it; it is not unpacked.")
+def draw(out: Path, table: "pd.DataFrame") -> list[Path]:
+    """Write the pictures, each as SVG and PNG, and return their paths; there is none where nothing can be drawn on scales of powers."""
+    paths: list[Path] = []
+    for (problem, case), rows in table.groupby(["problem", "case"], sort=False):
+        rows = rows[rows["value"].between(SMALLEST, GREATEST)]
+        column = next((name for name in COLUMNS if name in rows and rows[name].between(SMALLEST, GREATEST).any()), None)
+        if column is None:
+            continue
+        stem = re.sub(r"[^A-Za-z0-9._+-]", "_", f"{Path(str(problem)).stem}-{case}")
+        _draw(out, stem, rows[rows[column].between(SMALLEST, GREATEST)], column)
+        paths += [out / f"{stem}.svg", out / f"{stem}.png"]
+    return paths
 
 
-def _require_whole(expected: Mapping[str, str], files: Mapping[str, bytes]) -> None:
-    """Refuse content that is not as it was written."""
-    if altered := dict(expected.items() ^ digests(files).items()):
-        raise ValueError(f"{min(altered)} is not what was written")
-
-
-def _require_of(run: GridRun, row: Mapping[str, Any]) -> None:
-    """Refuse a row that is not of its run, or is of another problem."""
-    require_row(run, row)
-    if row["problem"] != run.problem:
-        raise BadInput(f"row.problem is {shown(row['problem'])}, and must be that of its run.")
-
-
-def _at_row(path: Path, number: int, check: Callable[[], T]) -> T:
-    """Return the result of the check of a row; where it refuses the row, its place is named."""
-    try:
-        return check()
-    except BadInput as error:
-        raise BadInput(f"{path}, {ROWS}, row {number}: {error}") from error
-
-
-def foreign_names(archive: Archive) -> list[ForeignName]:
-    """Return the names of problems and methods in an archive, with the files in it that they lead to."""
-    digests, names = archive.manifest["files"], []
-    for row in archive.rows:
-        problem, method = row.specification["problem"], row.specification["method"]
-        folder = f"{problem.rpartition('/')[0]}/"
-        there = problem in archive.own and problem in digests and problem.startswith("definitions/")
-        names += [
-            ForeignName(problem, False, {name: digest for name, digest in digests.items() if there and name.startswith(folder)}),
-            foreign_method(method, archive.files, digests, archive.executable),
-        ]
-    return names
+def _draw(out: Path, stem: str, rows: "pd.DataFrame", column: str) -> None:
+    with drawing():
+        figure, axes = grid_of_axes(1, 1, 3.4)
+        axis = axes[0, 0]
+        for method, runs in by_method(rows):
+            ordered = runs.sort_values("value")
+            axis.plot(ordered["value"], ordered[column], **curve_of(method))
+        axis.set(xscale="log", yscale="log", title=stem, xlabel="step size h [s], or tolerance", ylabel=column.replace("_", " "))
+        legend_below(figure, axis, 4)
+        save(figure, out, stem, rows)

@@ -1,5 +1,6 @@
-"""Claims of a method to conserve quantities of a problem: without one no run is taken to conserve a quantity, however it was measured."""
+"""Which methods can be run here and on a problem, and what each claims to conserve there."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,10 +10,38 @@ from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import methods_of
 from daebench.methods.outside.method import OutsideMethod
+from daebench.methods.solvers.drive import not_installed
 from daebench.runs.ivp import Ivp, PoissonIvp
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def installed(names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Return those of these methods whose packages are installed, and what the others need, as sentences; refuse where none is left."""
+    missing = {name: why for name in names if (why := not_installed(name))}
+    if missing.keys() == set(names) and names:
+        raise BadInput(" ".join(missing.values()))
+    return [name for name in names if name not in missing], missing
+
+
+def feasible(ivp: Ivp, names: Sequence[str], *, anyway: bool = False) -> tuple[list[str], dict[str, str]]:
+    """Return those of these methods that can be run, and why the others cannot, as sentences; refuse ``anyway`` where it has no use."""
+    methods_of(ivp, (), anyway=anyway)
+    accepted_names: list[str] = []
+    refused: dict[str, str] = {}
+    for name in names:
+        try:
+            (solver,) = methods_of(ivp, [name], anyway=anyway)
+            why = solver.refusal(ivp)
+        except BadInput as error:
+            why = str(error)
+        if why:
+            refused[name] = why
+        else:
+            accepted_names.append(name)
+    return accepted_names, refused
+
 
 THINGS = ("energy", "constraints", "casimirs", "two_form")
 """What may be claimed: energy without drift, g = 0 and G H_p = 0, Casimir functions, the two-form or the structure matrix."""

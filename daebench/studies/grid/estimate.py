@@ -7,8 +7,8 @@ from typing import Any
 
 from daebench.records.code import code_version
 from daebench.records.store import Store
-from daebench.studies.grid.parameter_rows import made_together
 from daebench.studies.grid.run_specification import GridRun
+from daebench.studies.grid.runs_together import made_together
 from daebench.studies.grid.specification import specification_of
 
 STEP_SECONDS = 1e-6

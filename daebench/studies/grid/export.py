@@ -7,11 +7,11 @@ from typing import Any
 
 from daebench.errors import BadInput
 from daebench.records.code import code_version
-from daebench.records.store import Store, StoredRow
+from daebench.records.rows import StoredRow
+from daebench.records.store import Store
 from daebench.runs.csv_files import write_frame
 from daebench.runs.files import atomic, check_place
-from daebench.studies.grid.row_fields import require_row
-from daebench.studies.grid.specification import specification_of
+from daebench.studies.grid.specification import require_row, specification_of
 from daebench.systems.lazily import pandas as pd
 
 NOT_FIELDS = ("parameters", "options", "varied", "values", "first", "differing", "numbers", "watch", "work")
@@ -37,7 +37,7 @@ def table_of(store: Store) -> "pd.DataFrame":
     """Return all rows of a store, those with the same run one after the other: what was computed, the run, and what made it.
 
     Columns are those of the rows; the fields of runs that rows do not have; and key, maker and took, see
-    :class:`daebench.records.store.StoredRow`. What a row has not is missing. A store without rows raises BadInput.
+    :class:`daebench.records.rows.StoredRow`. What a row has not is missing. A store without rows raises BadInput.
     """
     rows = list(store.all())
     if not rows:

@@ -6,16 +6,13 @@ from typing import Any
 
 from daebench.errors import DaebenchError
 from daebench.records.code import code_version
-from daebench.records.store import StoredRow
+from daebench.records.rows import StoredRow
 from daebench.runs.ivp import InitialValueProblem
 from daebench.runs.request import Request
 from daebench.studies.grid.member_runs import MemberRuns, member_row
 from daebench.studies.grid.metrics import Measured, metrics_of
-from daebench.studies.grid.parameter_rows import parameter_row
-from daebench.studies.grid.parameter_runs import ParameterRuns
-from daebench.studies.grid.run_specification import GridRun
-from daebench.studies.grid.start_rows import start_row
-from daebench.studies.grid.start_runs import StartRuns
+from daebench.studies.grid.run_specification import GridRun, ParameterRuns, StartRuns
+from daebench.studies.grid.runs_together import parameter_row, start_row
 
 NAN = float("nan")
 

@@ -15,8 +15,7 @@ from daebench.methods.fixed_step.stepping import REASONS
 from daebench.runs.ivp import Array
 from daebench.schemes.kernels.branch import ANOTHER_BRANCH
 from daebench.studies.grid.measure import Row
-from daebench.studies.grid.parameter_runs import ParameterRuns
-from daebench.studies.grid.run_specification import GridRun, ivp_of
+from daebench.studies.grid.run_specification import GridRun, ParameterRuns, ivp_of
 from daebench.studies.grid.runs import Runs
 from daebench.systems.lazily import pandas as pd
 

@@ -1,12 +1,13 @@
-"""One run of a study: everything that decides it, as plain values that can be hashed, stored and sent to another machine."""
+"""Runs of a study, one or several that are made together: all that decides them, as plain values that can be hashed, stored and sent."""
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, Self
 
 from daebench.compiler.number_types import number_type
-from daebench.errors import BadInput
+from daebench.errors import BadInput, whole
 from daebench.methods.fixed_step.constrained import FixedStep
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
@@ -179,13 +180,15 @@ class GridRun(RunSpecification):
         return max(1, int(steps / self.outputs + 0.5)) if steps < 1e15 else 1
 
     @classmethod
-    def of_plain(cls, given: Mapping[str, Any]) -> "GridRun":
+    def of_plain(cls, given: Mapping[str, Any]) -> Self:
         """Return the run with these fields, as :meth:`plain` gives them."""
         known = {field.name for field in fields(cls)}
         if extra := set(given) - known:
             raise BadInput(f"a run has no {', '.join(sorted(extra))}; this store is of another version.")
         pairs = {name: tuple((str(k), float(v)) for k, v in given[name]) for name in ("parameters", "options") if name in given}
-        return cls(**{**given, **pairs, "metrics": tuple(given["metrics"])})
+        values = {"values": tuple(map(float, given["values"]))} if "values" in given else {}
+        others: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
+        return cls(**others | pairs | values)
 
     def rows(self, row: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
         """Give the row of each run that it is, of the stored row."""
@@ -222,3 +225,98 @@ def defined_by(ivp: Ivp) -> tuple[str, ...]:
     source = ivp.source
     equations = f"{source.facts.MATHEMATICS} {source.algebra}" if source.outside else source.key
     return equations, *(float(x).hex() for x in (*ivp.par, *(x for part in ivp.start for x in part)))
+
+
+MEASURED = {"energy": ("energy_error", "energy_size", "energy_scale", "energy_verdict"), "manifold": ("g", "Gv"), "jump": ("jump",)}
+"""What is measured of them, by the name of the metric, and the columns of it that are kept."""
+
+ALWAYS = ("steps", "failure")
+"""Columns that are kept in any case."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRuns(GridRun):
+    """Runs of one method with one step size over values of a parameter."""
+
+    varied: str
+    """Name of the parameter."""
+    values: tuple[float, ...]
+    """Its values, one for each run."""
+
+    def __post_init__(self) -> None:
+        if others := set(self.metrics) - set(MEASURED):
+            raise BadInput(f"{', '.join(sorted(others))} of runs that are made together is not measured; there are {', '.join(MEASURED)}.")
+
+    @property
+    def count(self) -> int:
+        """How many runs these are."""
+        return len(self.values)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns with an entry for each run."""
+        return (*ALWAYS, *(name for metric in self.metrics for name in MEASURED[metric]))
+
+    def of_any_kind(self) -> Self:
+        """Return the runs without what compiles nothing anew."""
+        return replace(super().of_any_kind(), varied="", values=())
+
+    def run(self, i: int) -> GridRun:
+        """Return one of the runs by itself."""
+        fields = {name: value for name, value in vars(self).items() if name in GridRun.__dataclass_fields__}
+        return GridRun(**fields | {"parameters": (*self.parameters, (self.varied, self.values[i]))})
+
+    def rows(self, row: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+        """Give the row of each run, of what was computed for all of them."""
+        common = {name: value for name, value in row.items() if name not in self.columns}
+        for i, value in enumerate(self.values):
+            yield {**common, self.varied: value, **{name: row[name][i] for name in self.columns}}
+
+
+ERRORS = ("q", "p", "y")
+"""What is measured of them: errors of parts of the state."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartRuns(GridRun):
+    """Runs of one method with one step size or tolerance from many starts.
+
+    The errors are those at ``outputs`` equidistant times, the same for all methods.
+    """
+
+    members: int
+    """Number of starts; fewer of them are the first of more."""
+    distribution: str = "neighbourhood"
+    """What they are drawn from, see :func:`daebench.starts.draw.draw_starts`."""
+    settings: str = "{}"
+    """Its settings, as JSON."""
+    seed: int = 0
+    """Seeds them."""
+    finest: float
+    """Smallest step size of the study, s, of which a reference takes a third where heyoka does not make it."""
+
+    def __post_init__(self) -> None:
+        if whole("members", self.members) < 1:
+            raise BadInput(f"members = {self.members} must be at least 1.")
+        if others := set(self.metrics) - set(ERRORS):
+            raise BadInput(f"{', '.join(sorted(others))} of runs from many starts is not measured; there are {', '.join(ERRORS)}.")
+
+    @property
+    def drawn(self) -> dict[str, Any]:
+        """Settings of the distribution by name."""
+        settings: dict[str, Any] = json.loads(self.settings)
+        return settings
+
+    @property
+    def count(self) -> int:
+        """How many runs these are."""
+        return self.members
+
+    def of_any_kind(self) -> Self:
+        """Return the runs without what compiles nothing anew."""
+        return replace(super().of_any_kind(), members=1, distribution="", settings="", seed=0, finest=1.0)
+
+    def rows(self, row: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+        """Give the row of each run, of what was computed for all of them."""
+        for i in range(self.members):
+            yield {"member": i} | {name: value[i] if isinstance(value, list) else value for name, value in row.items()}

@@ -15,7 +15,7 @@ from daebench.runs.request import PRECISIONS
 from daebench.studies.grid.metrics import metrics_of
 from daebench.studies.grid.run_specification import OUTPUTS, GridRun
 from daebench.studies.grid.runs import Tell, runs_of
-from daebench.studies.grid.specification_key import key_of, require_possible
+from daebench.studies.grid.specification import key_of, require_possible
 
 if TYPE_CHECKING:
     import pandas as pd

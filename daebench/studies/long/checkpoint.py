@@ -4,7 +4,6 @@ import hashlib
 import io
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +18,11 @@ from daebench.runs.schema import SHOWN, Fields, Flag, Items, Named, Text, Whole,
 from daebench.runs.trajectory import Array
 from daebench.runs.zipped import UNREADABLE, arrays_in
 from daebench.studies.grid.run_specification import defined_by
-from daebench.studies.long.blocks import Blocks
 from daebench.studies.long.lanes import LaneStream
-from daebench.studies.long.run import LongRun, Stream
-from daebench.studies.long.windows import COUNT, EDGES, Windows
+from daebench.studies.long.run import Checkpoint, LongRun, Stream
+from daebench.studies.long.windows import COUNT, EDGES, Blocks, Windows
 
-LAYOUT = 4
+LAYOUT = 5
 """Version of the layout of the file: an archive of NumPy, and a digest of it."""
 
 SEAL = hashlib.sha256().digest_size
@@ -39,78 +37,6 @@ class _Plain:
         return value
 
 
-@dataclass(frozen=True)
-class Checkpoint:
-    """A long run as it was left."""
-
-    done: int
-    """Steps done."""
-    left: int
-    """Steps to the next sample."""
-    passages: int
-    """Number of rank-loss events."""
-    seconds: float
-    """CPU time of the loop."""
-    failure: str
-    """Why it stopped; "" if nothing but the end or an interruption stopped it."""
-    windows: Windows
-    blocks: Blocks
-    """Statistics of what is reduced."""
-    numbers: Array
-    """All that the loop carries; shape (k,)."""
-    waiting: Array
-    """Energies H(x) that are sampled and not yet reduced, in the run's number type; shape (n,)."""
-    first: float
-    """H(x0)."""
-    rank_pending: bool = False
-    """Whether G loses rank in the step after the last one."""
-
-    @property
-    def errors(self) -> Array:
-        """Errors of the energy that are not yet reduced, shape(n,)."""
-        return np.asarray(self.waiting - self.waiting.dtype.type(self.first), dtype=float)
-
-
-@dataclass(frozen=True)
-class GroupCheckpoint:
-    """Members of an ensemble in lanes as they were left, all after as many steps; those that left their lanes have files of their own."""
-
-    members: tuple[int, ...]
-    """Their numbers."""
-    done: int
-    """Steps done."""
-    seconds: float
-    """CPU time of the loop."""
-    windows: Windows
-    blocks: Blocks
-    """Statistics of what is reduced, a row for each member."""
-    numbers: Array
-    """All that the loop carries; shape (k, n)."""
-    waiting: Array
-    """Energies H(x) that are sampled and not yet reduced; shape (r, n)."""
-    first: Array
-    """H(x0); shape (n,)."""
-
-    def each(self, stride: int) -> dict[int, Checkpoint]:
-        """Return the members by number, as they would be left alone but for what the loop carries."""
-        left, seconds = stride - self.done % stride, self.seconds / max(1, len(self.members))
-        return {
-            number: Checkpoint(
-                done=self.done,
-                left=left,
-                passages=0,
-                seconds=seconds,
-                failure="",
-                windows=self.windows.some(k),
-                blocks=self.blocks.some(k),
-                numbers=np.empty(0),
-                waiting=self.waiting[:, k],
-                first=float(self.first[k]),
-            )
-            for k, number in enumerate(self.members)
-        }
-
-
 def identity(spec: LongRun) -> dict[str, Any]:
     """Return all that decides the numbers of a run: its fields, its definition with its numbers, its code, and all versions."""
     code = {"code": spec.code} if spec.code else {}
@@ -122,64 +48,53 @@ def group_identity(spec: LongRun) -> dict[str, Any]:
     return {name: value for name, value in identity(spec.member_of(0)).items() if name != "member"} | {"in": "lanes"}
 
 
-def save(path: Path, who: dict[str, Any], stream: Stream) -> None:
-    """Write a run as it is, whole or not at all."""
-    run, blocks = stream.run, stream.blocks
-    about = {
-        "who": who,
-        "counts": [run.done, run.left, stream.passages, blocks.length, blocks.pieces],
-        "rank_pending": bool(run.rank_pending),
-        "failure": run.failure or "",
-    }
+def save(path: Path, who: dict[str, Any], stream: Stream | LaneStream) -> None:
+    """Write a run, or the members that are in lanes, as they are, whole or not at all."""
+    left, blocks = stream.checkpoint(), stream.blocks
+    kind = {"rank_pending": left.rank_pending} if left.members is None else {"members": list(left.members)}
+    about = {"who": who, "counts": [left.done, left.left, left.passages, blocks.length, blocks.pieces], "failure": left.failure, **kind}
     arrays = {
-        "reals": np.array([run.seconds, blocks.total, float(run.conserved[0])]),
-        "windows": stream.windows.table,
+        "reals": np.concatenate([[left.seconds], np.ravel(blocks.total), np.ravel(left.first)]),
+        "windows": left.windows.table,
         "means": blocks.means,
-        "numbers": stream.numbers(),
-        "waiting": run.state_rows[: run.row, 0],
+        "numbers": left.numbers,
+        "waiting": left.waiting,
     }
-    _write(path, about, arrays)
+    content = io.BytesIO()
+    named: dict[str, Any] = {"about": np.array(json.dumps({"layout": LAYOUT, **about})), **arrays}
+    np.savez(content, **named)
+    with atomic(path) as scratch:
+        scratch.write_bytes(content.getvalue() + _seal(content.getvalue()))
 
 
 def load(path: Path, who: dict[str, Any]) -> Checkpoint:
-    """Return a run as it was left; raise BadInput if the file is damaged, or is of another run, another definition, or other versions."""
-    about, arrays = _read(path, "rank_pending", "reals", "windows", "means", "numbers", "waiting")
+    """Return a run, or members in lanes, as left; raise BadInput if the file is damaged, or of another run, definition, or version."""
+    about, arrays = _read(path)
     _require_same(path, about, who)
-    _require_shapes(path, arrays, {"reals": (3,), "windows": (None, COLUMNS), "means": (None,), "numbers": (None,), "waiting": (None,)})
+    members, n = None, 1
+    if "members" in about:
+        members = tuple(about["members"])
+        n = len(members)
+    several = () if members is None else (n,)
+    shapes = {"windows": (*several, None, COLUMNS), "means": (*several, None), "numbers": (None, *several), "waiting": (None, *several)}
+    _require_shapes(path, arrays, {"reals": (1 + 2 * n,), **shapes})
     done, left, passages, length, pieces = about["counts"]
-    seconds, total, first = map(float, arrays["reals"])
-    blocks = Blocks(length, arrays["means"], total, pieces)
-    failure, pending, windows = about["failure"], about["rank_pending"], Windows(arrays["windows"])
-    return Checkpoint(done, left, passages, seconds, failure, windows, blocks, arrays["numbers"], arrays["waiting"], first, pending)
-
-
-def save_group(path: Path, who: dict[str, Any], stream: LaneStream) -> None:
-    """Write the members that are in lanes as they are, whole or not at all."""
-    blocks = stream.blocks
-    about = {"who": who, "members": list(stream.members), "counts": [stream.done, 0, 0, blocks.length, blocks.pieces], "failure": ""}
-    arrays = {
-        "seconds": np.array(stream.seconds),
-        "first": stream.first,
-        "windows": stream.windows.table,
-        "means": blocks.means,
-        "total": np.asarray(blocks.total),
-        "numbers": stream.numbers(),
-        "waiting": stream.waiting,
-    }
-    _write(path, about, arrays)
-
-
-def load_group(path: Path, who: dict[str, Any]) -> GroupCheckpoint:
-    """Return members in lanes as they were left; raise BadInput as :func:`load` does."""
-    about, arrays = _read(path, "members", "seconds", "first", "windows", "means", "total", "numbers", "waiting")
-    _require_same(path, about, who)
-    n = len(about["members"])
-    shapes = {"seconds": (), "first": (n,), "windows": (n, None, COLUMNS), "means": (n, None), "total": (n,)}
-    _require_shapes(path, arrays, {**shapes, "numbers": (None, n), "waiting": (None, n)})
-    done, _, _, length, pieces = about["counts"]
-    blocks = Blocks(length, arrays["means"], arrays["total"], pieces)
-    group = Windows(arrays["windows"]), blocks, arrays["numbers"], arrays["waiting"], arrays["first"]
-    return GroupCheckpoint(tuple(about["members"]), done, float(arrays["seconds"]), *group)
+    seconds, *statistics = np.split(arrays["reals"], [1, 1 + n])
+    total, first = (float(numbers[0]) if members is None else numbers for numbers in statistics)
+    return Checkpoint(
+        done,
+        float(seconds[0]),
+        Windows(arrays["windows"]),
+        Blocks(length, arrays["means"], total, pieces),
+        arrays["numbers"],
+        arrays["waiting"],
+        first,
+        left,
+        passages,
+        about["failure"],
+        about.get("rank_pending", False),
+        members,
+    )
 
 
 def progress_of(path: Path) -> tuple[int, int, bool]:
@@ -204,16 +119,8 @@ ABOUT = Fields(
 """What the text in a file says."""
 
 
-def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
-    content = io.BytesIO()
-    named: dict[str, Any] = {"about": np.array(json.dumps({"layout": LAYOUT, **about})), **arrays}
-    np.savez(content, **named)
-    with atomic(path) as scratch:
-        scratch.write_bytes(content.getvalue() + _seal(content.getvalue()))
-
-
-def _read(path: Path, field: str, *names: str) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Return the content of a file of this layout, with a field that tells of which kind it is, and its arrays."""
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return the content of a file of this layout, and its arrays."""
     try:
         whole = path.read_bytes()
         content, seal = whole[:-SEAL], whole[-SEAL:]
@@ -221,10 +128,7 @@ def _read(path: Path, field: str, *names: str) -> tuple[dict[str, Any], dict[str
             raise ValueError("it is not what was written")
         arrays = arrays_in(io.BytesIO(content), str(path))
         _require_layout(path, strict(str(arrays["about"])))
-        about = _about(arrays)
-        if field not in about:
-            raise ValueError(f"it has no {field}")
-        return about, {name: arrays[name] for name in names}
+        return _about(arrays), {name: arrays[name] for name in ("reals", "windows", "means", "numbers", "waiting")}
     except UNREADABLE as error:
         raise BadInput(f"{path} is damaged, or no checkpoint of a long run: {words(error)}; {ANEW}.") from error
 
@@ -248,12 +152,6 @@ def _require_shapes(path: Path, arrays: Mapping[str, Array], shapes: Mapping[str
     windows, means = arrays["windows"], arrays["means"]
     if windows.shape[-2] > len(EDGES) - 1 or means.shape[-1] > MOST_BLOCKS or (windows[..., COUNT] < 1).any():
         raise BadInput(f"{path} is damaged, or no checkpoint of a long run: its windows are not those of a series; {ANEW}.")
-
-
-def require_fitting(path: Path, shape: tuple[int, ...], expected: tuple[int, ...], waiting: int, room: int) -> None:
-    """Accept numbers that a run can be restored from; raise BadInput if they are not as many as it carries, or too many samples wait."""
-    if shape != expected or waiting > room:
-        raise BadInput(f"{path} has not the numbers that this run carries; {ANEW}.")
 
 
 def _seal(content: bytes) -> bytes:
@@ -294,13 +192,8 @@ def _short(value: Any) -> str:
     return shown(value) if not isinstance(value, str | list | tuple) else str(value)[:SHOWN]
 
 
-def resumed(stream: Stream, checkpoint: Checkpoint, path: Path = Path("checkpoint")) -> None:
-    """Put a run at its start to where a checkpoint left it; raise BadInput if it cannot be of this run."""
-    run = stream.run
-    require_fitting(path, checkpoint.numbers.shape, stream.numbers().shape, len(checkpoint.waiting), len(run.state_rows) - 1)
-    stream.restore(checkpoint.numbers)
-    stream.windows, stream.blocks, stream.passages = checkpoint.windows, checkpoint.blocks, checkpoint.passages
-    run.done, run.left, run.row, run.seconds = checkpoint.done, checkpoint.left, len(checkpoint.waiting), checkpoint.seconds
-    run.state_rows[: run.row, 0] = checkpoint.waiting
-    run.failure, run.rank_pending = checkpoint.failure or None, checkpoint.rank_pending
-    run.passages.clear()
+def resumed(stream: Stream | LaneStream, checkpoint: Checkpoint, path: Path = Path("checkpoint")) -> None:
+    """Put runs at their start to where a checkpoint left them; raise BadInput if it cannot be of these runs."""
+    if checkpoint.numbers.shape != stream.numbers().shape or len(checkpoint.waiting) > stream.room:
+        raise BadInput(f"{path} has not the numbers that this run carries; {ANEW}.")
+    stream.restore(checkpoint)

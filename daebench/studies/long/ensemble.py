@@ -1,13 +1,16 @@
 """An ensemble of long runs: members in lanes, or by themselves where lanes do not apply, with checkpoints, in one process or several."""
 
 import re
+import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,23 +18,51 @@ from daebench.compiler.number_types import number_type
 from daebench.errors import BadInput, DaebenchError
 from daebench.runs.trajectory import Array
 from daebench.studies.grid.schedulers import local_processes
-from daebench.studies.long.blocks import BLOCK
-from daebench.studies.long.checkpoint import (
-    Checkpoint,
-    group_identity,
-    identity,
-    load,
-    load_group,
-    progress_of,
-    require_fitting,
-    resumed,
-    save,
-    save_group,
-)
-from daebench.studies.long.initial_conditions import starts_of
-from daebench.studies.long.interrupts import held_back
+from daebench.studies.long.checkpoint import group_identity, identity, load, progress_of, resumed, save
 from daebench.studies.long.lanes import AT_ONCE, GROUP, LaneStream, in_lanes
-from daebench.studies.long.run import LongRun, Stream
+from daebench.studies.long.run import Checkpoint, LongRun, Stream, starts_of
+
+PATIENCE = 2.0
+"""Seconds after which what is under way is taken to hang, where somebody interrupts it again."""
+
+
+@contextmanager
+def held_back() -> Iterator[Callable[[], bool]]:
+    """Hold back Ctrl-C and SIGTERM until the block has ended, and give what tells whether one came; only in the main thread.
+
+    What is ignored outside is ignored inside. What does not end is ended by another one that comes :data:`PATIENCE` later.
+    """
+    came: list[int] = []
+    times: list[float] = []
+
+    def hold(number: int, _: Any) -> None:
+        came.append(number)
+        times.append(time.monotonic())
+        if times[-1] - times[0] > PATIENCE:
+            raise KeyboardInterrupt
+
+    old = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM)}
+    for signum in old:
+        if old[signum] is not signal.SIG_IGN:
+            signal.signal(signum, hold)
+    try:
+        yield lambda: bool(came)
+    finally:
+        for signum, handler in old.items():
+            signal.signal(signum, handler)
+        if came:
+            signal.raise_signal(signal.Signals(came[0]))
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """Have SIGTERM end the block as Ctrl-C does, by :class:`KeyboardInterrupt`."""
+    old = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, old)
+
 
 SECONDS = 5.0
 """Between checkpoints: what a run loses that is killed."""
@@ -133,7 +164,7 @@ class Ensemble:
         """Return the checkpoints that there are, by member; raise BadInput if one is damaged or of something else."""
         together: dict[int, Checkpoint] = {}
         for path in self._paths(2).values():
-            together |= load_group(path, group_identity(self.spec)).each(self.spec.stride)
+            together |= load(path, group_identity(self.spec)).each(self.spec.stride)
         alone = {k: load(path, identity(self.spec.member_of(k))) for (k,), path in self._paths(1).items()}
         return {number: checkpoint for number, checkpoint in sorted((together | alone).items()) if number < self.members}
 
@@ -148,8 +179,8 @@ class Ensemble:
     def pieces(self, workers: int) -> "list[Piece]":
         """Return the members that are to be run, or gone on with, those together that are in lanes together."""
         checkpoints, alone = self.kept(), self._paths(1)
-        groups = {path: load_group(path, group_identity(self.spec)) for path in self._paths(2).values()}
-        begun = [self._piece(path, *group.members) for path, group in groups.items() if group.members and group.done < self.steps]
+        groups = {path: load(path, group_identity(self.spec)) for path in self._paths(2).values()}
+        begun = [self._piece(path, *(group.members or ())) for path, group in groups.items() if group.members and group.done < self.steps]
         going = [k for k, checkpoint in checkpoints.items() if not checkpoint.failure and checkpoint.done < self.steps]
         begun += [self._piece(self.path(k), k) for k in going if (k,) in alone]
         missing = [k for k in range(self.members) if k not in checkpoints]
@@ -249,9 +280,7 @@ def _run_lanes(piece: Piece, tell: Tell | None) -> list[int]:
     spec, who, left = piece.spec, group_identity(piece.spec), []
     stream = LaneStream(spec, piece.members, piece.steps)
     if piece.path.exists():
-        group = load_group(piece.path, who)
-        require_fitting(piece.path, group.numbers.shape, stream.numbers().shape, len(group.waiting), BLOCK - 1)
-        stream.restore(group.done, group.seconds, group.numbers, group.waiting, group.windows, group.blocks)
+        resumed(stream, load(piece.path, who), piece.path)
 
     def advance() -> None:
         for leaver in stream.advance():
@@ -260,7 +289,7 @@ def _run_lanes(piece: Piece, tell: Tell | None) -> list[int]:
                 save(piece.alone[number], identity(leaver.spec), leaver)
             left.append(number)
 
-    _march(stream, advance, lambda: save_group(piece.path, who, stream), tell)
+    _march(stream, advance, lambda: save(piece.path, who, stream), tell)
     return left
 
 

@@ -14,10 +14,8 @@ from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.fixed_step.stepping import next_piece
 from daebench.runs.trajectory import Array
 from daebench.schemes.kernels.rank import RANK_LOST
-from daebench.studies.long.blocks import BLOCK, Blocks
-from daebench.studies.long.initial_conditions import starts_of
-from daebench.studies.long.run import LARGEST, LongRun, Stream, beyond
-from daebench.studies.long.windows import Windows
+from daebench.studies.long.run import LARGEST, Checkpoint, LongRun, Stream, beyond, starts_of
+from daebench.studies.long.windows import BLOCK, Blocks, Windows
 
 GROUP = 128
 """Members that are in lanes together, at most: as many as whose samples fit into a core's cache."""
@@ -71,11 +69,20 @@ class LaneStream:
         numbers: Array = self.run.numbers[:, self.columns]
         return numbers
 
-    def restore(self, done: int, seconds: float, numbers: Array, waiting: Array, windows: Windows, blocks: Blocks) -> None:
+    room = BLOCK - 1
+    """Samples that may wait."""
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the members in lanes as they are."""
+        numbers, waiting = self.numbers(), self.waiting
+        return Checkpoint(self.done, self.seconds, self.windows, self.blocks, numbers, waiting, self.first, members=self.members)
+
+    def restore(self, checkpoint: Checkpoint) -> None:
         """Put members at their start to where they were left."""
-        self.done, self.row, self.seconds, self.windows, self.blocks = done, len(waiting), seconds, windows, blocks
-        self.run.numbers[:, self.columns], self.run.counts[DONE, self.columns] = numbers, done
-        self.samples[: self.row, 0, self.columns] = waiting
+        self.done, self.row, self.seconds = checkpoint.done, len(checkpoint.waiting), checkpoint.seconds
+        self.windows, self.blocks = checkpoint.windows, checkpoint.blocks
+        self.run.numbers[:, self.columns], self.run.counts[DONE, self.columns] = checkpoint.numbers, self.done
+        self.samples[: self.row, 0, self.columns] = checkpoint.waiting
 
     def advance(self) -> list[Stream | int]:
         """Take a piece of the runs, of a fifth of a second or up to the end of the buffer."""

@@ -1,25 +1,61 @@
-"""A run that goes on and on: the compiled loop called piece by piece, its energies reduced at once, and all of it a few numbers."""
+"""A long run: its start among those of an ensemble, the compiled loop called piece by piece, and its energies reduced at once."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from daebench.compiler.number_types import number_type
 from daebench.diagnostics.passage import MOST_STATES
+from daebench.diagnostics.projected_members import project_members, require_projected
 from daebench.errors import BadInput, require_known
 from daebench.methods.fixed_step.lifted import Lifted
 from daebench.methods.fixed_step.stepping import next_piece
 from daebench.methods.outside.method import OutsideMethod
 from daebench.runs.grid import Grid
 from daebench.runs.ivp import Ivp
+from daebench.runs.members import Members, members
 from daebench.runs.request import PRECISIONS, Request
 from daebench.runs.trajectory import Array
+from daebench.starts.members import beside, neighbour
 from daebench.studies.grid.run_specification import RunSpecification
-from daebench.studies.long.blocks import BLOCK, Blocks
-from daebench.studies.long.initial_conditions import start_of
-from daebench.studies.long.windows import Windows
+from daebench.studies.long.windows import BLOCK, Blocks, Windows
+
+ROUNDINGS = 1024.0
+"""Size of the perturbations in roundings of the number type, relative to the largest coordinate: 2.3e-13 in double precision."""
+
+
+def start_of(ivp: Ivp, member: int, precision: str) -> Ivp:
+    """Return the initial value problem at the start of a member of an ensemble; member 0 has the initial value problem's own.
+
+    The others are neighbours, see :func:`daebench.starts.members.neighbour`, by 1024 eps of the coarsest numbers, seeded by
+    their numbers. That scrambles the last ten bits. What a product or a root rounds off depends on bits below the last one, which a change
+    of a thousand roundings alters entirely, so that from the first step on the roundings of two members are as good as independent. The
+    motion is the same: truncation, which may be larger than round-off by many orders, has means over windows that are common to all members
+    up to about 1024 eps of themselves, and drops out of their spread. At single times it is not as common, for members run ahead of each
+    other by a phase that grows with t. Starts spread over the energy surface, or along the motion, would each have a truncation error of
+    its own; a change of 1e-10 would leave 1e-10 of it. A motion in a plane leaves it by as little, and on a motion that is unstable there,
+    or chaotic, members part after some time, as they must, and the spread then has truncation in it.
+
+    BadInput is raised if the start cannot be projected, as where vectors are arrays.
+    """
+    return ivp if member == 0 else neighbour(ivp, ROUNDINGS * number_type(precision).coarsest_spacing, member)
+
+
+def starts_of(ivp: Ivp, numbers: Sequence[int], h: float) -> Members:
+    """Return members of an ensemble by their numbers, each to the bit where :func:`start_of` has it begin in double precision.
+
+    BadInput is raised if a start cannot be projected, as where vectors are arrays.
+    """
+    size = ROUNDINGS * float(np.finfo(float).eps)
+    xi = np.array([np.random.default_rng(number).uniform(-1, 1, ivp.size) for number in numbers])
+    moved = members(ivp, beside(ivp, size, xi), h, {})
+    some = require_projected(project_members(moved), f"a neighbourhood of size {size:.2g}") if ivp.on_manifold else moved
+    unmoved = np.equal(numbers, 0)[:, None]
+    return replace(some, start=tuple(np.where(unmoved, x, vectors) for x, vectors in zip(ivp.start, some.start, strict=True)))
+
 
 LARGEST = 1e140
 """Modulus of an energy beyond which a run is given up: sums of its squares would overflow."""
@@ -117,6 +153,51 @@ class _Buffered(Grid):
         return BLOCK + MOST_STATES + 1
 
 
+@dataclass(frozen=True)
+class Checkpoint:
+    """A long run as it was left, or members of an ensemble in lanes after as many steps, with one more axis of arrays."""
+
+    done: int
+    """Steps done."""
+    seconds: float
+    """CPU time of the loop."""
+    windows: Windows
+    blocks: Blocks
+    """Statistics of what is reduced."""
+    numbers: Array
+    """All that the loop carries; shape (k,)."""
+    waiting: Array
+    """Energies H(x) that are sampled and not yet reduced, in the run's number type; shape (r,)."""
+    first: Any
+    """H(x0)."""
+    left: int = 0
+    """Steps to the next sample, of a run by itself."""
+    passages: int = 0
+    """Number of rank-loss events."""
+    failure: str = ""
+    """Why it stopped; "" if nothing but the end or an interruption stopped it."""
+    rank_pending: bool = False
+    """Whether G loses rank in the step after the last one."""
+    members: tuple[int, ...] | None = None
+    """Numbers of the members in lanes; those that left them have files of their own."""
+
+    @property
+    def errors(self) -> Array:
+        """Errors of the energy that are not yet reduced, shape(r,)."""
+        return np.asarray(self.waiting - self.waiting.dtype.type(self.first), dtype=float)
+
+    def each(self, stride: int) -> dict[int, "Checkpoint"]:
+        """Return the members in lanes by number, as they would be left alone but for what the loop carries."""
+        members = self.members or ()
+        seconds, left = self.seconds / max(1, len(members)), stride - self.done % stride
+        alone = replace(self, seconds=seconds, numbers=np.empty(0), left=left, members=None)
+        return {number: alone._part(k) for k, number in enumerate(members)}
+
+    def _part(self, k: int) -> "Checkpoint":
+        windows, blocks = self.windows.some(k), self.blocks.some(k)
+        return replace(self, windows=windows, blocks=blocks, waiting=self.waiting[:, k], first=float(self.first[k]))
+
+
 class Stream:
     """A long run under way.
 
@@ -195,9 +276,26 @@ class Stream:
         """Return all numbers that the loop carries, on one line; float32 is exact in float64."""
         return np.array(list(_flat(self.run.carried)), dtype=float)
 
-    def restore(self, numbers: Array) -> None:
-        """Put back what :meth:`numbers` returned."""
-        self.run.carried = _shaped(self.run.carried, iter(numbers))
+    @property
+    def room(self) -> int:
+        """Samples that there is room for."""
+        return len(self.run.state_rows) - 1
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the run as it is."""
+        run = self.run
+        waiting, first = run.state_rows[: run.row, 0], float(run.conserved[0])
+        left = Checkpoint(self.done, self.seconds, self.windows, self.blocks, self.numbers(), waiting, first)
+        return replace(left, left=run.left, passages=self.passages, failure=self.failure, rank_pending=bool(run.rank_pending))
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Put a run at its start to where a checkpoint left it."""
+        run, self.windows, self.blocks, self.passages = self.run, checkpoint.windows, checkpoint.blocks, checkpoint.passages
+        run.carried = _shaped(run.carried, iter(checkpoint.numbers))
+        run.done, run.left, run.row, run.seconds = checkpoint.done, checkpoint.left, len(checkpoint.waiting), checkpoint.seconds
+        run.state_rows[: run.row, 0] = checkpoint.waiting
+        run.failure, run.rank_pending = checkpoint.failure or None, checkpoint.rank_pending
+        run.passages.clear()
 
 
 def beyond(spec: LongRun, sample: int) -> str:

@@ -6,12 +6,12 @@ from typing import Any
 from daebench.errors import BadInput
 from daebench.methods.outside.read import is_outside
 from daebench.runs.state import CONSTRAINED, POISSON
-from daebench.studies.grid.feasibility import feasible
+from daebench.studies.grid.claimed import feasible
 from daebench.studies.grid.measure import Row
 from daebench.studies.grid.rows import by_method, error_of, rows_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
-from daebench.studies.grid.specification_key import require_possible
+from daebench.studies.grid.specification import require_possible
 from daebench.studies.grid.study import computed_in
 from daebench.studies.stability.extreme import Asked, uncertified
 from daebench.studies.work_precision.study import REPEAT

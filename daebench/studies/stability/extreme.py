@@ -13,7 +13,7 @@ from daebench.methods.names import method_of
 from daebench.reference.keep.record import Reference
 from daebench.runs.ivp import Ivp
 from daebench.runs.state import CONSTRAINED, POISSON
-from daebench.studies.grid.feasibility import feasible, installed
+from daebench.studies.grid.claimed import feasible, installed
 from daebench.studies.grid.reference import reference_of, usual_end
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs

@@ -7,8 +7,7 @@ import numpy as np
 
 from daebench.draw.figures import QUIET, drawing, save
 from daebench.studies.grid.metrics import LOST
-from daebench.studies.grid.resolution_panels import legends_below, resolution_panels
-from daebench.studies.grid.rows import by_method, rows_of
+from daebench.studies.grid.rows import by_method, legends_below, resolution_panels, rows_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, uncertified

@@ -13,10 +13,10 @@ from daebench.draw.methods import name_of
 from daebench.draw.tiles import edges, fill, hatch
 from daebench.methods.names import method_of
 from daebench.studies.grid.outcomes import ALL, FINE, LARGE, OUTCOMES, SIZED, parameter_table
-from daebench.studies.grid.parameter_rows import made_together
-from daebench.studies.grid.parameter_runs import ParameterRuns
 from daebench.studies.grid.rows import by_method
+from daebench.studies.grid.run_specification import ParameterRuns
 from daebench.studies.grid.runs import Runs
+from daebench.studies.grid.runs_together import made_together
 from daebench.studies.stability.extreme import Asked
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 from daebench.draw.figures import QUIET, drawing, save
 from daebench.draw.methods import stroke_of
 from daebench.studies.grid.measure import Row
-from daebench.studies.grid.resolution_panels import legends_below, resolution_panels
-from daebench.studies.grid.rows import by_method, error_of, rows_of
+from daebench.studies.grid.rows import by_method, error_of, legends_below, resolution_panels, rows_of
 from daebench.studies.grid.run_specification import GridRun
 from daebench.studies.grid.runs import Runs
 from daebench.studies.stability.extreme import Asked, uncertified

@@ -1,29 +1,94 @@
 """``daebench.step_for``: the largest step size whose statistics over many starts agree with those of half of it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from daebench.diagnostics.equivalence import EQUIVALENT, FEWEST, LEVEL, equivalence
-from daebench.errors import BadInput, positive, whole
+from daebench.errors import BadInput, positive, unknown, whole
 from daebench.methods.ensemble.result import EnsembleRun
 from daebench.methods.ensemble.run import run_members
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import fixed_step_method_of
 from daebench.runs.grid import require_memory_of_members
-from daebench.runs.ivp import Array
+from daebench.runs.ivp import Array, Ivp
 from daebench.runs.members import Members
 from daebench.runs.request import Progress, Request
+from daebench.starts.box import columns
 from daebench.starts.draw import draw_starts
+from daebench.starts.mechanics import Mechanics
 from daebench.studies.step_for.result import STOPPED, StepFor, Tried
-from daebench.studies.step_for.statistics import Quantity, means, quantity
 
 if TYPE_CHECKING:
     from daebench.runs.ivp import InitialValueProblem
     from daebench.starts.members import Distribution
     from daebench.systems.constrained import ConstrainedHamiltonian
     from daebench.systems.poisson import PoissonSystem
+
+
+Quantity = Callable[[Members, Array], Array]
+"""From members and one state of each, shape(n, c), to one number of each."""
+
+
+def _of(name: str, take: Callable[[Array], Array] = np.asarray) -> Quantity:
+    return lambda members, states: take(members.of_states(name, states))
+
+
+def _largest(values: Array) -> Array:
+    return np.asarray(np.max(np.abs(values), axis=1))
+
+
+def _component(i: int) -> Callable[[Array], Array]:
+    return lambda values: values[:, i]
+
+
+def _coordinate(column: int, members: Members, states: Array) -> Array:
+    return states[:, column]
+
+
+def _potential(members: Members, states: Array) -> Array:
+    return Mechanics(members).U(members.ivp.vectors(states)[1].T)
+
+
+def _kinetic(members: Members, states: Array) -> Array:
+    return np.asarray(members.of_states("H", states) - _potential(members, states))
+
+
+def known(ivp: Ivp) -> Mapping[str, Quantity]:
+    """Return the quantities of a problem by name.
+
+    They are ``energy``; ``kinetic`` and ``potential`` energy where H is quadratic in p; ``g`` and ``Gv``, the largest moduli of what
+    vanishes on the manifold; coordinates, as q1, p2 or y1; and the problem's first integrals and Casimir functions by their names.
+    """
+    quantities: dict[str, Quantity] = {"energy": _of("H")}
+    if ivp.on_manifold:
+        quantities |= {"kinetic": _kinetic, "potential": _potential} if ivp.facts.QUADRATIC else {}
+        quantities |= {name: _of(name, _largest) for name in ("g", "Gv")}
+    quantities |= {name: partial(_coordinate, column) for name, column in columns(ivp).items()}
+    quantities |= {name: _of("integrals", _component(i)) for i, name in enumerate(ivp.integrals)}
+    return quantities | {name: _of("casimirs", _component(i)) for i, name in enumerate(ivp.casimirs)}
+
+
+def quantity(ivp: Ivp, name: Any) -> Quantity:
+    """Return a quantity by name."""
+    if ivp.arrays:
+        raise BadInput(f"statistics take vectors of few numbers, and those of {ivp.problem} are arrays; choose fewer bodies or sites.")
+    quantities = known(ivp)
+    if name not in quantities:
+        raise unknown(f"statistic of {ivp.problem}", str(name), quantities)
+    return quantities[name]
+
+
+def means(run: EnsembleRun, of: Quantity) -> Array:
+    """Return the mean of a quantity over the stored states behind the start, shape(n,); NaN of a member that stopped early."""
+    rows = [of(run.members, states) for states in run.states[1:]]
+    average: Array = np.mean(rows, axis=0)
+    return np.where(run.status == 0, average, np.nan)
+
 
 MEMBERS = 1024
 """Starts, where their number is not said."""
@@ -87,7 +152,7 @@ def step_for(
         Name in the catalogue, the path of a problem file, which is executed, a definition, or an initial value problem.
     statistic : str
         Name of a quantity: "energy", "kinetic", "potential", "g", "Gv", a coordinate such as "q1", or a first integral, see
-        :func:`daebench.studies.step_for.statistics.known`.
+        :func:`daebench.studies.step_for.run.known`.
     margin : float
         Margin of equivalence, in the unit of the quantity.
     method : str

@@ -15,9 +15,8 @@ from daebench.errors import BadInput, whole
 from daebench.runs.grid import require_memory_of_members
 from daebench.runs.trajectory import Array
 from daebench.starts.draw import distribution_of
-from daebench.studies.grid.parameter_rows import made_together
-from daebench.studies.grid.run_specification import FEWEST, GridRun
-from daebench.studies.grid.start_runs import StartRuns
+from daebench.studies.grid.run_specification import FEWEST, GridRun, StartRuns
+from daebench.studies.grid.runs_together import made_together
 from daebench.studies.grid.study import Study
 
 if TYPE_CHECKING:

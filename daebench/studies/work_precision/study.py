@@ -12,7 +12,7 @@ from daebench.methods.names import methods_of
 from daebench.reference.solution import certified_for
 from daebench.runs.ivp import Array
 from daebench.runs.state import CONSTRAINED, POISSON
-from daebench.studies.grid.feasibility import feasible, installed
+from daebench.studies.grid.claimed import feasible, installed
 from daebench.studies.grid.reference import usual_end
 from daebench.studies.grid.rows import by_method
 from daebench.studies.grid.run_specification import OUTPUTS
