@@ -10,12 +10,14 @@ class Option:
     """An option of a command, in the annotation of an argument: its names, and the function that reads its text."""
 
     names: tuple[str, ...]
-    """Names such as "--tol"; by default that of the argument."""
-    read: Callable[[str], Any] | None
-    """``read(text)`` returns the value of the argument, or raises BadInput."""
+    """Names such as "--tol", by default that of the argument; of an argument that is given by its place, how the help writes it."""
+    read: Callable[[Any], Any] | None
+    """``read(text)`` returns the value of the argument, or raises BadInput; it gets a list of texts if the option is repeatable."""
     several: bool
     """Whether the option names several values, separated by commas: the study is then made once for each."""
+    repeatable: bool
+    """Whether the option is given once for each of its values."""
 
-    def __init__(self, *names: str, read: Callable[[str], Any] | None = None, several: bool = False) -> None:
-        for name, value in (("names", names), ("read", read), ("several", several)):
+    def __init__(self, *names: str, read: Callable[[Any], Any] | None = None, several: bool = False, repeatable: bool = False) -> None:
+        for name, value in (("names", names), ("read", read), ("several", several), ("repeatable", repeatable)):
             object.__setattr__(self, name, value)

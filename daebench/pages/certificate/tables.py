@@ -1,17 +1,91 @@
-"""The tables of a certificate: each claim on each problem, the numbers of each problem, and the files of the code."""
+"""The tables of a certificate and its sentences, each chosen by its numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 from markupsafe import Markup
 
-from daebench.pages.certificate.sentences import VERDICTS, known
-from daebench.pages.certificate.sentences import energy as verdict
-from daebench.pages.report.sentences import NONE, at_most, number, with_error
+from daebench.diagnostics.energy_verdict import LOST
+from daebench.pages.report.sentences import NONE, at_most, listing, number, with_error
 from daebench.pages.report.tables import Formats, code, column, table, text
 from daebench.studies.certificate.record import Certificate, title
-from daebench.studies.claims.bench import FALLS_SHORT
+from daebench.studies.certificate.record import energy as energy_of
+from daebench.studies.certificate.rounding import FALLS
+from daebench.studies.claims.bench import FALLS_SHORT, NOT_APPLICABLE, NOT_CLAIMED, OK, UNDETERMINED
+
+VERDICTS = {
+    OK: "holds",
+    FALLS_SHORT: "does not hold",
+    UNDETERMINED: "undetermined",
+    NOT_APPLICABLE: "not applicable",
+    NOT_CLAIMED: "not claimed",
+}
+"""Verdicts on claims, as a certificate says them."""
+
+TWO_FORMS = ("symplectic", "Poisson map")
+"""Findings that are the defect of the structure, on a constrained problem and on a Poisson system."""
+
+
+def known(value: Any) -> float:
+    """Return a number of a certificate, NaN where it has none."""
+    return float("nan") if value is None else float(value)
+
+
+def order(numbers: Mapping[str, Any]) -> Markup:
+    """Return the order with its standard error: that of the component of the state that has the lower one."""
+    slopes = [part for part in numbers["orders"]["components"].values() if part["order"] is not None]
+    if not slopes:
+        return Markup(NONE)
+    worst = min(slopes, key=lambda part: part["order"])
+    return with_error(worst["order"], known(worst["standard_error"]))
+
+
+def defect(numbers: Mapping[str, Any]) -> float:
+    """Return the defect of the two-form, or of the Poisson structure."""
+    return next((known(numbers["claims"][name]["measured"]) for name in TWO_FORMS if name in numbers["claims"]), float("nan"))
+
+
+def holds(verdicts: Mapping[str, Sequence[str]]) -> str:
+    """Return how many claims hold of those that are stated."""
+    whole = sum(map(len, verdicts.values()))
+    return f"{len(verdicts['holds'])} of {whole}" if whole else "none stated"
+
+
+def answer(certificate: Certificate) -> Markup:
+    """Return the first sentence of a certificate: how many claims hold, and which do not."""
+    if not certificate.stated:
+        return Markup("The code states no claims. Its properties were measured nevertheless.")
+    said = Markup("{} of its {} claims hold").format(len(certificate.holds), certificate.stated)
+    if certificate.falls_short:
+        said += Markup("; <b>false:</b> {}").format(listing([code(name) for name in certificate.falls_short]))
+    if certificate.undetermined:
+        said += Markup("; unknown: {}").format(listing([code(name) for name in certificate.undetermined]))
+    return said + "."
+
+
+def facts(problem: Mapping[str, Any]) -> Markup:
+    """Return the numbers of one problem in a sentence."""
+    numbers, setting = problem["numbers"], problem["setting"]
+    error, drift, conserved = numbers["error"], numbers["energy"], numbers["conserved"]
+    parts = [
+        _order_in_words(numbers),
+        Markup("energy {} up to t = {:g}, its error at most {}").format(energy_of(numbers), drift["t"], at_most(known(drift["largest"]))),
+        *([Markup("<b>more than the kinetic energy: the motion is lost</b>")] if known(drift["size"]) > LOST else []),
+        Markup("error of a coordinate {} up to t = {:g} with h = {:g}").format(number(known(error["value"])), error["t"], setting["h"]),
+        *([Markup("|<i>g</i>| at most {}").format(at_most(known(conserved["g"]), 1))] if "g" in conserved else []),
+    ]
+    return Markup("; ").join(parts) + "."
+
+
+def _order_in_words(numbers: Mapping[str, Any]) -> Markup:
+    if known(numbers["orders"]["contraction"]) > FALLS:
+        return Markup("<b>no convergence to the motion</b>")
+    slope = order(numbers)
+    return Markup("order not known") if slope == NONE else Markup("order {}").format(slope)
+
+
+# ---- tables
 
 CLAIMED = {True: "yes", False: "no", None: NONE}
 """What is stated of a property."""
@@ -79,7 +153,7 @@ def conservation(certificate: Certificate, caption: str) -> Markup:
     rows: list[dict[str, Any]] = []
     for problem in certificate.measured:
         measured, energy = problem["numbers"], problem["numbers"]["energy"]
-        row = {"problem": title(problem), "energy": known(energy["largest"]), "size": known(energy["size"]), "verdict": verdict(measured)}
+        row = {"problem": title(problem), "energy": known(energy["largest"]), "size": known(energy["size"]), "verdict": energy_of(measured)}
         rows.append(
             row | {"t": f"{energy['t']:g}", "conserved": _conserved(measured["conserved"]), "microseconds": 1e6 * known(times[id(problem)])}
         )

@@ -13,10 +13,9 @@ import numpy as np
 from daebench.errors import BadInput, DaebenchError
 from daebench.records.store import Store
 from daebench.studies.advise.advice import RUNNERS_UP, Choice
-from daebench.studies.advise.conserved import Kept, keeps
+from daebench.studies.advise.evidence import Kept, OverStarts, keeps, over_starts
 from daebench.studies.advise.question import LONGER, Question
 from daebench.studies.advise.search import Found, Row, error_of, resolutions_of, search
-from daebench.studies.advise.sensitivity import OverStarts, over_starts
 from daebench.studies.grid.estimate import compiling_seconds
 from daebench.studies.grid.reference import certified_of, own_of
 from daebench.studies.grid.run_specification import GridRun
@@ -152,7 +151,7 @@ def searched(work: Work, names: Sequence[str], left_out: dict[str, str]) -> list
     """Return the result of each method that there is time for."""
     results: list[Found] = []
     sentence, expected = plan(work, names)
-    work.tell(0.0, sentence)
+    work.tell(0.0, f"plan: {sentence}")
     for k, name in enumerate(names):
         if work.out_of_time and not tried(work, name):
             left_out[name] = f"{name} was not tried, to save time; ask again to include it"

@@ -1,40 +1,72 @@
-"""Generate a method on a problem as code of one's own."""
+"""``daebench.generate``: a fixed-step method on a problem as code of one's own."""
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from daebench.compiler.print.languages import INTEGRATORS, KEYWORDS, unknown_language
-from daebench.compiler.trace.ir import FLOAT32
+from daebench.compiler.trace.ir import FLOAT32, FLOAT64
 from daebench.errors import BadInput, unknown
 from daebench.methods.catalogue import find_problem
 from daebench.methods.fixed_step.base import FixedStepMethod
 from daebench.methods.initial_value_problem import initial_value_problem
 from daebench.methods.names import method_of
 from daebench.pages.generation import sentences
-from daebench.pages.generation.checked import STEPS, checked, request
 from daebench.pages.generation.compiled import ABOUT
 from daebench.pages.generation.languages import LANGUAGES, Language
 from daebench.pages.generation.lesson import lesson
 from daebench.pages.generation.linked import Linked, linked
+from daebench.reference.solution import TIGHT, reference_solution
 from daebench.runs.files import require_new
-from daebench.runs.ivp import Ivp
+from daebench.runs.ivp import InitialValueProblem, Ivp
 from daebench.runs.members import flat
-from daebench.runs.request import PRECISIONS
+from daebench.runs.option import Option
+from daebench.runs.request import PRECISIONS, Request
+from daebench.runs.result import Result
 
 BESIDE = ("README.md", "LICENSE")
 """Files besides them."""
 
+ROWS, STEPS, MARGIN, COARSE = 5, 200, 1.25, 0.1
+"""Rows of a check, steps from one to the next, by how much more than daebench's own error a run may be off, and the largest such error."""
 
-class Generated(NamedTuple):
-    """The files of generated code, and the largest error at the times of its check, in the unit of a position."""
+FLOOR, READABLE = 64, 4096
+"""Roundings by which a run may differ besides, in the order of operations of daebench and in another."""
+
+ROUNDING = 3
+"""How many times as far as rounding in float32 led daebench it may lead another mathematical library besides."""
+
+
+@dataclass(frozen=True)
+class Generated(Result):
+    """Generated code.
+
+    Parameters
+    ----------
+    files : list of Path
+        Its files.
+    error : float
+        Largest error at the times of its check, in the unit of a position.
+    """
 
     files: list[Path]
     error: float
+
+    def summary(self) -> dict[str, Any]:
+        """Return the error and the paths."""
+        return {"error": self.error, "written": [*map(str, self.files)]}
+
+    def printed(self) -> Iterator[str]:
+        """Yield the paths."""
+        yield f"written: {', '.join(map(str, self.files))}"
 
 
 def generate(
@@ -51,16 +83,18 @@ def generate(
     options: Mapping[str, float] | None = None,
     anyway: bool = False,
     on_singular: str | None = None,
-    overwrite: bool = False,
+    overwrite: Annotated[bool, Option("--overwrite")] = False,
 ) -> Generated:
     """Write a fixed-step method on a problem as code that needs nothing but a compiler.
 
     Parameters
     ----------
-    problem, method : str
-        Names, as for :func:`daebench.run`.
+    problem : str
+        Name, as for :func:`daebench.run`.
+    method : str
+        Name of a fixed-step method, for example rattle.
     out : str or Path
-        A new folder.
+        New folder for the code.
     h : float
         Step size, s, for which the code is checked. Its functions take any.
     language : str
@@ -157,8 +191,6 @@ def _name(name: str | None, ivp: Ivp, method: FixedStepMethod[Any, Any]) -> str:
 
 
 def _rendered(language: str, file: str, facts: Mapping[str, Any]) -> str:
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     folder = resources.files("daebench.pages.generation") / "templates"
     loader = FileSystemLoader([str(folder / language), str(folder / "common")])
     environment = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
@@ -218,3 +250,47 @@ def _sizes(ivp: Ivp, code: Linked) -> dict[str, Any]:
     constraints = sentences.multipliers(ivp.source.define())
     has = any("momenta" in part.functions for part in code.problem)
     return sizes | {"d": ivp.d, "m": ivp.m, "shown": min(ivp.d, 6), "constraints": constraints, "has_momenta": has}
+
+
+def request(h: float, precision: str) -> Request:
+    """Return the run that is checked."""
+    return Request(value=h, steps=ROWS * STEPS, every=STEPS, watch=(), precision=precision)
+
+
+def checked(ivp: InitialValueProblem, method: FixedStepMethod[Any, Any], h: float, precision: str, language: Language) -> dict[str, Any]:
+    """Return rows of the exact motion, and by how much a run of the method may be off."""
+    steps = [STEPS * k for k in range(1, ROWS + 1)]
+    exact = reference_solution(ivp, [h * k for k in steps])
+    key = ivp.state.position
+    rows = exact.states[key]
+
+    def apart(precision: str) -> Any:
+        states = method.solve(ivp, request(h, precision)).complete()
+        if states.failure:
+            raise BadInput(states.failure)
+        return getattr(states, key)[1:] - rows
+
+    differences = apart(precision)
+    off = np.abs(differences).max(axis=1)
+    if not off.max() <= COARSE * np.abs(rows).max():
+        raise BadInput(
+            f"with h = {h:g}, {method.name} on {ivp.problem} is off by {off.max():.2g} at t = {h * steps[-1]:g}; choose a smaller h."
+        )
+    floor = (
+        (READABLE if language.readable else FLOOR)
+        * np.finfo("float32" if precision == "float32" else float).eps
+        * max(1.0, float(np.abs(rows).max()))
+    )
+    bounds = MARGIN * off + exact.bound[key] + floor
+    parts = ["a quarter more than daebench itself is off", "the bound of these rows"]
+    if precision != "float64":
+        bounds += ROUNDING * np.abs(differences - apart("float64")).max(axis=1)
+        parts.append(f"{ROUNDING} times the difference that {precision} makes")
+    return {
+        "error": float(off.max()),
+        "source": "the closed form of the motion" if exact.kind == "closed form" else f"a run of DOP853 with tolerance {TIGHT:g}",
+        "why": f"{', '.join(parts[:-1])} and {parts[-1]}",
+        "steps": ", ".join(map(str, steps)),
+        "rows": [", ".join(language.number(x, FLOAT64) for x in row) for row in rows.tolist()],
+        "bounds": ", ".join(language.number(x, FLOAT64) for x in bounds.tolist()),
+    }
