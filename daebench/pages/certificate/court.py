@@ -12,14 +12,14 @@ from markupsafe import Markup
 
 from daebench.draw.figures import curve, drawing, grid_of_axes, legend_below, save
 from daebench.errors import BadInput, DaebenchError
-from daebench.pages.certificate.tables import defect, holds, known, order
+from daebench.pages.certificate.tables import defect, holds, known, order, tabulated
 from daebench.pages.report import build_stamp
 from daebench.pages.report.gallery import put
 from daebench.pages.report.page import Progress, write_page
 from daebench.pages.report.pictures import picture
 from daebench.pages.report.reports import Report
 from daebench.pages.report.sentences import at_most, number
-from daebench.pages.report.tables import Formats, code, column, table, text
+from daebench.pages.report.tables import Of, code, long, text
 from daebench.runs.files import make_folder
 from daebench.studies.certificate import process
 from daebench.studies.certificate.record import energy, title, verdicts
@@ -203,17 +203,22 @@ def draw(out: Path, fields: dict[str, list[Row]]) -> Markup:
 def contestants_table(k: int, where: str, rows: Sequence[Row]) -> Markup:
     """Return a row for each contestant on one problem with one step size, the most accurate first."""
     cells = sorted((_row(entry, problem) for entry, problem in rows), key=lambda row: (math.isnan(row["error"]), row["error"]))
-    frame = pd.DataFrame(cells)
-    frame["order"] = column([row["order"] for row in cells], frame)
     rounding = partial(number, digits=1)  # there may be no more than rounding
-    formats: Formats = {"name": text, "method": code, "holds": text, "order": text, "error": at_most, "energy": text}
-    formats |= {"size": at_most, "g": rounding, "defect": rounding, "microseconds": number}
-    headings = {"name": "contestant", "method": "code", "holds": "claims<small>that hold</small>", "error": "error<small>largest</small>"}
-    headings |= {"size": "energy error<small>of kinetic energy</small>", "g": "|<i>g</i>|", "microseconds": "a step<small>µs</small>"}
-    headings |= {"defect": "defect of the<small>two-form</small>"}
+    columns = {
+        "name": "contestant",
+        "method": (code, "code"),
+        "holds": "claims<small>that hold</small>",
+        "numbers": (Of(order, "numbers"), "order"),
+        "error": (at_most, "error<small>largest</small>"),
+        "energy": text,
+        "size": (at_most, "energy error<small>of kinetic energy</small>"),
+        "g": (rounding, "|<i>g</i>|"),
+        "defect": (rounding, "defect of the<small>two-form</small>"),
+        "microseconds": (number, "a step<small>µs</small>"),
+    }
     t = rows[0][1]["numbers"]["error"]["t"]
     caption = Markup("<b>{}.</b> Error: the largest of a coordinate up to t = {:g}. Every number was measured here.").format(where, t)
-    return table(f"contestants-{k}", frame, formats, headings, caption)
+    return tabulated(f"contestants-{k}", cells, columns, caption)
 
 
 def _row(entry: Entry, problem: Any) -> dict[str, Any]:
@@ -222,7 +227,7 @@ def _row(entry: Entry, problem: Any) -> dict[str, Any]:
         "name": entry.name,
         "method": entry.verification.certificate.method,
         "holds": holds(verdicts(entry.verification.problems)),
-        "order": order(numbers),
+        "numbers": numbers,
         "error": known(numbers["error"]["value"]),
         "energy": energy(numbers),
         "size": known(numbers["energy"]["size"]),
@@ -234,6 +239,5 @@ def _row(entry: Entry, problem: Any) -> dict[str, Any]:
 
 def excluded_table(excluded: Sequence[Excluded]) -> Markup:
     """Return a row for each file that was left out, with why."""
-    frame, long = pd.DataFrame(map(asdict, excluded)), Markup('<span class="long">{}</span>').format
     caption = "<b>Left out.</b> The tables contain nothing from these files."
-    return table("excluded", frame, {"name": code, "why": long}, {"name": "file", "why": "why"}, caption)
+    return tabulated("excluded", map(asdict, excluded), {"name": (code, "file"), "why": long}, caption)

@@ -35,6 +35,17 @@ from daebench.runs.result import Result
 BESIDE = ("README.md", "LICENSE")
 """Files besides them."""
 
+SCALES = {"scale_length": "length of the motion: the largest |q| of the start", "scale_rate": "1/s, rate of the motion at the start"}
+"""Scales of the start that stand among the parameters, and their meaning."""
+
+OF_PRECISION = {
+    "real": ("double", "float"),
+    "real_of_numpy": ("float64", "float32"),
+    "wide": ("", "(double)"),
+    "f": ("", "f"),
+}
+"""Words of languages for double and for single precision."""
+
 ROWS, STEPS, MARGIN, COARSE = 5, 200, 1.25, 0.1
 """Rows of a check, steps from one to the next, by how much more than daebench's own error a run may be off, and the largest such error."""
 
@@ -201,40 +212,49 @@ def _facts(ivp: Ivp, method: FixedStepMethod[Any, Any], h: float, precision: str
     """Return the values that templates name."""
     code = linked(ivp, method, h, language.longest, precision)
     file = find_problem(ivp.problem)
+
+    def number(x: float) -> str:
+        return language.number(x, code.real)
+
     parameters = sentences.parameters_of(ivp, sentences.docstring(file.path.read_text(encoding="utf-8")))
-    scales = [
-        ("scale_length", "length of the motion: the largest |q| of the start"),
-        ("scale_rate", "1/s, rate of the motion at the start"),
-    ]
-    parameters += [{"name": scale, "value": value, "about": about} for (scale, about), value in zip(scales, code.scales, strict=True)]
-    parameters = [parameter | {"text": language.number(parameter["value"], code.real)} for parameter in parameters]
-    facts: dict[str, Any] = {"problem": ivp.problem, "case": ivp.case, "method": method.name, "h": repr(h)}
-    single = code.real == FLOAT32
-    facts |= {
-        "precision": precision,
-        "real": "float" if single else "double",
-        "wide": "(double)" if single else "",
-        "precision_words": PRECISIONS[precision],
-    }
-    facts |= {"real_of_numpy": "float32" if single else "float64", "asked": "" if precision == "float64" else f" --precision {precision}"}
-    facts |= {"f": "f" if single else "", "step_size": language.number(h, code.real), "callable": _callable(ivp, code)}
-    facts["infinity"] = language.number(math.inf, code.real)
-    facts |= {
-        "summary": sentences.commented(file.summary),
-        "version": version("daebench"),
+    parameters += [{"name": name, "value": value, "about": SCALES[name]} for name, value in zip(SCALES, code.scales, strict=True)]
+    parameters = [parameter | {"text": number(parameter["value"])} for parameter in parameters]
+    order, claims, source = sentences.claimed(ivp, method)
+    return {
+        "problem": ivp.problem,
+        "case": ivp.case,
+        "method": method.name,
         "kind": ivp.facts.KIND,
+        "h": repr(h),
+        "order": order,
+        "claims": claims,
+        "source": source,
+        "version": version("daebench"),
+        "precision": precision,
+        "precision_words": PRECISIONS[precision],
+        "asked": "" if precision == "float64" else f" --precision {precision}",
+        **{name: words[code.real == FLOAT32] for name, words in OF_PRECISION.items()},
+        "step_size": number(h),
+        "infinity": number(math.inf),
+        "callable": _callable(ivp, code),
+        "summary": sentences.commented(file.summary),
+        "definition": sentences.definition(ivp),
         "parameters": parameters,
+        "forced": bool(getattr(ivp.facts, "FORCED", False)),
+        "extended": int(getattr(ivp.facts, "EXTENDED", 0)),
+        "redundant": ivp.singular == "least-squares",
+        "statuses": sentences.statuses(method._reasons(ivp)),
+        **_sizes(ivp, code),
+        "functions": language.functions(code),
+        "entering": code.entering,
+        "charted": bool(code.entering),
+        "lesson": language.readable and lesson(ivp, method, [parameter["name"] for parameter in parameters]),
+        **{f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)},
+        "start": ", ".join(map(number, flat(code.state))),
+        "defaults": ", ".join(parameter["text"] for parameter in parameters),
+        "reference": checked(ivp, method, h, precision, language),
+        "steps_per_row": STEPS,
     }
-    facts |= dict(zip(("order", "claims", "source"), sentences.claimed(ivp, method), strict=True))
-    facts |= {"definition": sentences.definition(ivp), "forced": bool(getattr(ivp.facts, "FORCED", False))}
-    facts |= {"statuses": sentences.statuses(method._reasons(ivp)), "extended": int(getattr(ivp.facts, "EXTENDED", 0))}
-    facts["redundant"] = ivp.singular == "least-squares"
-    facts |= _sizes(ivp, code) | {"functions": language.functions(code), "entering": code.entering, "charted": bool(code.entering)}
-    facts["lesson"] = language.readable and lesson(ivp, method, [parameter["name"] for parameter in parameters])
-    facts |= {f"start_{of}": ", ".join(map(repr, map(float, x))) for of, x in zip("pq", ivp.start, strict=False)}
-    facts["start"] = ", ".join(language.number(x, code.real) for x in flat(code.state))
-    facts["defaults"] = ", ".join(parameter["text"] for parameter in parameters)
-    return facts | {"reference": checked(ivp, method, h, precision, language), "steps_per_row": STEPS}
 
 
 def _callable(ivp: Ivp, code: Linked) -> bool:

@@ -6,7 +6,7 @@ Step sizes and tolerances are numbered, the finer the larger the number.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -38,32 +38,6 @@ START = 2e-5
 
 FARTHEST = 16
 """By how much a prediction may refine at once."""
-
-
-class Resolutions(Protocol):
-    """Numbered values of a method's step size or tolerance."""
-
-    @property
-    def most(self) -> int:
-        """The largest number."""
-
-    def value(self, number: int) -> float:
-        """Return the step size or tolerance of a number."""
-
-    def number(self, value: float) -> int:
-        """Return the number of a value."""
-
-    def first(self, accuracy: float) -> int:
-        """Return the number to begin with."""
-
-    def finer(self, number: int, error: float, accuracy: float) -> int:
-        """Return a number that may reach an accuracy, from the error at another."""
-
-    def between(self, low: int, high: int) -> int | None:
-        """Return a number between two, or None where they are next to each other for all purposes."""
-
-    def cost(self, number: int, seconds: float, other: int) -> float:
-        """Return the least cost of another resolution, from the cost of one."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +122,9 @@ class Tolerances:
         """Return the same cost: how a solver's grows with the tolerance is not known beforehand."""
         return seconds
 
+
+Resolutions = StepSizes | Tolerances
+"""Numbered values of a method's step size or tolerance."""
 
 Row = Mapping[str, Any]
 
