@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from daebench.draw.figures import BLACK, QUIET, drawing, grid_of_axes
@@ -300,8 +301,8 @@ class Advice(Result):
         shown = table[(table["failure"] == "") & table["seconds"].notna() & (table[error] < HIGHEST)]
         if shown.empty:
             raise DaebenchError("there is nothing to draw: no run of the search has an error and a time.")
-        reaching = sorted((some for some in self.found if some.row), key=lambda some: float(some.row["seconds"]) if some.row else 0.0)
-        named = list(dict.fromkeys([*(some.method for some in self.chosen), *(some.method for some in reaching)]))[:NAMED]
+        by_cost = sorted((some for some in self.found if some.row), key=attrgetter("seconds"))
+        named = list(dict.fromkeys([*(choice.method for choice in self.chosen), *(some.method for some in by_cost)]))[:NAMED]
         curves = {str(method): rows.sort_values("value", ascending=False) for method, rows in shown.groupby("method", sort=False)}
         with drawing():
             figure, axes = grid_of_axes(1, 1, 4.2, x="CPU time of a run [s]", y=f"largest error of {self.question.part}")

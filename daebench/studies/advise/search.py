@@ -155,6 +155,16 @@ class Found:
     why: str = ""
     """Why it was given up, where it was."""
 
+    @property
+    def seconds(self) -> float:
+        """CPU time of the cheapest run, s; infinite where none reaches the accuracy."""
+        return float(self.row["seconds"]) if self.row else math.inf
+
+    @property
+    def value(self) -> float:
+        """Its step size or tolerance; NaN where none reaches the accuracy."""
+        return float(self.row["value"]) if self.row else math.nan
+
 
 def error_of(row: Row, part: str) -> float:
     """Return the error of a run, infinite where it failed; at least the bound of its reference, below which nothing is known."""
