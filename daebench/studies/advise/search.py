@@ -203,17 +203,17 @@ def _next(
     low = max((k for k in rows if reached is None or k < reached), default=0)
     if reached is not None:
         return _coarser(resolutions, rows, low, reached), ""
-    if len(rows) > 1 and all(map(lost_rank, (rows[k] for k in sorted(rows)[-2:]))):
-        return None, str(rows[low]["failure"]).rstrip(".")
-    errors = [error_of(rows[k], question.part) for k in sorted(rows)]
+    runs = [rows[k] for k in sorted(rows)]
+    why, errors = str(runs[-1]["failure"]).rstrip("."), [error_of(row, question.part) for row in runs]
+    if len(runs) > 1 and all(map(lost_rank, runs[-2:])):
+        return None, why
     if _stuck(errors, question.size):
         return None, f"its error stays at {min(errors):.1e} for any step size or tolerance"
     if low >= resolutions.most:
-        why = str(rows[max(rows)]["failure"]).rstrip(".")
         return None, why or f"its error is {errors[-1]:.1e} with the finest step size or tolerance that is tried"
     number = min(resolutions.most, resolutions.finer(low, errors[-1], question.accuracy))
-    known = [k for k in sorted(rows) if math.isfinite(float(rows[k]["seconds"]))]
-    if known and resolutions.cost(known[-1], float(rows[known[-1]]["seconds"]), number) > DEARER * longest:
+    known = [(k, float(rows[k]["seconds"])) for k in sorted(rows) if math.isfinite(float(rows[k]["seconds"]))]
+    if known and resolutions.cost(*known[-1], number) > DEARER * longest:
         return None, "it takes longer than others that reach the accuracy, or than the budget allows"
     return number, "the largest number of runs did not reach the accuracy"
 
