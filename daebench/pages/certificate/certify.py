@@ -32,7 +32,7 @@ def claims_in(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def certify(
-    method: Annotated[str | Callable[..., Any], Option("CODE")],
+    method: Annotated[str | Callable[..., Any], Option("mine")],
     *,
     out: str | Path,
     problems: Annotated[Sequence[str], Option("--problem", repeatable=True)] = (),

@@ -109,7 +109,7 @@ class Diagnosis(Result):
 
 
 def diagnose(
-    method: Annotated[Any, Option("CODE")],
+    method: Annotated[Any, Option("code")],
     problem: Annotated[Any, Option("--problem")] = None,
     *,
     case: str | None = None,
